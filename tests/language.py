@@ -110,7 +110,7 @@ def files_of_packages() -> dict[str, list[Path]]:
         *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem not in ("errors", "modules")),
         *(
             page
-            for folder in ("scene", "python", "command_line", "theory")
+            for folder in ("scene", "python", "command_line", "theory", "contributing")
             for page in sorted((ROOT / "docs" / folder).glob("*.md"))
         ),
     ]

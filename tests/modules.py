@@ -14,7 +14,7 @@ PACKAGE = ROOT / "eomgen"
 _HEAD = """# Modules
 
 Paths are below `eomgen`; each line is the first sentence of a module's docstring. Rooms, their order, and a table of
-changes with their files are in [architecture.md](architecture.md). This page is made by
+changes with their files are on [two pages](contributing/changes_of_scenes_and_equations.md). This page is made by
 `python -m tests.modules docs/modules.md`.
 """
 

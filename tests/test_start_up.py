@@ -75,7 +75,8 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     work = 'eomgen.load("scene.toml")'
     first = start(work, tmp_path / "cache")
     assert {"pydantic", "tomllib"} < set(first[2])
-    assert "importlib.metadata" not in first[2]  # by which pydantic looks for plugins
+    # pydantic looks for plugins by the former; the latter are for random processes and for mistakes
+    assert {"importlib.metadata", "statistics", "difflib"}.isdisjoint(first[2])
     check(start(work, tmp_path / "cache"), 69, 2, [])
     assert first[0] > 180
 

@@ -1,15 +1,19 @@
 """The gallery: pictures that lead to the examples, and for each its text, animation, cost of accuracy and files.
 
-The animations are runs of the scenes whose cost of accuracy ``benchmarks.example_pages`` measures, five seconds at
-most. A build of the site makes them, each anew only if a file of the example changed.
+The animations are runs of the scenes whose cost of accuracy ``benchmarks.example_pages`` measures, and of further
+scenes that move, five seconds at most if a row says no other duration. A build of the site makes them, each anew only
+if a file of the example changed.
 """
 
 from __future__ import annotations
 
 import hashlib
+import math
 import re
+import runpy
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import eomgen
@@ -21,6 +25,74 @@ FOLDER = "gallery"
 SHOWN, MOST_LINES = {".toml": "toml", ".py": "python", ".c": "c"}, 160
 #: Seconds of motion that are animated.
 LONGEST = 5.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion that is animated.
+
+    Attributes
+    ----------
+    file : str
+        Scene, or a program whose function ``scene`` returns one, in the folder of the example.
+    arguments : tuple
+        Of this function, as a number of elements.
+    duration : float
+        Seconds of motion, at most those of the scene.
+    initial : list of float
+        Configuration at the start; empty for the scene's own.
+    inputs : mapping
+        Functions of time, by input.
+    words : str
+        Description of the motion, if it is not the motion of the scene as it stands.
+    """
+
+    file: str
+    arguments: tuple[int, ...] = ()
+    duration: float = LONGEST
+    initial: tuple[float, ...] = ()
+    inputs: Mapping[str, Callable[[float], float]] = field(default_factory=dict)
+    words: str = ""
+
+    def scene(self, folder: Path) -> eomgen.Scene:
+        """Return the scene of an example's folder."""
+        path = folder / self.file
+        if path.suffix == ".py":
+            return eomgen.load(runpy.run_path(str(path))["scene"](*self.arguments))
+        return eomgen.load(path)
+
+
+def bump(t: float, axle: float = 0.0) -> float:
+    """Return the height, m, of a road with a bump of 0.1 m by 2 m under an axle at 10 m/s."""
+    along = 10.0 * t - 3.0 - axle
+    return 0.05 * (1.0 - math.cos(math.pi * along)) if 0.0 < along < 2.0 else 0.0
+
+
+def sweep(t: float) -> float:
+    """Return the height, m, of a plate below a wheel, which shakes faster and faster."""
+    return 0.01 * math.sin(2.0 * math.pi * (0.5 * t + 1.8 * t * t)) * (1.0 - math.exp(-4.0 * t))
+
+
+#: Motions of examples whose cost of accuracy is not measured. The others without a row have nothing that moves as
+#: bodies do: fields, waves, energies of particles, machines at rest.
+MOTIONS: Mapping[str, Motion] = {
+    "acrobot_swing_up": Motion("model/scene.toml", initial=(2.6, 0.4), words="without its motor, released high"),
+    "car_in_side_wind": Motion("system/car.toml"),
+    "cart_pole_swing_up": Motion("model/scene.toml", initial=(0.0, 2.8), words="without its drive, released high"),
+    "coupled_fmus": Motion("scenes/monolith.toml"),
+    "duffing_random_excitation": Motion("system/oscillator.toml"),
+    "flexible_slider_crank": Motion("crank.py", (8,), 1.0),
+    "flying_spaghetti": Motion("spaghetti.py", (16,)),
+    "frame_in_earthquake": Motion("demo.py"),
+    "identified_arm": Motion("demo.py"),
+    "identified_quarter_car": Motion("demo.py", inputs={"plate": sweep}, words="its wheel on a plate that shakes"),
+    "moored_platform": Motion("system/platform.toml", duration=120.0),
+    "quarter_car_on_random_road": Motion("demo.py"),
+    "right_angle_cantilever": Motion("cantilever.py", (5,)),
+    "vehicle_with_preview": Motion(
+        "model/scene.toml", inputs={"road_front": bump, "road_rear": lambda t: bump(t, 2.8)}, words="passive, on a bump"
+    ),
+} | {name: Motion(study.file) for name, study in STUDIES.items()}
 
 
 def examples() -> list[str]:
@@ -38,10 +110,13 @@ def files_of(name: str) -> list[Path]:
 def text_of(name: str) -> str:
     """Return the text of an example's page: its own page, the animation, the cost of accuracy and the files."""
     text = read(f"examples/{name}/README.md")
-    if name in STUDIES:
-        text += f"\n## Animation\n\nUp to {LONGEST:g} s of `{STUDIES[name].file}`; drag to turn.\n\n"
+    if name in MOTIONS:
+        motion = MOTIONS[name]
+        words = f", {motion.words}" if motion.words else ""
+        text += f"\n## Animation\n\nUp to {motion.duration:g} s of `{motion.file}`{words}; drag to turn.\n\n"
         # the frame's path starts at the page's own folder
         text += f'<iframe class="animation" src="../../animations/{name}.html" loading="lazy"></iframe>\n'
+    if name in STUDIES:
         measured = read(f"docs/examples/{name}.md").partition(BEGIN)[2].partition(END)[0]
         text += "\n" + measured.replace(f"]({name}.png)", f"](../../docs/examples/{name}.png)").strip() + "\n"
     text += "\n## Files\n"
@@ -94,13 +169,16 @@ def write_files(html: Path, kept: Path) -> None:
         shutil.copyfile(ROOT / picture_of(name), target)
     (html / "animations").mkdir(exist_ok=True)
     kept.mkdir(parents=True, exist_ok=True)
-    for name, study in STUDIES.items():
-        digest = hashlib.sha256(eomgen.__version__.encode())
+    for name, motion in MOTIONS.items():
+        digest = hashlib.sha256(eomgen.__version__.encode() + Path(__file__).read_bytes())
         for path in files_of(name):
             digest.update(path.read_bytes())
         page = kept / f"{name}-{digest.hexdigest()[:16]}.html"
         if not page.is_file():
-            scene = eomgen.load(ROOT / "examples" / name / study.file)
+            scene = motion.scene(ROOT / "examples" / name)
             model = eomgen.build(scene, profile="quick")
-            model.simulate(min(LONGEST, scene.simulation.duration), error_estimate=False).animate(page)
+            options = {"initial": {"q": list(motion.initial)}} if motion.initial else {}
+            duration = min(motion.duration, scene.simulation.duration)
+            run = model.simulate(duration, inputs=motion.inputs or None, error_estimate=False, **options)
+            run.animate(page)
         shutil.copyfile(page, html / "animations" / f"{name}.html")

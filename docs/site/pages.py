@@ -218,6 +218,9 @@ THEORY = (
 )  # fmt: skip  # a list of words
 TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
 PROJECT = ("support", "architecture", "modules")
+CONTRIBUTING = (
+    "changes_of_scenes_and_equations", "changes_of_code_and_runs", "new_parts", "inside", "decisions", "tests",
+)  # fmt: skip  # a list of words
 #: How-to pages by subject.
 HOW_TO = {
     "Describe a machine": (
@@ -253,10 +256,10 @@ def hand_written() -> Iterator[Page]:
         ("guide", GUIDES),
         ("evidence", EVIDENCE),
         ("project", PROJECT),
-        ("reference", ("glossary",)),
+        ("reference", ("glossary", "glossary_of_methods")),
     ):
         yield from (Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md") for name in names)
-    for folder in ("theory", "tutorials", "how_to"):
+    for folder in ("theory", "contributing", "tutorials", "how_to"):
         for path in sorted((ROOT / "docs" / folder).glob("*.md")):
             yield Page(f"{folder}/{path.stem}", read(f"docs/{folder}/{path.name}"), f"docs/{folder}/{path.name}")
 
@@ -275,7 +278,14 @@ def parts(site: Site) -> list[Part]:
             *(it for it in pages if Path(it).name not in (*first, "index")),
         )
 
-    reference = ("scene/contents", "python/index", "command_line/index", "methods/index", "glossary")
+    reference = (
+        "scene/contents",
+        "python/index",
+        "command_line/index",
+        "methods/index",
+        "glossary",
+        "glossary_of_methods",
+    )
     rows = (
         ("tutorials/index", "Tutorials", "A quarter of an hour each, from nothing.", under("tutorials", *TUTORIALS)),
         (
@@ -294,7 +304,12 @@ def parts(site: Site) -> list[Part]:
         ),
         ("theory/index", "Theory", "The equations and algorithms, with their sources.", under("theory", *THEORY)),
         ("evidence/index", "Verification", "Measured orders, errors and times.", under("evidence", *EVIDENCE)),
-        ("project/index", "Project", "Versions, and the inside of the package.", under("project", *PROJECT)),
+        (
+            "project/index",
+            "Project",
+            "Versions, and the inside of the package.",
+            (*under("project", *PROJECT), *under("contributing", *CONTRIBUTING)),
+        ),
         (
             "reference/command_line/guide/contents",
             "Guide to the command line",

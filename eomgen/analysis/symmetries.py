@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
-from eomgen.lie.product import bracket_matrix
+from eomgen.lie.product import bracket_matrix, moved_frames
 
 if TYPE_CHECKING:
     from eomgen.analysis.steady_conditions import Conditions
@@ -69,7 +69,7 @@ class Fields:
         """Return X(q), (nv, number of fields)."""
         if not self.every:
             return np.zeros((self.model.nv, 0))
-        coordinates, frames = _single_coordinates(self.model, q), _moved_frames(self.model, q)
+        coordinates, frames = _single_coordinates(self.model, q), moved_frames(self.model.factors, q)
         return np.column_stack([field.e + field.A @ coordinates + frames @ field.xi for field in self.every])
 
     def along(self, g: Array) -> SymmetryField:
@@ -86,7 +86,9 @@ class Fields:
     def slope(self, q: Array, g: Array) -> Array:
         """Return the left-trivialised derivative of X(q) g in q, (nv, nv)."""
         field = self.along(g)
-        turned = np.asarray(bracket_matrix(self.model.factors, _moved_frames(self.model, q) @ field.xi), dtype=float)
+        turned = np.asarray(
+            bracket_matrix(self.model.factors, moved_frames(self.model.factors, q) @ field.xi), dtype=float
+        )
         result: Array = field.A + turned  # derivative of Ad(q^-1) xi along eta: -ad(eta) Ad(q^-1) xi
         return result
 
@@ -220,7 +222,8 @@ def _equations(
     """
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
-    coordinates, frames = _single_coordinates(conditions.model, q), _moved_frames(conditions.model, q)
+    model = conditions.model
+    coordinates, frames = _single_coordinates(model, q), moved_frames(model.factors, q)
     one, speed = conditions.extents, np.abs(v)
     free = np.eye(len(v))
     if len(at.B) and np.all(np.isfinite(at.B)):
@@ -252,14 +255,4 @@ def _single_coordinates(model: CompiledModel, q: Array) -> Array:
     for factor in model.factors:
         if factor.group == "R":
             result[factor.v] = q[factor.q]
-    return result
-
-
-def _moved_frames(model: CompiledModel, q: Array) -> Array:
-    """Return the block diagonal Ad(q^-1) of rotations and poses, (nv, nv); 0 for plain coordinates."""
-    result = np.zeros((model.nv, model.nv))
-    for factor in model.factors:
-        if factor.group != "R":
-            group = group_named(factor.group, factor.v_size)
-            result[factor.v, factor.v] = numeric.adjoint(group, numeric.inverse(group, q[factor.q]))
     return result

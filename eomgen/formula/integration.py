@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
-from numpy.polynomial import legendre
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
@@ -432,7 +431,7 @@ def _fitted(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple
     IntegrationError
         A function without a value, or one that needs too many polynomials.
     """
-    nodes = legendre.leggauss(_NODES)[0]
+    nodes = np.polynomial.legendre.leggauss(_NODES)[0]
     aside = np.append(0.5 * (nodes[1:] + nodes[:-1]), [-1.0, 1.0]) * (1.0 - 1e-9)  # breaks may be jumps
     basis = np.linalg.inv(np.vander(0.5 * (nodes + 1.0), increasing=True))
     beside = np.vander(0.5 * (aside + 1.0), _NODES, increasing=True) @ basis

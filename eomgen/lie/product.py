@@ -148,17 +148,31 @@ def transport(factors: Sequence[Factor], theta: Array) -> Array:
     return _block_diagonal(factors, -theta, 1.0, lambda group, x: numeric.adjoint(group, numeric.exp(group, x)))
 
 
+def moved_frames(factors: Sequence[Factor], q: Array) -> Array:
+    """Return the block diagonal Ad(q)^-1 of rotations and poses, (..., nv, nv), which turns velocities in world axes
+    into body axes; numbers have zeros."""
+    return _block_diagonal(factors, q, 0.0, lambda group, x: numeric.adjoint(group, numeric.inverse(group, x)))
+
+
 def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_group: Any) -> Array:
-    """Return blocks of the groups; numbers have ``of_numbers`` on the diagonal."""
-    size = x.shape[-1]
-    result = np.zeros((*x.shape, size), dtype=np.result_type(x, float))
-    for group, _, part in _runs(factors):
+    """Return blocks of the groups, all of one group at once; numbers have ``of_numbers`` on the diagonal.
+
+    Parameters
+    ----------
+    x : (..., nv) or (..., nq)
+    """
+    factors = tuple(factors)
+    size = sum(factor.v_size for factor in factors)
+    result = np.zeros((*x.shape[:-1], size, size), dtype=np.result_type(x, float))
+    for group, of_q, of_v in _by_group(factors):
         if group is None:
-            result.reshape(*x.shape[:-1], -1)[..., part.start * (size + 1) : part.stop * (size + 1) : size + 1] = (
-                of_numbers
-            )
-        else:
-            result[..., part, part] = of_group(group, x[..., part])
+            places = np.arange(size)[of_v]
+            result[..., places, places] = of_numbers
+            continue
+        of_x, size_of_x = (of_v, group.v_size) if x.shape[-1] == size else (of_q, group.q_size)
+        rows = np.arange(size)[of_v].reshape(-1, group.v_size)
+        blocks = of_group(group, _elements(x[..., of_x], size_of_x))
+        result[..., rows[:, :, np.newaxis], rows[:, np.newaxis, :]] = blocks
     return result
 
 
@@ -188,20 +202,6 @@ def _places(parts: Sequence[slice]) -> Places:
     if all(before.stop == after.start for before, after in pairwise(parts)):
         return slice(parts[0].start, parts[-1].stop)
     return np.concatenate([np.arange(part.start, part.stop) for part in parts])
-
-
-def _runs(factors: Sequence[Factor]) -> list[tuple[Group | None, slice, slice]]:
-    """Return groups with their parts of q and v; None: numbers, which have one part if they are side by side."""
-    result: list[tuple[Group | None, slice, slice]] = []
-    for factor in factors:
-        of_q, of_v = factor.q, factor.v
-        group = None if factor.group == "R" else group_named(factor.group, factor.v_size)
-        joins = bool(result) and group is None and result[-1][0] is None
-        if joins and result[-1][1].stop == of_q.start and result[-1][2].stop == of_v.start:
-            result[-1] = group, slice(result[-1][1].start, of_q.stop), slice(result[-1][2].start, of_v.stop)
-        else:
-            result.append((group, of_q, of_v))
-    return result
 
 
 Curve = tuple[Array, Array, Array]

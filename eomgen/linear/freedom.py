@@ -17,14 +17,18 @@ R''. On groups measured coordinates change with dw - ad(w) x. Constraints at vel
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.linalg
+from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, bracket_matrix
+
+Numbers = TypeVar("Numbers", Array, Complex)
 
 
 @dataclass(frozen=True)
@@ -171,8 +175,8 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
     count = len(measures.P)
     met = nv - count
     basis = _solved(np.concatenate([J[:met], measures.P]), np.eye(nv)[:, met:])
-    rows, holonomic = J[met:] @ basis, partials.holonomic - met
-    weight = np.sqrt(np.abs(np.diag(basis.T @ partials.M @ basis)))
+    rows, holonomic = times(J[met:], basis), partials.holonomic - met
+    weight = np.sqrt(np.abs(np.diag(times(basis.T, times(partials.M, basis)))))
     weight[weight == 0.0] = 1.0
     scale = 1.0 / weight  # columns of unit kinetic energy, so that metres and radians compare
     favour = np.ones(count)
@@ -182,25 +186,48 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
     of_x = _null_basis(rows[:holonomic], x)
     at_velocity = rows[holonomic:] @ of_x
     y = _others(x, [x[k] for k in _pivots(at_velocity * scale[x], favour[x])])
-    R, S = basis @ of_x, basis @ _null_basis(rows, y)
+    R, S = times(basis, of_x), times(basis, _null_basis(rows, y))
     held = np.concatenate([J, measures.P[y]])
 
     def carried(of_rows: Array, of_measures: Array) -> Array:
         """Return the X with J X + of_rows = 0 and P X + of_measures = 0, the latter in the rows of y."""
         return _solved(held, -np.concatenate([of_rows, of_measures[y]]))
 
-    T = carried(partials.Z @ R, measures.Z @ R)
-    U = carried(partials.Av @ S, measures.Av @ S)
-    V = carried(partials.Av @ T + partials.Aq @ R, measures.Av @ T + measures.Aq @ R)
+    T = carried(times(partials.Z, R), times(measures.Z, R))
+    U = carried(times(partials.Av, S), times(measures.Av, S))
+    V = carried(times(partials.Av, T) + times(partials.Aq, R), times(measures.Av, T) + times(measures.Aq, R))
     turning = bracket_matrix(measures.factors, measures.v)
-    measured = measures.P @ T + measures.Z @ R
-    of_R = turning @ of_x
-    N, W = (measures.P @ S)[x], measured[x] - of_R[x]
+    measured = times(measures.P, T) + times(measures.Z, R)
+    of_R = times(turning, of_x)
+    N, W = times(measures.P, S)[x], measured[x] - of_R[x]
     W_rate = np.zeros_like(W)
     if len(x) == len(y):
-        R_rate = measured - of_R - of_x @ W
-        W_rate = -(bracket_matrix(measures.factors, measures.a) @ of_x + turning @ R_rate)[x]
+        R_rate = measured - of_R - times(of_x, W)
+        W_rate = -(times(bracket_matrix(measures.factors, measures.a), of_x) + times(turning, R_rate))[x]
     return Freedom(tuple(x), tuple(y), R, S, T, U, V, N, W, W_rate)
+
+
+def times(left: Array, right: Numbers) -> Numbers:
+    """Return the product of two matrices, to the same numbers; by moves alone if each row of one has a single one, as
+    of bases of trees, and zeros if one is zero. Products were most of the linear model of a net of cables."""
+    if (rows := _ones(left)) is not None:
+        return right[rows]
+    result: Any = np.zeros((len(left), right.shape[1]), np.result_type(left, right))
+    columns = _ones(right)
+    if columns is not None and len(np.unique(columns)) == len(columns):
+        result[:, columns] = left
+    elif (np.any(left) and np.any(right)) or not (np.all(np.isfinite(left)) and np.all(np.isfinite(right))):
+        np.matmul(left, right, out=result)
+    made: Numbers = result
+    return made
+
+
+def _ones(matrix: Array | Complex) -> NDArray[np.intp] | None:
+    """Return the column of the only nonzero of each row, if it is one; else None."""
+    if not matrix.size or np.count_nonzero(matrix) != len(matrix):
+        return None
+    columns = np.argmax(matrix == 1.0, axis=1)
+    return columns if np.all(matrix[np.arange(len(matrix)), columns] == 1.0) else None
 
 
 def _solved(matrix: Array, right: Array) -> Array:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass
+from eomgen.linear.freedom import times
 from eomgen.linear.notebook import modes_html
 from eomgen.linear.plots import plot_modes
 
@@ -203,7 +204,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
         key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real)
     )
     values, original, uncertainty = values[kept], original[:, kept], uncertainty[kept]
-    shapes = of_coordinates @ original
+    shapes = times(of_coordinates, original)
     largest = np.argmax(np.abs(shapes), axis=0)
     of_largest = shapes[largest, np.arange(len(kept))]
     states = original[np.argmax(np.abs(original), axis=0), np.arange(len(kept))]

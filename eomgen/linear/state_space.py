@@ -20,7 +20,7 @@ from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.linear.freedom import Freedom, Partials
+from eomgen.linear.freedom import Freedom, Partials, times
 from eomgen.linear.notebook import state_space_html
 
 #: Kinds of signals of a linear model.
@@ -369,18 +369,18 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
         return result
 
     nv = len(p.M)
-    unit = np.eye(every)
     dq, dv = over(nv, (x, free.R)), over(nv, (x, free.T), (y, free.S))
     drift = over(nv, (x, free.V), (y, free.U))
-    forces = p.B @ unit[u] + p.E @ unit[w] - p.C @ dv - p.K @ dq - p.Rz @ unit[z]
-    ydot = _solved(free.S.T @ p.M @ free.S, free.S.T @ (forces - p.M @ drift), velocities)
-    da = free.S @ ydot + drift
-    zdot = p.Fq @ dq + p.Fv @ dv + p.Fz @ unit[z] + p.Fu @ unit[u] + p.Fw @ unit[w]
+    forces = over(nv, (u, p.B), (w, p.E), (z, -p.Rz)) - times(p.C, dv) - times(p.K, dq)
+    mass = times(free.S.T, times(p.M, free.S))
+    ydot = _solved(mass, times(free.S.T, forces - times(p.M, drift)), velocities)
+    da = times(free.S, ydot) + drift
+    zdot = over(sizes[2], (z, p.Fz), (u, p.Fu), (w, p.Fw)) + times(p.Fq, dq) + times(p.Fv, dv)
     xdot = over(sizes[0], (x, free.W), (y, free.N))
     rates = np.concatenate([xdot, ydot, zdot])
-    out = p.Yq @ dq + p.Yv @ dv + p.Ya @ da + p.Yz @ unit[z] + p.Yu @ unit[u] + p.Yw @ unit[w]
+    out = over(len(p.Yq), (z, p.Yz), (u, p.Yu), (w, p.Yw)) + times(p.Yq, dq) + times(p.Yv, dv) + times(p.Ya, da)
     if np.any(p.Ylam):
-        out += p.Ylam @ np.linalg.lstsq(p.J.T, forces - p.M @ da, rcond=None)[0]
+        out += p.Ylam @ np.linalg.lstsq(p.J.T, forces - times(p.M, da), rcond=None)[0]
     s = slice(0, int(ends[2]))
     return FirstOrderForm(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
 

@@ -1,76 +1,122 @@
-/* Factors of matrices that share the places of their nonzeros: the order of pivots is chosen once.
+/* Factors of matrices that share the places of their nonzeros: the order of pivots is chosen once, and EG_LANES matrices
+ * are eliminated side by side.
  *
  * SPDX-License-Identifier: MIT
  * Part of eomgen; the same for all models. Pivots of least fill among large enough ones: Markowitz 1957; Duff, Erisman
- * and Reid, Direct Methods for Sparse Matrices (2017), chapter 7. Matrices are dense in memory, (n, n) row-major, and
- * eliminated at the places of the plan alone.
+ * and Reid, Direct Methods for Sparse Matrices (2017), chapter 7. A number of EG_LANES matrices is EG_LANES doubles.
  */
 
-/* Matrices below this size, and operations of a plan as a part of the dense ones, for which a plan does not pay. */
-#define EG_SMALL 16
-#define EG_WORTH 0.3
+#define EG_LANES 8
 /* Smallest part of the largest entry of its column that a pivot may be, and the largest multiple of a pivot row, rows
  * scaled as in the sample, that a step may need. */
 #define EG_PIVOT 0.05
 #define EG_GROWTH 1e4
-/* Steps whose nonzeros are looked at. */
-#define EG_SAMPLES 6
 
-/* A plan in the caller's memory. made: 0: not yet, 1: in use, -1: of no use. */
-typedef struct eg_plan {
-    long *made, *row, *column;     /* pivot k is S[row[k]][column[k]] */
-    long *lower_at, *lower;        /* rows that pivot k changes, from lower_at[k] on */
-    long *upper_at, *upper;        /* their changed columns */
-    long *place;                   /* places of nonzeros of the matrix, place[0] of them behind the first */
-    double *scale;                 /* of rows */
-} eg_plan;
+#if defined(EG_VECTORS)
+typedef double eg_lanes __attribute__((vector_size(8 * EG_LANES), aligned(8), may_alias));
+typedef long long eg_bits __attribute__((vector_size(8 * EG_LANES), aligned(8), may_alias));
+#endif
 
-EG_SEEN long eomgen_plan_size(long n) { return 1 + 2 * n + 2 * (n + 1) + 3 * n * n + 1; }
-
-static eg_plan eg_plan_in(long *memory, double *scale, long n)
+/* fine: (EG_LANES), stays -1 where numbers are of at most this size, else becomes 0. */
+static inline void eg_lanes_check(const double *x, double bound, long long *fine)
 {
-    eg_plan plan;
-    plan.made = memory;
-    plan.row = plan.made + 1;
-    plan.column = plan.row + n;
-    plan.lower_at = plan.column + n;
-    plan.upper_at = plan.lower_at + n + 1;
-    plan.lower = plan.upper_at + n + 1;
-    plan.upper = plan.lower + n * n;
-    plan.place = plan.upper + n * n;
-    plan.scale = scale;
-    return plan;
+#if defined(EG_VECTORS)
+    const eg_lanes value = *(const eg_lanes *)x;
+    *(eg_bits *)fine &= (value <= bound) & (value >= -bound);
+#else
+    int w;
+    for (w = 0; w < EG_LANES; ++w)
+        fine[w] &= fabs(x[w]) <= bound ? -1 : 0;
+#endif
 }
 
-/* Choose pivots for nonzeros, (n, n), by the numbers of a sample S, which is eliminated. counts: room for 3 n. */
-static void eg_make_plan(eg_plan *plan, char *nonzero, double *S, long *counts, long n)
+/* y = a b in all lanes. */
+static inline void eg_lanes_times(double *y, const double *a, const double *b)
 {
-    long *rows = counts, *columns = counts + n, *done = counts + 2 * n; /* bit 0: row, bit 1: column */
-    long i, j, k, places = 0, lower = 0, upper = 0;
-    double operations = 0.0;
-    *plan->made = -1;
+#if defined(EG_VECTORS)
+    *(eg_lanes *)y = *(const eg_lanes *)a * *(const eg_lanes *)b;
+#else
+    int w;
+    for (w = 0; w < EG_LANES; ++w)
+        y[w] = a[w] * b[w];
+#endif
+}
+
+/* y += s a b in all lanes. */
+static inline void eg_lanes_add(double *y, double s, const double *a, const double *b)
+{
+#if defined(EG_VECTORS)
+    *(eg_lanes *)y += s * *(const eg_lanes *)a * *(const eg_lanes *)b;
+#else
+    int w;
+    for (w = 0; w < EG_LANES; ++w)
+        y[w] += s * a[w] * b[w];
+#endif
+}
+
+/* Integers of the caller, handed out from the front; full: more were asked for than there are. */
+typedef struct eg_arena {
+    int *memory;
+    long used, capacity;
+    int full;
+} eg_arena;
+
+static int *eg_take(eg_arena *arena, long count)
+{
+    int *result = arena->memory + arena->used;
+    if (arena->full || arena->used + count > arena->capacity) {
+        arena->full = 1;
+        return 0;
+    }
+    arena->used += count;
+    return result;
+}
+
+/* Order of an elimination: pivot k is the entry pivot[k], in row[k] and column[k]. */
+typedef struct eg_order {
+    int n, entries;              /* entries: nonzeros, those of fill included */
+    const int *row, *column, *pivot;
+    const int *lower_at, *lower, *lower_entry; /* rows that pivot k changes, from lower_at[k] on, and their factors */
+    const int *upper_at, *upper, *upper_entry; /* their changed columns, and the numbers of the pivot row there */
+    const int *changed;          /* entries in the order of their changes */
+    const double *scale;         /* of rows */
+} eg_order;
+
+/* Choose pivots for nonzeros, (n, n), to which fill is added, by the numbers of a sample S, which is eliminated. entry:
+ * room for (n, n), numbers of the entries afterwards; counts: room for 3 n. 0: the sample is singular, or no room. */
+static int eg_choose_order(eg_order *order, eg_arena *arena, char *nonzero, double *S, double *scale, int *entry,
+    int *counts, int n)
+{
+    int *rows = counts, *columns = counts + n, *done = counts + 2 * n; /* bit 0: row, bit 1: column */
+    int *row = eg_take(arena, n), *column = eg_take(arena, n), *pivot = eg_take(arena, n);
+    int *lower_at = eg_take(arena, n + 1), *upper_at = eg_take(arena, n + 1), *lower, *upper, *lower_entry, *upper_entry,
+        *changed;
+    int i, j, k, entries = 0, count = 0, lowers = 0, uppers = 0, changes = 0;
+    if (arena->full)
+        return 0;
     for (i = 0; i < n; ++i) {
-        plan->scale[i] = eg_inverse_of_largest(S + i * n, 1, n);
-        if (plan->scale[i] == 0.0)
-            return;
+        scale[i] = eg_inverse_of_largest(S + i * n, 1, n);
+        if (scale[i] == 0.0)
+            return 0;
         for (j = 0; j < n; ++j)
-            S[i * n + j] *= plan->scale[i];
+            S[i * n + j] *= scale[i];
         rows[i] = columns[i] = done[i] = 0;
     }
     for (i = 0; i < n; ++i)
         for (j = 0; j < n; ++j)
             if (nonzero[i * n + j]) {
-                plan->place[++places] = i * n + j;
                 ++rows[i];
                 ++columns[j];
             }
-    plan->place[0] = places;
     for (k = 0; k < n; ++k) {
-        long r = -1, c = -1;
+        int r = -1, c = -1, fewest = n + 1, own_lower = 0, own_upper = 0;
         double least = 0.0, size = 0.0;
-        for (j = 0; j < n; ++j) {
+        for (j = 0; j < n; ++j)
+            if (!(done[j] & 2) && columns[j] < fewest)
+                fewest = columns[j];
+        for (j = 0; j < n; ++j) { /* in the shortest columns */
             double largest = 0.0;
-            if (done[j] & 2)
+            if ((done[j] & 2) || columns[j] > fewest + 1)
                 continue;
             for (i = 0; i < n; ++i)
                 if (!(done[i] & 1) && fabs(S[i * n + j]) > largest)
@@ -87,110 +133,178 @@ static void eg_make_plan(eg_plan *plan, char *nonzero, double *S, long *counts, 
             }
         }
         if (r < 0)
-            return;
-        plan->row[k] = r;
-        plan->column[k] = c;
+            return 0;
+        row[k] = r;
+        column[k] = c;
         done[r] |= 1;
         done[c] |= 2;
-        plan->lower_at[k] = lower;
-        plan->upper_at[k] = upper;
         for (j = 0; j < n; ++j)
             if (!(done[j] & 2) && nonzero[r * n + j]) {
-                plan->upper[upper++] = j;
+                ++own_upper;
                 --columns[j];
             }
         for (i = 0; i < n; ++i) {
             double factor;
             if ((done[i] & 1) || !nonzero[i * n + c])
                 continue;
-            plan->lower[lower++] = i;
+            ++own_lower;
             --rows[i];
             factor = S[i * n + c] / S[r * n + c];
-            for (j = plan->upper_at[k]; j < upper; ++j) {
-                const long place = i * n + plan->upper[j];
-                S[place] -= factor * S[r * n + plan->upper[j]];
-                if (!nonzero[place]) {
-                    nonzero[place] = 1;
+            for (j = 0; j < n; ++j) {
+                if ((done[j] & 2) || !nonzero[r * n + j])
+                    continue;
+                S[i * n + j] -= factor * S[r * n + j];
+                if (!nonzero[i * n + j]) {
+                    nonzero[i * n + j] = 1;
                     ++rows[i];
-                    ++columns[plan->upper[j]];
+                    ++columns[j];
                 }
             }
         }
-        operations += (double)(lower - plan->lower_at[k]) * (double)(upper - plan->upper_at[k]);
+        lowers += own_lower;
+        uppers += own_upper;
+        changes += own_lower * own_upper;
     }
-    plan->lower_at[n] = lower;
-    plan->upper_at[n] = upper;
-    if (operations < EG_WORTH * (double)n * (double)n * (double)n / 3.0)
-        *plan->made = 1;
-}
-
-/* Factor S by a plan; 0: it has other nonzeros or too small pivots, and is spoilt. */
-static int eg_factor_planned(const eg_plan *plan, double *S, long n)
-{
-    long i, j, k, all = 0, own = 0;
-    for (i = 0; i < n * n; ++i)
-        all += S[i] != 0.0;
-    for (k = 1; k <= plan->place[0]; ++k)
-        own += S[plan->place[k]] != 0.0;
-    if (all != own)
+    lower = eg_take(arena, lowers);
+    lower_entry = eg_take(arena, lowers);
+    upper = eg_take(arena, uppers);
+    upper_entry = eg_take(arena, uppers);
+    changed = eg_take(arena, changes);
+    if (arena->full)
         return 0;
+    for (i = 0; i < n * n; ++i)
+        entry[i] = nonzero[i] ? entries++ : -1;
+    memset(done, 0, (size_t)n * sizeof *done);
+    lowers = uppers = changes = 0;
     for (k = 0; k < n; ++k) {
-        const double *from = S + plan->row[k] * n;
-        const double inverse = 1.0 / from[plan->column[k]], bound = EG_GROWTH * plan->scale[plan->row[k]];
-        const long *columns = plan->upper + plan->upper_at[k], count = plan->upper_at[k + 1] - plan->upper_at[k];
-        if (!(fabs(inverse) <= 1e300))
-            return 0;
-        for (i = plan->lower_at[k]; i < plan->lower_at[k + 1]; ++i) {
-            const long r = plan->lower[i];
-            double *to = S + r * n;
-            const double factor = to[plan->column[k]] * inverse;
-            if (!(fabs(factor) * plan->scale[r] <= bound))
-                return 0;
-            to[plan->column[k]] = factor;
-            for (j = 0; j < count; ++j)
-                to[columns[j]] -= factor * from[columns[j]];
+        const int r = row[k], c = column[k];
+        done[r] |= 1;
+        done[c] |= 2;
+        pivot[k] = entry[r * n + c];
+        lower_at[k] = lowers;
+        upper_at[k] = uppers;
+        for (j = 0; j < n; ++j)
+            if (!(done[j] & 2) && entry[r * n + j] >= 0) {
+                upper[uppers] = j;
+                upper_entry[uppers++] = entry[r * n + j];
+            }
+        for (i = 0; i < n; ++i) {
+            if ((done[i] & 1) || entry[i * n + c] < 0)
+                continue;
+            lower[lowers] = i;
+            lower_entry[lowers++] = entry[i * n + c];
+            for (count = upper_at[k]; count < uppers; ++count)
+                changed[changes++] = entry[i * n + upper[count]];
         }
     }
+    lower_at[n] = lowers;
+    upper_at[n] = uppers;
+    order->n = n;
+    order->entries = entries;
+    order->row = row;
+    order->column = column;
+    order->pivot = pivot;
+    order->lower_at = lower_at;
+    order->lower = lower;
+    order->lower_entry = lower_entry;
+    order->upper_at = upper_at;
+    order->upper = upper;
+    order->upper_entry = upper_entry;
+    order->changed = changed;
+    order->scale = scale;
     return 1;
 }
 
-/* X := S^-1 X, (n, count); room: as many numbers. */
-static void eg_solve_planned(const eg_plan *plan, const double *S, long n, double *X, long count, double *room)
+/* Factor EG_LANES matrices with entries S; fine: (EG_LANES), 0 for those with too small pivots, else -1. Entries of pivots
+ * become their inverses. */
+static void eg_factor_lanes(const eg_order *order, double *S, long long *fine)
 {
-    long i, j, k;
-    for (k = 0; k < n; ++k)
-        for (i = plan->lower_at[k]; i < plan->lower_at[k + 1]; ++i) {
-            const long r = plan->lower[i];
-            eg_add_scaled(X + r * count, -S[r * n + plan->column[k]], X + plan->row[k] * count, count);
+    const int *changed = order->changed;
+    int k, i, j, w;
+    for (w = 0; w < EG_LANES; ++w)
+        fine[w] = -1;
+    for (k = 0; k < order->n; ++k) {
+        double *pivot = S + (long)order->pivot[k] * EG_LANES;
+        const int *upper = order->upper_entry + order->upper_at[k], count = order->upper_at[k + 1] - order->upper_at[k];
+        const double bound = EG_GROWTH * order->scale[order->row[k]];
+        for (w = 0; w < EG_LANES; ++w)
+            pivot[w] = 1.0 / pivot[w];
+        eg_lanes_check(pivot, 1e300, fine);
+        for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i) {
+            double *factor = S + (long)order->lower_entry[i] * EG_LANES;
+            eg_lanes_times(factor, factor, pivot);
+            eg_lanes_check(factor, bound / order->scale[order->lower[i]], fine);
+            for (j = 0; j < count; ++j)
+                eg_lanes_add(S + (long)*changed++ * EG_LANES, -1.0, factor, S + (long)upper[j] * EG_LANES);
         }
+    }
+}
+
+/* X := S^-1 X, (n, count), S being the entries of one lane; room: as many numbers. */
+static void eg_solve_lane(const eg_order *order, const double *S, double *X, long count, double *room)
+{
+    const int n = order->n;
+    int i, j, k;
+    if (count == 1) {
+        for (k = 0; k < n; ++k) {
+            const double x = X[order->row[k]];
+            for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
+                X[order->lower[i]] -= S[(long)order->lower_entry[i] * EG_LANES] * x;
+        }
+        for (k = n - 1; k >= 0; --k) {
+            double x = X[order->row[k]];
+            for (j = order->upper_at[k]; j < order->upper_at[k + 1]; ++j)
+                x -= S[(long)order->upper_entry[j] * EG_LANES] * room[order->upper[j]];
+            room[order->column[k]] = x * S[(long)order->pivot[k] * EG_LANES];
+        }
+        memcpy(X, room, (size_t)n * sizeof *X);
+        return;
+    }
+    for (k = 0; k < n; ++k)
+        for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
+            eg_add_scaled(X + order->lower[i] * count, -S[(long)order->lower_entry[i] * EG_LANES],
+                X + order->row[k] * count, count);
     for (k = n - 1; k >= 0; --k) {
-        const double *from = S + plan->row[k] * n;
-        double *x = room + plan->column[k] * count;
-        memcpy(x, X + plan->row[k] * count, (size_t)count * sizeof *x);
-        for (j = plan->upper_at[k]; j < plan->upper_at[k + 1]; ++j)
-            eg_add_scaled(x, -from[plan->upper[j]], room + plan->upper[j] * count, count);
-        eg_multiply(x, 1.0 / from[plan->column[k]], count);
+        double *x = room + order->column[k] * count;
+        memcpy(x, X + order->row[k] * count, (size_t)count * sizeof *x);
+        for (j = order->upper_at[k]; j < order->upper_at[k + 1]; ++j)
+            eg_add_scaled(x, -S[(long)order->upper_entry[j] * EG_LANES], room + order->upper[j] * count, count);
+        eg_multiply(x, S[(long)order->pivot[k] * EG_LANES], count);
     }
     memcpy(X, room, (size_t)(n * count) * sizeof *X);
 }
 
 /* X := S^-T X. */
-static void eg_solve_planned_transposed(const eg_plan *plan, const double *S, long n, double *X, long count,
-    double *room)
+static void eg_solve_lane_transposed(const eg_order *order, const double *S, double *X, long count, double *room)
 {
-    long i, j, k;
+    const int n = order->n;
+    int i, j, k;
+    if (count == 1) {
+        for (k = 0; k < n; ++k) {
+            const double x = X[order->column[k]] * S[(long)order->pivot[k] * EG_LANES];
+            room[order->row[k]] = x;
+            for (j = order->upper_at[k]; j < order->upper_at[k + 1]; ++j)
+                X[order->upper[j]] -= S[(long)order->upper_entry[j] * EG_LANES] * x;
+        }
+        for (k = n - 1; k >= 0; --k) {
+            double x = room[order->row[k]];
+            for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
+                x -= S[(long)order->lower_entry[i] * EG_LANES] * room[order->lower[i]];
+            room[order->row[k]] = x;
+        }
+        memcpy(X, room, (size_t)n * sizeof *X);
+        return;
+    }
     for (k = 0; k < n; ++k) {
-        const double *from = S + plan->row[k] * n;
-        double *x = room + plan->row[k] * count;
-        memcpy(x, X + plan->column[k] * count, (size_t)count * sizeof *x);
-        eg_multiply(x, 1.0 / from[plan->column[k]], count);
-        for (j = plan->upper_at[k]; j < plan->upper_at[k + 1]; ++j)
-            eg_add_scaled(X + plan->upper[j] * count, -from[plan->upper[j]], x, count);
+        double *x = room + order->row[k] * count;
+        memcpy(x, X + order->column[k] * count, (size_t)count * sizeof *x);
+        eg_multiply(x, S[(long)order->pivot[k] * EG_LANES], count);
+        for (j = order->upper_at[k]; j < order->upper_at[k + 1]; ++j)
+            eg_add_scaled(X + order->upper[j] * count, -S[(long)order->upper_entry[j] * EG_LANES], x, count);
     }
     for (k = n - 1; k >= 0; --k)
-        for (i = plan->lower_at[k]; i < plan->lower_at[k + 1]; ++i) {
-            const long r = plan->lower[i];
-            eg_add_scaled(room + plan->row[k] * count, -S[r * n + plan->column[k]], room + r * count, count);
-        }
+        for (i = order->lower_at[k]; i < order->lower_at[k + 1]; ++i)
+            eg_add_scaled(room + order->row[k] * count, -S[(long)order->lower_entry[i] * EG_LANES],
+                room + order->lower[i] * count, count);
     memcpy(X, room, (size_t)(n * count) * sizeof *X);
 }

@@ -34,11 +34,13 @@ PAGES = {
     path.name: path.read_text(encoding="utf-8") for path in [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 } | {
     f"{folder}/{path.name}": path.read_text(encoding="utf-8")
-    for folder in ("theory", *IN_PARTS)
+    for folder in ("theory", "contributing", *IN_PARTS)
     for path in sorted((ROOT / "docs" / folder).glob("*.md"))
 }
-#: The page of the architecture and the pages of the theory name files of the package.
-INSIDE = "\n".join(text for page, text in PAGES.items() if page == "architecture.md" or page.startswith("theory/"))
+#: Pages for contributors and pages of the theory name files of the package.
+INSIDE = "\n".join(
+    text for page, text in PAGES.items() if page == "architecture.md" or page.startswith(("theory/", "contributing/"))
+)
 _BLOCK = re.compile(r"^```(\w+)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
 
 
@@ -269,10 +271,9 @@ def test_every_public_name_is_on_the_python_page() -> None:
 
 
 def test_files_to_change_are_there() -> None:
-    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
-    section = page.partition("## Where a change goes\n")[2].partition("\n## ")[0]
-    files = [name for name in re.findall(r"`([\w/]+\.py)`", section) if "/" in name]
-    assert len(files) > 20
+    pages = [text for page, text in PAGES.items() if page.startswith("contributing/changes_of_")]
+    files = [name for name in re.findall(r"`([\w/]+\.py)`", "\n".join(pages)) if "/" in name]
+    assert len(pages) == 2 and len(files) > 200
     assert [name for name in files if not (Path(eomgen.__file__).parent / name).is_file()] == []
 
 

@@ -1,4 +1,4 @@
-"""Every place that docs/glossary.md names exists; terms are sorted, and each stands once in its topic."""
+"""Every place that the two pages of the glossary name exists; terms are sorted, and each stands once in its topic."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from eomgen.system.terms import TERMS
 from tests.docs.test_docs import PAGES, words_of
 
 COLUMNS = ["term", "symbol", "meaning", "unit", "in other tools", "in eomgen"]
-PAGE = PAGES["glossary.md"]
+PAGE = PAGES["glossary.md"] + PAGES["glossary_of_methods.md"]
 
 
 class Entry(NamedTuple):

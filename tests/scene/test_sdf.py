@@ -13,6 +13,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.pipeline.pipeline import derive
 from eomgen.scene.load import load
+from eomgen.scene.sources.sdf.conversion import sdf_data
 from tests.oracles.evaluation import tape_evaluator
 
 FILES = Path(__file__).parents[1] / "files"
@@ -149,6 +150,39 @@ def test_no_part_of_a_file_passes_unread(old: str, new: str, note: str, file: Pa
     assert any(said.startswith(note) for said in load(file).notes)
     with pytest.raises(eomgen.DescriptionError, match=r"try: no --strict"):
         load(file, strict=True)
+
+
+OLD = """<sdf version="1.{0}"><world name="w">{1}<model name="m"><pose>0 0 1 0 0 0.5</pose><link name="base"/>
+<joint name="anchor" type="fixed"><parent>world</parent><child>base</child></joint>
+<link name="arm"><pose {2}>0.3 0 0 0.7 0 0</pose></link><joint name="hinge" type="revolute"><parent>base</parent>
+<child>arm</child><axis><xyz>0 1 0</xyz></axis></joint></model></world></sdf>"""
+
+
+@pytest.mark.parametrize(
+    ("minor", "world", "pose", "axis", "gravity"),
+    [
+        (4, "<physics><gravity>1 2 3</gravity></physics>", "", [0.0, np.cos(0.7), -np.sin(0.7)], [1.0, 2.0, 3.0]),
+        (5, "<physics><gravity>1 2 3</gravity></physics>", "", [0.0, 1.0, 0.0], [1.0, 2.0, 3.0]),
+        (6, "<gravity>1 2 3</gravity>", 'frame="base"', [0.0, 1.0, 0.0], [1.0, 2.0, 3.0]),
+        (6, "", 'frame="bases"', "bases", []),
+        (7, "<physics><gravity>1 2 3</gravity></physics>", "", "not read: elements <gravity> of <physics> (1)", []),
+        (7, "", 'frame="base"', "not read: the attribute 'frame' of <pose> (1: arm)", []),
+    ],
+)
+def test_older_versions_keep_their_meaning(
+    minor: int, world: str, pose: str, axis: list[float] | str, gravity: list[float]
+) -> None:
+    text = OLD.format(minor, world, pose)
+    if axis == "bases":
+        with pytest.raises(eomgen.DescriptionError, match=r"model\.sdf:3: relative_to: there is no frame 'bases'"):
+            sdf_data(text, file="model.sdf")
+        return
+    result = sdf_data(text, file="model.sdf")
+    if isinstance(axis, str):
+        assert axis in result.notes
+    else:
+        np.testing.assert_allclose(result.data["joints"]["hinge"]["axis"], axis, atol=1e-15)
+        assert result.data["gravity"] == gravity
 
 
 def test_the_command_line_takes_sdf(file: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -11,8 +11,12 @@ import pytest
 import eomgen
 from eomgen.errors import NumericalError, UsageError
 from eomgen.integrators.families.register import method_named
+from eomgen.lie import numeric
+from eomgen.lie.groups import group_named
+from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
+from eomgen.products.derivatives.linear_steps import turning as turned_in_c
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
@@ -226,22 +230,47 @@ def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
 
 @pytest.mark.slow
 def test_steps_of_large_loops_have_one_order_of_pivots() -> None:
-    """By a plan, and each step with pivots of its own; and a plan by steps whose nonzeros are fewer."""
+    """By a plan, and each step with pivots of its own; and a plan that is made again for new nonzeros."""
     _, model = built(absolute())
     options: dict[str, Any] = {"by": ["mass", "damping", "v.one[4]"], "initial": {"v": np.zeros(12)}}
     found = model.sensitivities(0.1, STEP, **options)
     gradients, linear = found.gradients(["final(y[0])", "sum(y[2])"]), found._run.linear
     assert linear._plan[0] == 1
-    linear._plan[0] = -1
+    assert 0 < np.count_nonzero(linear._seen) < 0.5 * len(linear._seen)  # nonzeros of the blocks
+    scale = linear._scale.copy()
+    linear._scale[:] = np.nan  # no pivot is large enough
     dense = found.gradients(["final(y[0])", "sum(y[2])"])
     np.testing.assert_allclose(gradients, dense, rtol=1e-12, atol=1e-13 * np.max(np.abs(dense)))
-    linear._plan[0] = 1
+    assert not np.array_equal(gradients, dense)
+    linear._scale[:] = scale
     np.testing.assert_array_equal(found.gradients(["final(y[0])", "sum(y[2])"]), gradients)
+    places = linear._seen.copy()
+    linear._seen[:], linear._unseen[:] = 0, -1
+    np.testing.assert_array_equal(found.gradients(["final(y[0])", "sum(y[2])"]), gradients)
+    np.testing.assert_array_equal(linear._seen, places)
+    linear._seen[:], linear._unseen[:] = 0, -1
     np.testing.assert_allclose(found.derivatives["y"][-1, 0], dense[0], rtol=1e-12, atol=1e-13 * np.max(np.abs(dense)))
-    place = linear._plan[1 + 2 * linear.rows + 2 * (linear.rows + 1) + 2 * linear.rows**2]
-    assert 0 < place < linear.rows**2  # nonzeros of the matrix
-    linear._plan[1 + 2 * linear.rows + 2 * (linear.rows + 1) + 2 * linear.rows**2] = place - 1
-    np.testing.assert_array_equal(found.gradients(["final(y[0])", "sum(y[2])"]), dense)
+
+
+@pytest.mark.parametrize("size", [0.0, 1e-9, 0.3, 0.49, 0.51, 3.0])
+def test_tangents_of_groups_in_c(size: float) -> None:
+    factors: list[Factor] = []
+    first = 0
+    for name, q_size, v_size in (("SO3", 4, 3), ("R", 2, 2), ("SE3", 7, 6), ("R3xSO3", 7, 6)):
+        factors.append(Factor(name, name, sum(factor.q_size for factor in factors), q_size, first, v_size))
+        first += v_size
+    theta = np.random.default_rng(1).normal(size=(5, first)) * size / 2.0
+    A, T = turned_in_c(factors, theta)
+    place = 0
+    for factor in factors:
+        if factor.group == "R":
+            continue
+        group, part, square = group_named(factor.group, factor.v_size), theta[:, factor.v], factor.v_size**2
+        pairs = (A, numeric.adjoint(group, numeric.exp(group, -part))), (T, numeric.tangent(group, part))
+        for found, expected in pairs:
+            own = found[:, place : place + square].reshape(expected.shape)
+            np.testing.assert_allclose(own, expected, rtol=0, atol=4e-15 * (1.0 + size) ** 2)
+        place += square
 
 
 @pytest.mark.slow

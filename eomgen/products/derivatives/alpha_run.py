@@ -12,10 +12,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearStep
-from eomgen.lie import numeric
-from eomgen.lie.groups import group_named
-from eomgen.lie.product import Factor, difference
-from eomgen.products.derivatives.equations import EquationPartials, Equations
+from eomgen.lie.product import difference
+from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, Equations
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -25,7 +23,7 @@ from eomgen.products.derivatives.linear_run import (
     rows_of,
     undefined_derivatives,
 )
-from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions
+from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions, turning
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import LinearizedStart, StateDirections, on_constraints
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -33,14 +31,14 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 def step_matrices(
     equations: Equations,
-    partials: EquationPartials,
+    partials: EquationPartials | EquationBlocks,
     before: States,
     after: States,
     values: Mapping[str, Array],
     a: Array,
     coefficients: Sequence[Any],
     inverse_inertia: Array,
-    begun: EquationPartials | None = None,
+    begun: EquationBlocks | None = None,
 ) -> tuple[StepMatrices, Array]:
     """Return the matrices of n steps, and eta, (n, holonomic).
 
@@ -54,27 +52,57 @@ def step_matrices(
     inverse_inertia : (nv,) or (n, nv), W, by which multipliers of velocities move positions; empty if there are none
     begun : partials of the equations at the starts, if known
     """
-    factors, count, nv = equations.model.factors, len(partials.Jq), equations.nv
+    factors, count, nv, nh = equations.model.factors, len(before.t), equations.nv, equations.holonomic
     theta = difference(factors, before.q, after.q)
-    A, T = _turning(factors, theta)
-    e = partials
-    if not equations.holonomic or not inverse_inertia.size:
-        none = tuple(np.zeros((count, 0, 0)) for _ in range(3))
-        return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, *none), np.zeros((count, 0))
-    held = slice(partials.Jv.shape[1] - equations.nl, partials.Jv.shape[1] - equations.nl + equations.holonomic)
-    if begun is None:
-        B = equations.of("constraint_jacobian", values)["B"][:, : equations.holonomic]
+    A, T = turning(factors, theta)
+    held = nh if inverse_inertia.size else 0
+    if isinstance(partials, EquationPartials):
+        blocks = _by_rows(equations, partials, held)
     else:
-        B = begun.Jv[:, held]
+        blocks = _by_kinds(equations, partials, held)
+    if not held:
+        none = {name: np.zeros((count, 0, 0)) for name in ("G", "N", "Np")}
+        return StepMatrices(**blocks, A=A, T=T, **none, reaction=np.zeros((count, 0))), np.zeros((count, 0))
+    B = (equations.of("constraint_jacobian", values)["B"] if begun is None else begun.B)[:, :nh]
     moved = _predicted_exponents(before, after, a, coefficients) - theta / coefficients[0]  # W B^T eta
     G, eta, reaction = reactions(B, inverse_inertia, moved)
-    N, of_parameters = equations.reaction_partials(values, eta, begun)
+    N, Np = equations.reaction_partials(values, eta, begun)
     W = np.broadcast_to(inverse_inertia, (count, nv))[:, :, np.newaxis]
-    Np = np.zeros((count, nv, e.P.shape[2] + nv))
-    Np[:, :, : of_parameters.shape[2]] = W * of_parameters
-    each = np.arange(nv)
-    Np[:, each, e.P.shape[2] + each] = reaction
-    return StepMatrices(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, e.P, A, T, G, W * N, Np), eta
+    N *= W
+    if any(Np.strides):
+        Np = W * Np
+    return StepMatrices(**blocks, A=A, T=T, G=G, N=N, Np=Np, reaction=reaction), eta
+
+
+def _by_rows(equations: Equations, partials: EquationPartials, held: int) -> dict[str, Array]:
+    """Return the blocks of whole partials; ``held``: constraints with multipliers of velocities."""
+    e, nv, nz = partials, equations.nv, equations.nz
+    places = {
+        "R": slice(nv),
+        "F": slice(nv, nv + nz),
+        "H": slice(nv + nz, nv + nz + held),
+        "Z": slice(nv + nz + held, None),
+    }
+    R, F, Z = places["R"], places["F"], places["Z"]
+    blocks = {f"{row}p": e.P[:, place] for row, place in places.items()}
+    blocks |= {f"{row}q": e.Jq[:, place] for row, place in places.items()}
+    of_motion = {"Rv": e.Jv[:, R], "Fv": e.Jv[:, F], "Zv": e.Jv[:, Z], "Ra": e.Ja[:, R]}
+    return blocks | of_motion | {"Rz": e.Jz[:, R], "Fz": e.Jz[:, F], "L": np.swapaxes(e.Jlam[:, R], 1, 2)}
+
+
+def _by_kinds(equations: Equations, partials: EquationBlocks, held: int) -> dict[str, Array]:
+    """Return the blocks of partials by kinds of equations; in index 3 the constraints on positions stand in place of
+    their rates."""
+    e, nh = partials, equations.holonomic
+    of_rates = {"Zq": e.Z, "Zv": e.B, "Zp": e.Zp}
+    if held < nh:
+        pairs = {"Zq": (e.B, e.Z), "Zv": (np.zeros_like(e.B), e.B), "Zp": (e.Hp, e.Zp)}
+        of_rates = {name: np.concatenate([one[:, :nh], other[:, nh:]], axis=1) for name, (one, other) in pairs.items()}
+    internal = {"Fq": -e.Fq, "Fv": -e.Fv, "Fz": -e.Fz, "Fp": -e.Fp} if equations.nz else {}
+    internal = internal or {"Fq": e.Fq, "Fv": e.Fv, "Fz": e.Fz, "Fp": e.Fp}
+    of_positions = {"Hq": e.B[:, :held], "Hp": e.Hp[:, :held]}
+    of_residual = {"Rq": e.Rq, "Rv": e.Rv, "Ra": e.Ra, "Rz": e.Rz, "Rp": e.Rp, "L": e.B}
+    return of_residual | internal | of_positions | of_rates
 
 
 def _predicted_exponents(before: States, after: States, a: Array, coefficients: Sequence[Any]) -> Array:
@@ -90,23 +118,6 @@ def _predicted_exponents(before: States, after: States, a: Array, coefficients: 
     reached = (given - alpha_m * a) / (1.0 - alpha_m)
     result: Array = before.v + h * ((0.5 - beta) * a + beta * reached)
     return result
-
-
-def _turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
-    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv), (n, numbers) each."""
-    count, turning = len(increments), [factor for factor in factors if factor.group != "R"]
-    blocks: dict[int, tuple[Array, Array]] = {}
-    for name in dict.fromkeys(factor.group for factor in turning):  # all factors of a group at once
-        own = [factor for factor in turning if factor.group == name]
-        group, theta = group_named(name, own[0].v_size), np.stack([increments[:, factor.v] for factor in own])
-        A, T = numeric.adjoint(group, numeric.exp(group, -theta)), numeric.tangent(group, theta)
-        blocks |= {factor.v_start: (A[k], T[k]) for k, factor in enumerate(own)}
-    none = np.zeros((count, 0))
-    A, T = (
-        np.concatenate([none, *(blocks[factor.v_start][which].reshape(count, -1) for factor in turning)], axis=1)
-        for which in (0, 1)
-    )
-    return A, T
 
 
 @dataclass(frozen=True)
@@ -193,19 +204,15 @@ class AlphaRun(StartedRun[AlphaPart]):
         """Make a part of the run linear."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)
-        both = self.equations.partials(blocks)
-        partials, begun = (
-            EquationPartials(*(matrix[rows] for matrix in vars(both).values()))
-            for rows in (slice(1, None), slice(None, -1))
-        )
-        rows = np.isfinite(partials.Jq).all(axis=(1, 2)) & np.isfinite(partials.Jv).all(axis=(1, 2))
-        if not rows.all():
-            t = float(states.t[1:][int(np.argmin(rows))])
-            raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
+        both = self.equations.blocks(blocks)
+        partials, begun = both.at(slice(1, None)), both.at(slice(None, -1))
+        if not np.isfinite(np.sum(partials.Rq) + np.sum(partials.Rv)):
+            rows = np.isfinite(partials.Rq).all(axis=(1, 2)) & np.isfinite(partials.Rv).all(axis=(1, 2))
+            if not rows.all():
+                t = float(states.t[1:][int(np.argmin(rows))])
+                raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
         values = rows_of(blocks, slice(None, -1))
-        if len(self.kept) < partials.Jq.shape[1]:
-            partials = EquationPartials(*(matrix[:, self.kept] for matrix in vars(partials).values()))
         matrices, eta = step_matrices(
             self.equations, partials, before, after, values, part.memory, self.coefficients, self.inverse_inertia, begun
         )
@@ -217,6 +224,8 @@ class AlphaRun(StartedRun[AlphaPart]):
     def take_back(self, part: AlphaPart, direct: Array, state: Array, gradient: Array) -> tuple[Array, Array]:
         multipliers, ends = self.linear.adjoints(part.matrices, direct, state, gradient, part.times)
         rows = self.equations.nv + self.equations.nz + self.equations.holonomic + self.equations.nl
+        if len(self.kept) == rows:
+            return multipliers, ends
         whole = np.zeros((len(multipliers), rows, multipliers.shape[2]))
         whole[:, self.kept] = multipliers
         return whole, ends

@@ -59,6 +59,40 @@ class EquationPartials:
     P: Array
 
 
+@dataclass(frozen=True)
+class EquationBlocks:
+    """The same partials at n rows by kinds of equations, without zeros between them.
+
+    Attributes
+    ----------
+    Rq, Rv, Ra, Rz : of the residual in q, v, vdot and internal states
+    Fq, Fv, Fz : of the rates of internal states
+    B : of the rates of all constraints in v, (n, nl, nv); its transpose is of the residual in multipliers, its first
+        rows are of the constraints on positions in q
+    Z : of the rates of all constraints in q
+    Rp, Fp, Hp, Zp : of residual, rates of internal states, constraints on positions, rates of constraints in the chosen
+        parameters, then along the directions of inputs
+    """
+
+    Rq: Array
+    Rv: Array
+    Ra: Array
+    Rz: Array
+    Fq: Array
+    Fv: Array
+    Fz: Array
+    B: Array
+    Z: Array
+    Rp: Array
+    Fp: Array
+    Hp: Array
+    Zp: Array
+
+    def at(self, rows: slice) -> EquationBlocks:
+        """Return the partials at some of the rows."""
+        return EquationBlocks(*(block[rows] for block in vars(self).values()))
+
+
 class Equations:
     """The equations of a step.
 
@@ -98,6 +132,7 @@ class Equations:
             outputs=sum(int(item["size"]) for item in model.library.layout["outputs"]),
             parameters=len(model.parameters),
         )
+        self._known_zeros: dict[tuple[int, ...], Array] = {}
         self._weighted, self._along = places.places("weights"), places.places("direction")
 
     def _functions(self, term: str) -> Functions:
@@ -134,8 +169,12 @@ class Equations:
         functions = self._functions(term)
         if term not in functions:
             return {}
-        results = functions(term, values)
         count = len(values["t"])
+        if count == 1 and self.dtype is np.float64:  # without the bookkeeping of batches
+            inputs = {name: values[name] for name in functions.inputs(term)}
+            results = functions(term, {name: x if name == "p" and x.ndim == 1 else x[0] for name, x in inputs.items()})
+            return {name: array[np.newaxis] for name, array in zip(functions.output_names(term), results, strict=True)}
+        results = functions(term, values)
         by_name = dict(zip(functions.output_names(term), results, strict=True))
         if all(len(array) == count for array in results) and set(functions.inputs(term)) - {"p"}:
             return by_name
@@ -169,31 +208,54 @@ class Equations:
     def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationPartials:
         """Return the partials of e; partials in the parameters are 0 unless ``parameters``."""
         nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
-        of_residual = self.of("partials", values)
-        by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
-        P = self._parameters(by_parameters, "Rp", nv, count)
+        of = self.blocks(values, parameters=parameters)
         if not nz and not nl:
-            K, C, M = (of_residual[name] for name in "KCM")
             none = np.zeros((count, nv, 0))
-            return EquationPartials(K, C, M, none, none, self._with_inputs(P, values) if parameters else P)
+            return EquationPartials(of.Rq, of.Rv, of.Ra, none, none, of.Rp)
         rows = nv + nz + nh + nl
         Jq, Jv, Ja = (np.zeros((count, rows, nv), self.dtype) for _ in range(3))
-        Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, len(self.chosen)))
-        Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = *(of_residual[name] for name in "KCM"), P
+        Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, of.Rp.shape[2]))
+        Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = of.Rq, of.Rv, of.Ra, of.Rp
         if nz:
-            of_rates, place = self.of("internal_partials", values), slice(nv, nv + nz)
-            Jz[:, :nv] = of_rates.get("Rz", 0.0)
-            Jq[:, place], Jv[:, place] = -of_rates.get("Fq", 0.0), -of_rates.get("Fv", 0.0)
-            Jz[:, place] = -of_rates.get("Fz", 0.0)
-            Jp[:, place] = -self._parameters(by_parameters, "Fp", nz, count)
+            place = slice(nv, nv + nz)
+            Jz[:, :nv] = of.Rz
+            Jq[:, place], Jv[:, place], Jz[:, place], Jp[:, place] = -of.Fq, -of.Fv, -of.Fz, -of.Fp
         if nl:
-            B = self.of("constraint_jacobian", values)["B"]
             place, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, rows)
-            Jlam[:, :nv] = np.swapaxes(B, 1, 2)
-            Jq[:, place], Jp[:, place] = B[:, :nh], self._parameters(by_parameters, "Phip", nh, count)
-            Jq[:, rates], Jv[:, rates] = self.of("velocity_partials", values)["Z"], B
-            Jp[:, rates] = self._parameters(by_parameters, "Zp", nl, count)
-        return EquationPartials(Jq, Jv, Ja, Jz, Jlam, self._with_inputs(Jp, values) if parameters else Jp)
+            Jlam[:, :nv] = np.swapaxes(of.B, 1, 2)
+            Jq[:, place], Jp[:, place] = of.B[:, :nh], of.Hp
+            Jq[:, rates], Jv[:, rates], Jp[:, rates] = of.Z, of.B, of.Zp
+        return EquationPartials(Jq, Jv, Ja, Jz, Jlam, Jp)
+
+    def blocks(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationBlocks:
+        """Return the partials of e by kinds of equations; partials in the parameters are 0 unless ``parameters``."""
+        nv, nz, nl, nh, count = self.nv, self.nz, self.nl, self.holonomic, len(values["t"])
+        of_residual = self.of("partials", values)
+        of_rates = self.of("internal_partials", values) if nz else {}
+        by_parameters = self.of("parameter_partials", values) if self.chosen and parameters else {}
+        names = {"Rp": nv, "Fp": nz, "Phip": nh, "Zp": nl}
+        by = [self._parameters(by_parameters, name, size, count) for name, size in names.items()]
+        if self.driven and parameters:
+            of_inputs = self.input_partials(values)[0] @ values["du"]
+            places = np.cumsum([0, nv, nz, nh, nl])
+            for k, (first, last, sign) in enumerate(zip(places[:-1], places[1:], (1.0, -1.0, 1.0, 1.0), strict=True)):
+                by[k] = np.concatenate([by[k], sign * of_inputs[:, first:last]], axis=2)
+
+        def block(blocks: Mapping[str, Array], name: str, rows: int, columns: int) -> Array:
+            return blocks[name] if name in blocks else self._zeros(count, rows, columns)
+
+        B = self.of("constraint_jacobian", values)["B"] if nl else self._zeros(count, 0, nv)
+        Z = self.of("velocity_partials", values)["Z"] if nl else B
+        Rq, Rv, Ra = (of_residual[name] for name in "KCM")
+        Fq, Fv, Fz = (block(of_rates, name, nz, size) for name, size in (("Fq", nv), ("Fv", nv), ("Fz", nz)))
+        return EquationBlocks(Rq, Rv, Ra, block(of_rates, "Rz", nv, nz), Fq, Fv, Fz, B, Z, *by)
+
+    def _zeros(self, *shape: int) -> Array:
+        """Return zeros in the memory of one zero."""
+        zeros = self._known_zeros.get(shape)
+        if zeros is None:
+            zeros = self._known_zeros[shape] = np.broadcast_to(np.zeros((), self.dtype), shape)
+        return zeros
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return the partials of the chosen outputs at n rows of a run.
@@ -218,7 +280,41 @@ class Equations:
             first += size
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
-        return Y, self._with_inputs(Yp, values, of_outputs=True)
+        return Y, self._with_inputs(Yp, values)
+
+    def weighed_outputs(self, values: Mapping[str, Array], weights: Array) -> tuple[Array, Array]:
+        """Return derivatives of sums of outputs by each of n rows.
+
+        Parameters
+        ----------
+        values : as of ``output_partials``
+        weights : (n, outputs, functionals)
+
+        Returns
+        -------
+        by_state : (n, 3 nv + nz + nl, functionals)
+        by_parameters : (parameters, functionals), of all rows together
+        """
+        used = np.flatnonzero(weights.any(axis=(0, 2)))
+        partials = self.of("output_partials", values)
+        by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
+        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
+        of_state = np.zeros((len(weights), sum(sizes.values()), weights.shape[2]), self.dtype)
+        of_parameters = np.zeros((len(self.chosen) + self.driven, weights.shape[2]), self.dtype)
+        first = 0
+        for name, size in sizes.items():
+            for one in used.tolist() if name in partials and size else ():
+                row = partials[name][:, self.outputs[one], :, np.newaxis]
+                of_state[:, first : first + size] += row * weights[:, one, np.newaxis]
+            first += size
+        for one in used.tolist() if "Yp" in by_parameters else ():
+            of_parameters[: len(self.chosen)] += (
+                by_parameters["Yp"][:, self.outputs[one], self.chosen].T @ weights[:, one]
+            )
+        if self.driven and len(used):
+            by_inputs = self.input_partials(values)[1] @ values["du"]
+            of_parameters[len(self.chosen) :] = np.einsum("nod,nof->df", by_inputs[:, used], weights[:, used])
+        return of_state, of_parameters
 
     def input_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
         """Return partials of e in the inputs, (n, rows, nu), and of the outputs, (n, outputs, nu)."""
@@ -351,7 +447,7 @@ class Equations:
         return np.concatenate([result, np.zeros((count, self.nl, self.driven))], axis=2)
 
     def reaction_partials(
-        self, values: Mapping[str, Array], eta: Array, known: EquationPartials | None = None
+        self, values: Mapping[str, Array], eta: Array, known: EquationBlocks | None = None
     ) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
         parameters): differences of the partials of the residual, which is linear in the multipliers; ``known``: the
@@ -365,15 +461,17 @@ class Equations:
             still, lam = dict(values), values["lam"] + share * lam
         none = np.zeros_like(lam)
         first = self.of("partials", {**still, "lam": lam})["K"]
-        last = self.of("partials", {**still, "lam": none})["K"] if known is None else known.Jq[:, :nv]
-        of_parameters = np.zeros((count, nv, self.parameters))
+        last = self.of("partials", {**still, "lam": none})["K"] if known is None else known.Rq
+        of_parameters = self._zeros(count, nv, self.parameters)
         if "lam" in self.model.functions.inputs("parameter_partials") if self.chosen else False:
             pair = [self._parameters(self.of("parameter_partials", {**still, "lam": lam}), "Rp", nv, count)]
             if known is None:
                 pair.append(self._parameters(self.of("parameter_partials", {**still, "lam": none}), "Rp", nv, count))
             else:
-                pair.append(known.P[:, :nv, : len(self.chosen)])
-            of_parameters[:, :, : len(self.chosen)] = (pair[0] - pair[1]) / share
+                pair.append(known.Rp[:, :, : len(self.chosen)])
+            of_parameters = (pair[0] - pair[1]) / share
+            if self.driven:
+                of_parameters = np.concatenate([of_parameters, self._zeros(count, nv, self.driven)], axis=2)
         of_q = first - last
         of_q /= share
         return of_q, of_parameters
@@ -382,11 +480,11 @@ class Equations:
         """Return the outputs, (n, outputs)."""
         return self.of("outputs", values)["y"][:, self.outputs]
 
-    def _with_inputs(self, by_parameters: Array, values: Mapping[str, Array], *, of_outputs: bool = False) -> Array:
-        """Return partials, followed by the partials along the directions of inputs."""
+    def _with_inputs(self, by_parameters: Array, values: Mapping[str, Array]) -> Array:
+        """Return partials of outputs, followed by the partials along the directions of inputs."""
         if not self.driven:
             return by_parameters
-        return np.concatenate([by_parameters, self.input_partials(values)[int(of_outputs)] @ values["du"]], axis=2)
+        return np.concatenate([by_parameters, self.input_partials(values)[1] @ values["du"]], axis=2)
 
     def _rows(self, of_outputs: Array) -> Array:
         """Return the rows of the chosen outputs, (n, outputs, ...)."""
@@ -394,7 +492,7 @@ class Equations:
 
     def _parameters(self, partials: Mapping[str, Array], name: str, rows: int, count: int) -> Array:
         if name not in partials:
-            return np.zeros((count, rows, len(self.chosen)))
+            return self._zeros(count, rows, len(self.chosen))
         whole = self.chosen == list(range(partials[name].shape[2]))
         return partials[name] if whole else partials[name][:, :, self.chosen]
 
@@ -412,7 +510,7 @@ class MovedEquations(Equations):
 
     def __init__(self, equations: Equations, p: Array) -> None:
         vars(self).update(vars(equations))
-        self.p = p
+        self.p, self._known_zeros = p, {}
 
     @property
     def functions(self) -> Functions:

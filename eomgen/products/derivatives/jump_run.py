@@ -248,7 +248,7 @@ class JumpRun(StartedRun[JumpPart]):
             moves += [cuts[k][0] for k in self._cuts(part, plain, first)]
             if step in into:
                 moves.append(maps[into[step]])
-            own = StepMatrices(*(block[first:position] for block in vars(matrices).values()))
+            own = matrices.at(slice(first, position))
             moves.append(Sweep(step, int(plain[position - 1]) + 1, own, states.t[plain[first:position] + 1]))
         moves += [cuts[k][0] for k in self._cuts(part, plain, len(plain))]
         return JumpPart(part.first, states, blocks, moves)
@@ -603,21 +603,15 @@ class JumpRun(StartedRun[JumpPart]):
         in_v, in_z = (after.v - before.v) / h, (after.z - before.z) / h
         parts = (partials.Jq, in_q), (partials.Jv, in_v), (partials.Jz, in_z)
         in_size = sum(J @ change[..., np.newaxis] for J, change in parts)
-        made = self._step_matrices(partials, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
-        lacking = max(made.Np.shape[2] - made.P.shape[2], 0)
-        made = StepMatrices(
-            **{
-                **vars(made),
-                "P": np.concatenate([made.P, np.zeros((*made.P.shape[:2], lacking)), in_size], axis=2),
-                "Np": np.concatenate([made.Np, np.zeros((*made.Np.shape[:2], 1))], axis=2),
-            }
-        )
-        dp = np.zeros((count + 1 + starts.inertia.shape[1] + 1, self._width))
+        P = np.concatenate([partials.P, in_size], axis=2)
+        with_size = EquationPartials(partials.Jq, partials.Jv, partials.Ja, partials.Jz, partials.Jlam, P)
+        made = self._step_matrices(with_size, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
+        dp = np.zeros((count + 2 + starts.inertia.shape[1], self._width))
         dp[:count, self._columns[3]] = np.eye(count)
-        dp[count, -2:] = dp[-1, -1] = 1.0
+        dp[count, -2:] = dp[count + 1, -1] = 1.0
         for k, size in enumerate(sizes.tolist()):
-            dp[count + 1 : -1] = starts.of_inertia[k]
-            one = StepMatrices(**{name: block[k : k + 1] for name, block in vars(made).items()})
+            dp[count + 2 :] = starts.of_inertia[k]
+            one = made.at(slice(k, k + 1))
             own = LinearSteps(e.model.functions.sizes, factors, (size, *self._method), e.holonomic)
             record, _ = own.tangents(one, dp, starts.state[k].copy(), after.t[k : k + 1])
             through = record[0]

@@ -202,16 +202,20 @@ class LinearRun(ABC, Generic[PartType]):
         """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
         parameters; rows that parts share count in the first part alone."""
         weighed = np.flatnonzero(of_outputs.any(axis=(1, 2)))
-        size = self.equations.record_size
-        result = np.zeros((len(of_outputs), size, of_outputs.shape[2]), self.equations.dtype)
         if not len(weighed):
-            return result
+            return np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]), self.equations.dtype)
         whole = len(weighed) == len(of_outputs)
-        Y, Yp = self.equations.output_partials(part.blocks if whole else rows_of(part.blocks, weighed))
-        own = of_outputs[weighed].copy()
-        result[weighed] = np.swapaxes(Y, 1, 2) @ own
-        own[weighed < (0 if part.first == 0 else 1)] = 0.0
-        by[: Yp.shape[2]] += np.einsum("nop,nof->pf", Yp, own)
+        blocks = part.blocks if whole else rows_of(part.blocks, weighed)
+        own = of_outputs if whole else of_outputs[weighed]
+        of_state, of_parameters = self.equations.weighed_outputs(blocks, own)
+        if weighed[0] == 0 and part.first > 0:
+            first = {name: array if name == "p" and array.ndim == 1 else array[:1] for name, array in blocks.items()}
+            of_parameters = of_parameters - self.equations.weighed_outputs(first, own[:1])[1]
+        by[: len(of_parameters)] += of_parameters
+        if whole:
+            return of_state
+        result = np.zeros((len(of_outputs), *of_state.shape[1:]), self.equations.dtype)
+        result[weighed] = of_state
         return result
 
     def _directions(self) -> StateDirections:

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
@@ -26,60 +27,105 @@ def routine(files: Sequence[str], cdef: str, *, in_complex: bool = False) -> tup
     return Builder().build_routine(source, cdef)
 
 
+#: Steps side by side in C.
+_LANES = 8
+#: Integers for a plan at first.
+_PLAN = 2**13
 _FILES = ("sparse_factors.c", "generalized_alpha.c")
 _CDEF = """\
+typedef struct eg_block {
+    const double *x;
+    long step, row, column;
+} eg_block;
 typedef struct eg_steps {
     long nv, nz, nl, nh;
-    long np, nown;
+    long np, nown, nshared;
     long steps, directions;
     long turns;
     const long *turn;
     const double *coefficients;
-    const double *Jq, *Jv, *Ja;
-    const double *Jz;
-    const double *Jlam;
-    const double *P;
+    eg_block block[20];
     const double *A, *T;
-    const double *G;
-    const double *N;
-    const double *Np;
-    long *plan;
+    int *plan;
+    long capacity;
     double *scale;
+    const long long *unseen;
+    long first;
 } eg_steps;
-long eomgen_plan_size(long n);
 long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W, long w_stride,
     const double *moved, double *G, double *eta, double *reaction, double *room);
-void eomgen_step_plan(const eg_steps *given, char *nonzero, long *counts, double *room);
+void eomgen_step_turning(long steps, long nv, long turns, const long *turn, const long *kind, const double *theta,
+    double *A, double *T);
+long eomgen_plan_places(const eg_steps *given);
+long eomgen_plan_numbers(const eg_steps *given);
+int eomgen_step_plan(const eg_steps *given, unsigned char *seen, long long *bits, int *numbers);
+long eomgen_plan_room(const eg_steps *given);
+int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero, double *room);
 void eomgen_step_products(long steps, long rows, long columns, long directions, const double *X, const double *D,
     double *Y);
-long eomgen_step_room(long nv, long nz, long nl, long nh, long directions);
+long eomgen_step_room(const eg_steps *given);
 long eomgen_step_tangents(const eg_steps *given, const double *dp, double *state, double *record, double *eta,
     double *room, long *pivot);
 long eomgen_step_adjoints(const eg_steps *given, const double *direct, const double *sources, double *state,
     double *gradient, double *multipliers, double *ends, double *room, long *pivot);
 """
 
+#: Groups of rotating factors in the order of the C.
+_GROUPS = ("SO3", "R3xSO3", "SE3")
+#: Matrices of a step in the order of the C.
+_BLOCKS = (
+    *("Rq", "Fq", "Hq", "Zq", "Rv", "Fv", "Zv", "Ra", "Rz", "Fz", "L", "T", "G"),
+    *("Rp", "Fp", "Hp", "Zp", "N", "Np", "reaction"),
+)
+
 
 @dataclass(frozen=True)
 class StepMatrices:
-    """Matrices of linearised steps, (steps, ...) each, as ``templates/derivatives/generalized_alpha.c`` says.
+    """Matrices of linearised steps, (steps, rows, columns) each, as ``templates/derivatives/generalized_alpha.c`` says.
 
-    ``rows`` of Jq to P: residual, minus rates of internal states, holonomic constraints, rates of all constraints. P
-    may lack the columns of the last parameters, which no equation has.
-    Blocks of the rotating factors in A and T are concatenated.
+    First letters: R, residual; F, minus rates of internal states; H, constraints on positions with multipliers at
+    velocity level; Z, rates of constraints. Second letters: q, v, a (vdot), z, p (parameters).
+
+    Attributes
+    ----------
+    L : of the residual in multipliers, transposed, (steps, multipliers, nv)
+    A, T : (steps, numbers), blocks of the rotating factors concatenated
+    G : B W at the starts
+    N, Np : of W B^T eta in q and in the parameters at the starts
+    reaction : B^T eta, (steps, nv); (steps, 0) without eta
     """
 
-    Jq: Array
-    Jv: Array
-    Ja: Array
-    Jz: Array
-    Jlam: Array
-    P: Array
+    Rq: Array
+    Fq: Array
+    Hq: Array
+    Zq: Array
+    Rv: Array
+    Fv: Array
+    Zv: Array
+    Ra: Array
+    Rz: Array
+    Fz: Array
+    L: Array
+    Rp: Array
+    Fp: Array
+    Hp: Array
+    Zp: Array
     A: Array
     T: Array
     G: Array
     N: Array
     Np: Array
+    reaction: Array
+
+    def at(self, rows: slice) -> StepMatrices:
+        """Return the matrices of some of the steps."""
+        return StepMatrices(*(block[rows] for block in vars(self).values()))
+
+    @property
+    def by_parameters(self) -> Array:
+        """Partials of all equations in the parameters, (steps, equations, parameters)."""
+        result: Array = np.concatenate([self.Rp, self.Fp, self.Hp, self.Zp], axis=1)
+        return result
 
 
 def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
@@ -104,7 +150,7 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     W, moved = np.ascontiguousarray(W), np.ascontiguousarray(moved)
     from_start = ffi.cast("const double *", B.ctypes.data)
     pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
-    room = ffi.new("double[]", nh * nh + nh * nv)
+    room = ffi.from_buffer("double[]", np.empty(_LANES * (nh * nh + 2 * nh * nv + nh + nv)))
     own = nv if W.ndim == 2 else 0
     done = lib.eomgen_step_reactions(
         count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room
@@ -113,6 +159,25 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
         fault = "the multipliers of velocities in a step are not unique: constraints repeat each other"
         raise NumericalError(Problem("sensitivities", fault, "constraints that do not repeat"))
     return G, eta, reaction
+
+
+def turning(factors: Sequence[Factor], increments: Array) -> tuple[Array, Array]:
+    """Return Ad(exp(-theta)) and T(theta) of the rotating factors at increments (n, nv), (n, numbers) each."""
+    ffi, lib = routine(_FILES, _CDEF)
+    turn, kinds = turning_factors(factors)
+    theta, numbers = np.ascontiguousarray(increments), int(np.sum(turn[:, 1] ** 2))
+    A, T = (np.empty((len(theta), numbers)) for _ in range(2))
+    of_longs = (ffi.from_buffer("long[]", array) for array in (turn, kinds))
+    of_doubles = (ffi.from_buffer("double[]", array) for array in (theta, A, T))
+    lib.eomgen_step_turning(len(theta), theta.shape[1], len(turn), *of_longs, *of_doubles)
+    return A, T
+
+
+def turning_factors(factors: Sequence[Factor]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return first velocity component and size of each rotating factor, and the number of its group in C."""
+    rotating, long = [factor for factor in factors if factor.group != "R"], np.dtype("l")
+    turn = np.array([[factor.v_start, factor.v_size] for factor in rotating], long).reshape(-1, 2)
+    return turn, np.array([_GROUPS.index(factor.group) for factor in rotating], long)
 
 
 class LinearSteps:
@@ -129,14 +194,14 @@ class LinearSteps:
     ) -> None:
         self._ffi, self._lib = routine(_FILES, _CDEF)
         self._nv, self._nz, self._nl, self._nh = sizes["v"], sizes["z"], sizes["lam"], eta
-        turning = [factor for factor in factors if factor.group != "R"]
-        self._turn = np.array([[factor.v_start, factor.v_size] for factor in turning], dtype=np.dtype("l")).reshape(
-            -1, 2
-        )
+        self._turn, _ = turning_factors(factors)
         self._coefficients = np.array(coefficients, dtype=float)
-        #: Order of pivots by the nonzeros of some steps, chosen at the first sweep; the first number says whether.
-        self._plan = self._ffi.new("long[]", self._lib.eomgen_plan_size(self.rows))
-        self._scale = self._ffi.new("double[]", self.rows)
+        #: Sums over the nonzeros of the steps so far, and the order of pivots; the first number says whether.
+        self._plan = np.zeros(_PLAN, np.intc)
+        self._scale = np.zeros(self.rows)
+        self._seen = np.zeros(0, np.uint8)
+        self._unseen = np.zeros(0, np.longlong)
+        self._memory = np.empty(0)
 
     @property
     def rows(self) -> int:
@@ -166,12 +231,16 @@ class LinearSteps:
         record : (steps, record_size, directions)
         eta : (steps, holonomic rows, directions)
         """
-        steps, directions = len(matrices.Jq), state.shape[1]
+        steps, directions = len(matrices.Rq), state.shape[1]
         record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
         given = self._given(matrices, dp.shape[0], steps, directions)
-        room, pivot = self._room(directions)
-        arrays = map(self._doubles, (np.ascontiguousarray(dp), state, record, eta))
-        self._check(self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot), steps, times)
+        room, pivot = self._room(given[0])
+        arrays = list(map(self._doubles, (np.ascontiguousarray(dp), state, record, eta)))
+        while (done := self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot)) < 0:
+            given[0].first = -1 - done
+            self._plan_steps(given[0])
+            room, pivot = self._room(given[0])
+        self._check(done, steps, times)
         return record, eta
 
     def adjoints(
@@ -199,14 +268,17 @@ class LinearSteps:
         ends : (steps, 2 nv, directions)
             Derivatives in q at the end of each step, and in D.
         """
-        steps, directions = len(matrices.Jq), state.shape[1]
+        steps, directions = len(matrices.Rq), state.shape[1]
         multipliers, ends = (np.empty((steps, size, directions)) for size in (self.rows, 2 * self._nv))
         given = self._given(matrices, gradient.shape[0], steps, directions)
-        room, pivot = self._room(directions)
+        room, pivot = self._room(given[0])
         added = self._ffi.NULL if sources is None else self._doubles(np.ascontiguousarray(sources))
         of_rows, *arrays = map(self._doubles, (np.ascontiguousarray(direct), state, gradient, multipliers, ends))
-        done = self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)
-        self._check(done, steps, times)
+        while (done := self._lib.eomgen_step_adjoints(given[0], of_rows, added, *arrays, room, pivot)) < 0:
+            self._plan_steps(given[0])
+            given[0].steps = -done
+            room, pivot = self._room(given[0])
+        self._check(done, int(given[0].steps), times)
         return multipliers, ends
 
     def products(self, matrices: Array, columns: Array) -> Array:
@@ -218,25 +290,54 @@ class LinearSteps:
         return result
 
     def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
-        """Return the structure for C, and the arrays to which it points."""
-        kept = {name: np.ascontiguousarray(array) for name, array in vars(matrices).items()}
-        pointers = {name: self._doubles(array) for name, array in kept.items()}
-        turn = self._ffi.from_buffer("long[]", self._turn)
-        sizes = {"nv": self._nv, "nz": self._nz, "nl": self._nl, "nh": self._nh, "np": parameters}
-        sizes["nown"] = matrices.P.shape[2]
-        numbers = {"steps": steps, "directions": directions, "turns": len(self._turn), "turn": turn}
-        coefficients = self._doubles(self._coefficients)
-        pointers |= {"coefficients": coefficients, "plan": self._plan, "scale": self._scale}
-        given = self._ffi.new("eg_steps *", {**sizes, **numbers, **pointers})
-        if not self._plan[0] and steps:
-            rows = self.rows
-            room = self._ffi.new("char[]", rows * rows), self._ffi.new("long[]", 3 * rows), self._room(1)[0]
-            self._lib.eomgen_step_plan(given, *room)
-        return given, kept, pointers, turn, coefficients
+        """Return the structure for C with a plan for its steps, and the arrays to which it points."""
+        ffi = self._ffi
+        given = ffi.new("eg_steps *")
+        given.nv, given.nz, given.nl, given.nh = self._nv, self._nz, self._nl, self._nh
+        given.np, given.nown, given.nshared = parameters, matrices.Rp.shape[2], matrices.Np.shape[2]
+        given.steps, given.directions, given.turns = steps, directions, len(self._turn)
+        A, T = np.ascontiguousarray(matrices.A), np.ascontiguousarray(matrices.T)
+        turn, coefficients = ffi.from_buffer("long[]", self._turn), self._doubles(self._coefficients)
+        given.turn, given.coefficients, given.A, given.T = turn, coefficients, self._doubles(A), self._doubles(T)
+        given.scale = self._doubles(self._scale)
+        for block, name in zip(given.block, _BLOCKS, strict=True):
+            array = T if name == "T" else getattr(matrices, name)
+            block.x = ffi.cast("const double *", array.__array_interface__["data"][0])
+            strides = [stride // 8 for stride in array.strides]
+            if array.ndim == 2:  # a row, or a column
+                strides = [strides[0], 0, strides[1]] if name == "T" else [*strides, 0]
+            block.step, block.row, block.column = strides
+        places = self._lib.eomgen_plan_places(given)
+        if len(self._seen) != places:
+            self._seen, self._unseen = np.zeros(places, np.uint8), np.empty(places, np.longlong)
+            self._plan[0] = 0
+            self._plan_steps(given)
+        given.plan, given.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
+        given.unseen = ffi.from_buffer("long long[]", self._unseen)
+        return given, matrices, A, T
 
-    def _room(self, directions: int) -> tuple[Any, Any]:
-        size = self._lib.eomgen_step_room(self._nv, self._nz, self._nl, self._nh, directions)
-        return self._ffi.new("double[]", size), self._ffi.new("long[]", self.rows)
+    def _plan_steps(self, given: Any) -> None:
+        """Plan the sums and the elimination of steps, whose nonzeros are added to the nonzeros of earlier steps."""
+        ffi, lib, rows = self._ffi, self._lib, self.rows
+        bits, numbers = np.empty(len(self._seen), np.longlong), np.empty(lib.eomgen_plan_numbers(given), np.intc)
+        while True:
+            given.plan, given.capacity = ffi.from_buffer("int[]", self._plan), len(self._plan)
+            seen, counted = ffi.from_buffer("unsigned char[]", self._seen), ffi.from_buffer("int[]", numbers)
+            done = lib.eomgen_step_plan(given, seen, ffi.from_buffer("long long[]", bits), counted)
+            if done == 1:
+                nonzero = ffi.from_buffer("char[]", np.empty(rows * rows, np.uint8))
+                room = self._doubles(np.empty(lib.eomgen_plan_room(given)))
+                done = lib.eomgen_step_order(given, counted, nonzero, room)
+            if done >= 0:
+                self._unseen[:] = np.where(self._seen, 0, -1)
+                return
+            self._plan = np.zeros(4 * len(self._plan), np.intc)
+
+    def _room(self, given: Any) -> tuple[Any, Any]:
+        size = self._lib.eomgen_step_room(given)
+        if len(self._memory) < size:
+            self._memory = np.empty(size)
+        return self._doubles(self._memory), self._ffi.new("long[]", self.rows)
 
     def _doubles(self, array: Array) -> Any:
         return self._ffi.from_buffer("double[]", array)

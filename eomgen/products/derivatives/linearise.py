@@ -213,7 +213,7 @@ def _linear_run(
     """Return the run with linearised steps."""
     model = run.model
     if isinstance(step, LinearStep):
-        of_step = 32 * (model.nv + model.nz + 2 * len(model.multipliers)) ** 2
+        of_step = 48 * (model.nv + model.nz) * (model.nv + model.nz + len(model.multipliers))
         if stepper.layout["sampled"] or "events" in stepper.layout["method"]:
             return JumpRun(JumpMotion(run, stepper, state, of_step), step, start, by, rows)
         return AlphaRun(ReplayedRun(run, stepper, state, of_step), step, start, by, rows)

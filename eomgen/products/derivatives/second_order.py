@@ -363,7 +363,7 @@ class _AlphaTangents:
         along = np.concatenate([dq, deta, dp], axis=1)
         by_q, by_eta, by_p = equations.second_reactions(before, self.part.eta, -W * of_D, along)
         by_W = (of_D / W)[:, :, np.newaxis] * dW  # W enters as a factor
-        G, N, Np = matrices.G, matrices.N, matrices.Np[:, :, :chosen]
+        G, N, Np = matrices.G, matrices.N, matrices.Np
         of_steps[:, :nv] += by_q - np.swapaxes(N, 1, 2) @ by_W
         of_steps[:, 2 * nv :] += by_eta - G @ by_W
         of_parameters[:chosen] += (by_p - np.swapaxes(Np, 1, 2) @ by_W).sum(axis=0)

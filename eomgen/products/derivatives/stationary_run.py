@@ -18,7 +18,6 @@ from scipy import fft
 from eomgen.base.arrays import Array
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
 from eomgen.products.derivatives.functionals import RowWeights
-from eomgen.products.derivatives.linear_steps import StepMatrices
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.second_order import StartSecondDerivatives
 
@@ -127,7 +126,7 @@ class StationaryRun:
         by one adjoint run for each column."""
         run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
         self.solutions += columns
-        one = StepMatrices(*(array[:1] for array in vars(self.part.matrices).values()))
+        one = self.part.matrices.at(slice(1))
         state, direct = np.zeros((run.linear.state_size, columns)), of_record[np.newaxis]
         unused, multipliers, states = np.zeros((run.size, columns)), [], []
         for _ in range(steps):
@@ -139,7 +138,7 @@ class StationaryRun:
 
     def _tangents(self, of_record: Array, responses: tuple[Array, Array]) -> Array:
         """Return changes of components (record, columns) of the rows along the parameters, (n, columns, parameters)."""
-        run, by_parameters = self.run, self.part.matrices.P
+        run, by_parameters = self.run, self.part.matrices.by_parameters
         multipliers, states = responses
         result = np.empty((len(self.t), of_record.shape[1], run.size))
         result[0] = of_record.T @ run.record

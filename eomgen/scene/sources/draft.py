@@ -105,9 +105,17 @@ class SceneDraft:
 
     def all_warnings(self) -> list[tuple[Place, str]]:
         """Return a place and a note for all that is left out."""
-        start = Place(self.report.file, 1)
         many = [
-            (start, f"not modelled: {feature} ({len(names)}: {listed(names)})")
+            (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)})")
             for feature, names in self.omitted.items()
         ]
         return [*self.warnings, *many]
+
+    def place_of(self, name: str) -> Place:
+        """Return the place of a joint, constraint or body of the scene; the start of the file without one."""
+        keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
+        line = next((self.lines[key] for key in keys if key in self.lines), 1)
+        if isinstance(line, int):
+            return Place(self.report.file, line)
+        file, _, number = line.rpartition(":")
+        return Place(file, int(number))

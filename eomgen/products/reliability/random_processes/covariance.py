@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from statistics import NormalDist
 from typing import Protocol
 
 import numpy as np
@@ -263,7 +262,9 @@ def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
     ----------
     Fritsch, Carlson: Monotone piecewise cubic interpolation, SIAM J. Numer. Anal. 17 (1980).
     """
-    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415  # slow to import; most processes have none
+    from statistics import NormalDist  # noqa: PLC0415  # slow to import, as SciPy is; most processes have none
+
+    from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
 
     normal = np.array([NormalDist().inv_cdf(float(share)) for share in shares])
     x = np.linspace(-BEYOND, BEYOND, _MAP_POINTS)

@@ -16,7 +16,16 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import read_xml
 from eomgen.scene.rotations import quaternion_of_matrix, snapped_rotation
 from eomgen.scene.sources.draft import LinkPlace, Place, SceneDraft, matrix
-from eomgen.scene.sources.sdf.elements import MODEL_FRAME, WORLD_FRAME, SdfJoint, SdfLink, SdfModel, WrittenPose
+from eomgen.scene.sources.mjcf.draft import number
+from eomgen.scene.sources.sdf.elements import (
+    MODEL_FRAME,
+    WORLD_FRAME,
+    SdfAxis,
+    SdfJoint,
+    SdfLink,
+    SdfModel,
+    WrittenPose,
+)
 from eomgen.scene.sources.sdf.followers import add_followers
 from eomgen.scene.sources.sdf.frames import WORLD_NODE, Frames, Node, Pose, pose_of
 from eomgen.scene.sources.sdf.joints import (
@@ -88,7 +97,7 @@ class _Converter:
         self.frames = Frames(world, report)
         only = next(iter(world.models)) if len(world.models) == 1 else ""
         self.only = only
-        name = legal_name(only or Path(file).stem or "model", ())
+        name = legal_name(only or reader.world_name or Path(file).stem or "model", ())
         self.draft = SceneDraft(report, {"format": 1, "name": name, "bodies": {}, "joints": {}, "frames": {}})
         if reader.gravity is not None:
             self.draft.data["gravity"] = list(reader.gravity)
@@ -154,9 +163,7 @@ class _Converter:
             ends.append(WORLD_NODE if link in self.static else link)
         if ends[0] == ends[1]:
             if ends[0] == WORLD_NODE:
-                self.reader.leftovers.idle["joints of links that rest"] = (
-                    self.reader.leftovers.idle.get("joints of links that rest", 0) + 1
-                )
+                self.reader.leftovers.count("joints of links that rest")
                 return
             fault = f"the joint {shown(joint.name)} connects the link {shown(ends[0][1])} with itself"
             self.draft.refuse(joint.place, "", fault, "two links")
@@ -189,9 +196,13 @@ class _Converter:
         self.draft.report.raise_problems()
         steps = [step for walk in tree.walks.values() for step in walk]
         following = add_followers(self.draft, self.frames, steps, gears, self.joint_names, self.places)
+        for gear in gears:
+            for axis in gear.joint.axes:
+                self.leave_dynamics(axis, self.called(gear.key), "gearboxes")
         if actuated:
             units = {name: unit for name, unit in self.units.items() if name not in following}
-            self.draft.data |= effort_inputs(units, NO_ACTUATION)
+            for section, entries in effort_inputs(units, NO_ACTUATION).items():
+                self.draft.data[section] = {**entries, **self.draft.data.get(section, {})}
         self.add_shapes()
         if not self.draft.data["frames"]:
             del self.draft.data["frames"]
@@ -309,6 +320,8 @@ class _Converter:
             entry["pitch"] = joint.pitch
         self.add_forces(name, joint, entry, written)
         self.draft.data["joints"][name] = entry
+        if joint.around is not None:
+            self.resist_turning(joint.around, name)
 
     def carry_by_two(
         self, name: str, entry: dict[str, Any], placed: LinkPlace, axes: Sequence[Array], written: Sequence[Any]
@@ -343,7 +356,8 @@ class _Converter:
             entry["friction"] = friction
         elif friction is not None:
             self.draft.left_out("dry friction", name)
-        bounded = any(np.isfinite([axis.lower, axis.upper]).any() for axis in axes) and kind != "continuous"
+        limited = {quantity for axis in axes for quantity in axis.limited}
+        bounded = "position" in limited and kind != "continuous"
         for axis in axes:
             if axis.lower > axis.upper:
                 fault = f"the lower limit, {axis.lower:.9g}, is above the upper one, {axis.upper:.9g} {unit}"
@@ -353,8 +367,11 @@ class _Converter:
             entry["limits"] = stops
         elif bounded:
             self.draft.left_out("limits of position", name)
-        if any(axis.other_limits for axis in axes):
-            self.draft.left_out("limits of velocity and effort", name)
+        elif "position" in limited:
+            self.reader.leftovers.count("limits of continuous joints")
+        for quantity in ("velocity", "effort"):
+            if quantity in limited:
+                self.draft.left_out(f"limits of {quantity}", name)
 
     def add_frames(self) -> None:
         """Add the frames of the file."""
@@ -375,8 +392,7 @@ class _Converter:
         sides = [self.places[edge.parent], self.places[edge.child]]
         self.draft.lines[f"constraints.{name}"] = str(joint.place)
         if sides[0].body == sides[1].body:
-            idle = self.reader.leftovers.idle
-            idle["joints within one body"] = idle.get("joints within one body", 0) + 1
+            self.reader.leftovers.count("joints within one body")
             return
         kind = "fixed" if edge.fixed else SCENE_TYPES[joint.type]
         axes = [] if edge.fixed else axes_in_world(self.frames, edge)
@@ -410,13 +426,38 @@ class _Converter:
             along = "rotational_damping" if kind == "revolute" else "damping"
             bushing = {"first": dict(frames[0]), "second": dict(frames[1]), along: [0.0, 0.0, damping]}
             self.draft.section("bushings")[self.draft.name("force", "", f"{name}_damper")] = bushing
-        elif any(axis.damping for axis in joint.axes):
+        elif any(axis.damping for axis in (*joint.axes, *([joint.around] if joint.around else ()))):
             fault = f"the damper of the {joint.type} joint {shown(joint.name)}, which closes a loop, is not supported"
             self.draft.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
+        if joint.around is not None:
+            self.leave_dynamics(joint.around, name, "joints that close loops", damped=True)
         if any(axis.friction for axis in joint.axes):
             self.draft.left_out("dry friction", name)
-        if any(np.isfinite([axis.lower, axis.upper]).any() or axis.other_limits for axis in joint.axes):
+        if any(axis.limited for axis in joint.axes):
             self.draft.left_out("limits of joints that close loops", name)
+
+    def resist_turning(self, axis: SdfAxis, name: str) -> None:
+        """Add the damper of a ball joint, equal in all directions; note its spring, friction and limits."""
+        if axis.damping:
+            efforts = self.draft.section("efforts")
+            for index in range(3):
+                formula = f"-{number(axis.damping)} * v.{name}[{index}]"
+                entry = {"joint": name, "index": index, "effort": formula}
+                efforts[self.draft.name("effort", "", f"{name}_damper_{index}")] = entry
+        self.leave_dynamics(axis, name, "ball joints", damped=True)
+
+    def leave_dynamics(self, axis: SdfAxis, name: str, kind: str, *, damped: bool = False) -> None:
+        """Note the dynamics and limits of an axis that has no coordinate of its own."""
+        parts = {
+            "dampers": not damped and axis.damping,
+            "springs": axis.stiffness,
+            "dry friction": axis.friction,
+            "limits": axis.limited,
+            "mimics": axis.mimic,
+        }
+        for part, present in parts.items():
+            if present:
+                self.draft.left_out(f"{part} of {kind}", name)
 
     def add_shapes(self) -> None:
         """Make shapes of the visuals, named by their links."""

@@ -74,7 +74,10 @@ class SdfMimic:
 
 @dataclass(frozen=True)
 class SdfAxis:
-    """An axis with the dynamics of its coordinate; ``stop`` has stiffness and damping of the stops, None without."""
+    """An axis with the dynamics of its coordinate; ``stop`` has stiffness and damping of the stops, None without.
+
+    Limits that are infinite are none.
+    """
 
     place: Place
     vector: tuple[float, ...]
@@ -86,9 +89,19 @@ class SdfAxis:
     lower: float = -np.inf
     upper: float = np.inf
     effort: float = np.inf
+    speed: float = np.inf
     stop: tuple[float, float] | None = None
-    other_limits: bool = False
     mimic: SdfMimic | None = None
+
+    @property
+    def limited(self) -> tuple[str, ...]:
+        """Quantities with a limit, in words."""
+        limits = {
+            "position": min(-self.lower, self.upper),
+            "velocity": self.speed,
+            "effort": self.effort,
+        }
+        return tuple(quantity for quantity, limit in limits.items() if np.isfinite(limit))
 
 
 @dataclass(frozen=True)
@@ -101,7 +114,8 @@ class Gear:
 
 @dataclass(frozen=True)
 class SdfJoint:
-    """A joint; ``pitch`` in m/rad, of a screw; ``cut`` if the file says that the joint closes a loop."""
+    """A joint; ``pitch`` in m/rad, of a screw; ``cut`` if the file says that the joint closes a loop; ``around`` of a
+    ball joint, which has no axes: an axis whose dynamics hold in all directions, as in Drake."""
 
     name: str
     place: Place
@@ -113,6 +127,7 @@ class SdfJoint:
     pitch: float = 0.0
     gear: Gear | None = None
     cut: bool = False
+    around: SdfAxis | None = None
 
 
 @dataclass

@@ -80,10 +80,12 @@ def friction_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
 
 
 def stops_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
-    """Return the limits of a joint as a key of a scene; None without a range, or without a measure of the stops: the
-    stiffness of the file, or the largest effort, under which they give way as the stops of URDF do."""
+    """Return the limits of a joint as a key of a scene; None without a range, for one of no width, or without a measure
+    of the stops: the stiffness of the file, or the largest effort, under which they give way as in URDF."""
     bounded = [math.isfinite(axis.lower) or math.isfinite(axis.upper) for axis in axes]
     stops = [axis.stop or _by_effort(axis, unit) for axis in axes]
+    if any(axis.lower >= axis.upper for axis in axes):
+        return None
     if not any(bounded) or not all(stop for stop, some in zip(stops, bounded, strict=True) if some):
         return None
     stiff = [stop or (0.0, 0.0) for stop in stops]

@@ -28,7 +28,7 @@ from eomgen.scene.sources.sdf.elements import (
     SdfModel,
     WrittenPose,
 )
-from eomgen.scene.sources.sdf.values import Leftovers, Values
+from eomgen.scene.sources.sdf.values import NEWEST, SINCE_FRAMES, Leftovers, Values
 from eomgen.scene.sources.sdf.visuals import VisualReader
 from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.uris import is_remote, located
@@ -38,9 +38,9 @@ TYPES: Mapping[str, int] = {
     "revolute": 1, "continuous": 1, "prismatic": 1, "screw": 1, "universal": 2, "revolute2": 2, "ball": 0, "fixed": 0,
     "gearbox": 2,
 }  # fmt: skip  # a table
-#: Minor versions of SDF 1 that are read: the first with frames by name, and the newest.
-FIRST, NEWEST = 4, 12
-_SINCE_FRAMES, _SINCE_JOINT_AXES = 7, 5
+#: The oldest minor version of SDF 1 that is read, and the first ones with axes in the frames of joints and with gravity
+#: as a part of the world.
+FIRST, _SINCE_JOINT_AXES, _SINCE_WORLD_GRAVITY = 4, 5, 6
 _VERSION = re.compile(r"1\.([0-9]{1,4})")
 _DEEPEST = 20
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -67,6 +67,7 @@ class SdfReader:
         self.visuals = VisualReader(home)
         self.gravity: tuple[float, ...] | None = None
         self.has_world = False
+        self.world_name = ""
         self.defaulted: list[str] = []
 
     def world(self, root: Element, file: str, folder: Path) -> SdfModel:
@@ -75,14 +76,14 @@ class SdfReader:
         minor = reading.version(root)
         if minor is None:
             self.report.raise_problems()
-        reading.minor = minor or 0
+        reading.values.minor = minor or 0
         worlds = list(root.named("world"))
         result = SdfModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
         for element in worlds[:1]:
             self.has_world = True
             result.place = reading.place(element)
-            self.gravity = reading.values.vector(element, "gravity", WORLD_GRAVITY)
-            element.get("name")
+            self.gravity = reading.gravity(element)
+            self.world_name = element.get("name").replace("default", "")
             reading.contents(element, "world", result)
         for element in worlds[1:]:
             reading.values.refuse(element, "a file with several worlds is not read", "a file for each")
@@ -101,7 +102,6 @@ class _FileReader:
     def __init__(self, reader: SdfReader, file: str, folder: Path, chain: Sequence[Path]) -> None:
         self.reader, self.file, self.folder, self.chain = reader, file, folder, chain
         self.values = Values(file, reader.report, reader.leftovers)
-        self.minor = NEWEST
 
     def place(self, element: Element) -> Place:
         return Place(self.file, element.line)
@@ -119,6 +119,20 @@ class _FileReader:
             return None
         return int(match[1])
 
+    def gravity(self, world: Element) -> tuple[float, ...]:
+        """Return the gravity of a world, which older files have in the settings of its solver."""
+        result = self.values.vector(world, "gravity", WORLD_GRAVITY)
+        for settings in world.named("physics"):
+            if settings.first("gravity") is not None:
+                if self.values.minor < _SINCE_WORLD_GRAVITY:
+                    result = self.values.vector(settings, "gravity", WORLD_GRAVITY)
+                else:
+                    place = (self.place(settings), "")
+                    self.reader.leftovers.unread.setdefault("elements <gravity> of <physics>", []).append(place)
+            settings.read_whole()
+            self.reader.leftovers.count("physics")
+        return result
+
     def add(self, model: SdfModel, kind: str, item: SdfLink | SdfJoint | SdfFrame | SdfModel, element: Element) -> None:
         """Put a link, joint, frame or model into a model; its name may not be there yet."""
         name = item.name
@@ -126,7 +140,7 @@ class _FileReader:
             self.values.refuse(element, f"the {element.tag} has no name", f'<{element.tag} name="...">')
         elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
             self.values.refuse(element, f"the name {shown(name)} is reserved in SDF", "another name")
-        elif "::" in name and self.minor >= _SINCE_FRAMES:
+        elif "::" in name and self.values.minor >= SINCE_FRAMES:
             self.values.refuse(element, f"the name {shown(name)} has ::, which leads into a model", "another name")
         elif name in model.names:
             fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names"
@@ -217,6 +231,7 @@ class _FileReader:
         added = element.first("fluid_added_mass")
         if added is not None:
             sizes = [values.number(added, child.tag, 0.0) for child in list(added.children())]
+            self.reader.leftovers.keep(added, "fluid_added_mass", self.file, name)
             if any(sizes):
                 values.refuse(added, "fluid_added_mass is not supported", "an inertia without the fluid")
         pose = values.pose(element, name, framed=False)
@@ -253,6 +268,7 @@ class _FileReader:
             self.pitch(element) if kind == "screw" else 0.0,
             gear,
             self.is_cut(element, name),
+            axes[0] if kind == "ball" and axes else None,
         )
         self.without_effect(element, kind, len(axes) > count)
         self.reader.leftovers.keep(element, "joint", self.file, name)
@@ -260,15 +276,16 @@ class _FileReader:
 
     def without_effect(self, element: Element, kind: str, surplus: bool) -> None:  # of one caller
         """Count elements that joints of other types have."""
-        tags = ["axis" if TYPES.get(kind, 0) == 0 else "axis2"] if surplus else []
+        tags = ["axis" if kind == "fixed" else "axis2"] if surplus else []
+        if kind == "ball" and surplus:
+            self.reader.leftovers.count("direction of ball joints")
         tags += ["gearbox_ratio", "gearbox_reference_body"] if kind != "gearbox" else []
         tags += ["thread_pitch", "screw_thread_pitch"] if kind != "screw" else []
         for tag in tags:
             child = element.first(tag)
             if child is not None:
                 child.read_whole()
-                label = f"{tag} of {kind} joints"
-                self.reader.leftovers.idle[label] = self.reader.leftovers.idle.get(label, 0) + 1
+                self.reader.leftovers.count(f"{tag} of {kind} joints")
 
     def pitch(self, element: Element) -> float:
         """Return the travel of a screw, m/rad: the format has m per turn, and before 1.10 radians per m of a
@@ -298,7 +315,7 @@ class _FileReader:
         if simbody is not None:
             result = self.values.flag(simbody, "must_be_loop_joint", default=False)
             self.reader.leftovers.keep(simbody, "simbody", self.file, owner)
-        self.reader.leftovers.keep(physics, "physics", self.file, owner)
+        self.reader.leftovers.keep(physics, "joint/physics", self.file, owner)
         return result
 
     def axis(self, joint: Element, tag: str) -> SdfAxis | None:
@@ -314,8 +331,8 @@ class _FileReader:
         if not any(vector):
             values.refuse(element, f"the {tag} of the joint {shown(name)} has no direction", "<xyz>0 0 1</xyz>")
             vector = (0.0, 0.0, 1.0)
-        if self.minor < _SINCE_FRAMES:
-            of_model = values.flag(element, "use_parent_model_frame", default=self.minor < _SINCE_JOINT_AXES)
+        if self.values.minor < SINCE_FRAMES:
+            of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < _SINCE_JOINT_AXES)
             frame = frame or (MODEL_FRAME if of_model else "")
         result = SdfAxis(self.place(element), vector, frame)
         if (dynamics := element.first("dynamics")) is not None:
@@ -339,15 +356,13 @@ class _FileReader:
         written = any(element.first(tag) is not None for tag in ("stiffness", "dissipation"))
         stop = (values.number(element, "stiffness", 1e8), values.number(element, "dissipation", 1.0))
         self.reader.leftovers.keep(element, "limit", self.file, name)
-        bounded = effort >= 0.0 and math.isfinite(effort)
-        other = bounded or (speed >= 0.0 and math.isfinite(speed))
         return replace(
             axis,
             lower=lower,
             upper=upper,
-            effort=effort if bounded else math.inf,
+            effort=effort if effort >= 0.0 else math.inf,
+            speed=speed if speed >= 0.0 else math.inf,
             stop=stop if written else None,
-            other_limits=other,
         )
 
     def mimic(self, element: Element, name: str) -> SdfMimic:
@@ -422,7 +437,7 @@ class _FileReader:
         minor = reading.version(root)
         if minor is None:
             return None
-        reading.minor = minor
+        reading.values.minor = minor
         models = list(root.named("model"))
         self.reader.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:

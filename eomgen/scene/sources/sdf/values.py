@@ -22,6 +22,8 @@ _BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
 _INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
 #: Limits beyond this are none: older files write 1e16 for infinity.
 NO_LIMIT = 1e16
+#: The newest minor version of SDF 1 that is read, and the first in which frames have names.
+NEWEST, SINCE_FRAMES = 12, 7
 
 
 class Values:
@@ -31,10 +33,12 @@ class Values:
     ----------
     file : str
         Its name for messages.
+    minor : int
+        Minor version of the file's format.
     """
 
-    def __init__(self, file: str, report: Report, leftovers: Leftovers) -> None:
-        self.file, self.report, self.leftovers = file, report, leftovers
+    def __init__(self, file: str, report: Report, leftovers: Leftovers, minor: int = NEWEST) -> None:
+        self.file, self.report, self.leftovers, self.minor = file, report, leftovers, minor
 
     def place(self, element: Element) -> Place:
         """Return the place of an element."""
@@ -81,7 +85,12 @@ class Values:
     def vector(self, element: Element, tag: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return the numbers of a child, as many as the default has."""
         child = element.first(tag)
-        return default if child is None else self.numbers(child, tag, child.text(), default)
+        if child is None:
+            return default
+        text = child.text()
+        if tag not in STATUSES:
+            self.leftovers.keep(child, "value", self.file, "")
+        return self.numbers(child, tag, text, default)
 
     def numbers(self, element: Element, name: str, text: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return as many finite numbers as the default has."""
@@ -102,12 +111,11 @@ class Values:
         child = element.first("pose")
         if child is None:
             return WrittenPose(self.place(element))
-        frame = child.get("relative_to")
-        if child.get("frame"):
-            fault = f"pose: the attribute frame={shown(child.get('frame'))} is of SDF 1.5 and 1.6"
-            self.refuse(child, fault, 'version="1.7" and relative_to')
+        # the attribute of 1.5 and 1.6 became this one of 1.7: a newer file with the old one has a note on it
+        naming = "frame" if self.minor < SINCE_FRAMES else "relative_to"
+        frame = child.get(naming)
         if frame and not framed:
-            self.refuse(child, f"pose: the pose of <{element.tag}> has no relative_to", "the pose in the link's frame")
+            self.refuse(child, f"pose: the pose of <{element.tag}> has no {naming}", "the pose in the link's frame")
         kind = child.get("rotation_format", "euler_rpy")
         degrees = self.flag_of(child, "degrees")
         if kind not in ("euler_rpy", "quat_xyzw"):
@@ -147,13 +155,17 @@ class Leftovers:
         self.idle: dict[str, int] = {}
         self.nearly_right: dict[str, str] = {}
 
+    def count(self, part: str) -> None:
+        """Count a part without effect."""
+        self.idle[part] = self.idle.get(part, 0) + 1
+
     def keep(self, element: Element, key: str, file: str, owner: str) -> None:
         """Keep the rest of an element; ``key`` is its row in the table."""
         known = STATUSES.get(key, {})
         for attribute in element.unread_attributes:
             status = known.get(f"@{attribute}")
             if status == IDLE:
-                self.idle[attribute] = self.idle.get(attribute, 0) + 1
+                self.count(attribute)
             elif status == NOTED:
                 self.noted.setdefault(attribute, []).append((Place(file, element.line), owner))
             else:
@@ -169,7 +181,7 @@ class Leftovers:
             if child.tag in read:
                 self.unread.setdefault(f"a second <{child.tag}>", []).append((place, whose))
             elif status == IDLE:
-                self.idle[child.tag] = self.idle.get(child.tag, 0) + 1
+                self.count(child.tag)
             elif status == NOTED:
                 self.noted.setdefault(child.tag, []).append((place, whose))
             else:
@@ -204,5 +216,5 @@ class Leftovers:
 
 
 def _meant(name: str, known: Sequence[str]) -> str:
-    hint = nearest(name, known)
+    hint = nearest(name, [one for one in known if one != name])
     return "" if hint.startswith("one of ") or not hint else f" (is {hint} meant?)"

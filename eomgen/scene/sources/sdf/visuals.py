@@ -55,7 +55,7 @@ class VisualReader:
         result = []
         for visual in element.named("visual"):
             # faults of visuals are notes, so they have a report of their own
-            own = Values(values.file, Report(values.file, {}), Leftovers())
+            own = Values(values.file, Report(values.file, {}), Leftovers(), values.minor)
             try:
                 drawn = _visual(visual, own, _Folders(self.home, folder, packages))
                 if own.report.noted:

@@ -11,7 +11,6 @@ Reductions are read at their places in ros_control (``mechanicalReduction`` in t
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
@@ -207,6 +206,8 @@ def _not_modelled(
         for kind, those in transmissions.unknown.items()
     ]
     if missing:
+        import difflib  # noqa: PLC0415  # for a mistake only
+
         note = f"not modelled: transmissions to joints that are not there ({len(missing)}: {listed(list(missing))})"
         close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
         note += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
