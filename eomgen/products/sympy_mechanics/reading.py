@@ -73,7 +73,7 @@ def from_sympy(
         Coordinates of a pair of matrices.
     states : mapping
         Rates of further functions of time, internal states, such as activations of muscles; the muscles of a System
-        bring their own.
+        need no entry.
 
     Returns
     -------
@@ -184,7 +184,7 @@ class _Reading:
         self.loads = [(load[0], load[1]) for load in loads]
 
     def _integrate_speeds(self) -> None:
-        """Add a coordinate for each speed without one, such as of a wheel whose angle moves nothing."""
+        """Add a coordinate for each speed without one, such as of a wheel without an angle."""
         free = [item for item in self.u if not any(equation.has(item) for equation in self.kdes)]
         if self.kdes and len(self.q) == len(self.kdes) == len(self.u) - len(free):
             integrals = [dynamicsymbols(f"{name_of(item)}_integral") for item in free]

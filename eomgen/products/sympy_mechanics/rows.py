@@ -27,7 +27,7 @@ from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 _CORRECTIONS, _MET = 50, 1e-11
 #: Part of a gradient below which the part that is new next to earlier gradients counts as none.
 _NEW = 1e-7
-#: Nearby states at which gradients are compared, and their distance.
+#: Nearby states at which gradients are compared, and the distance between states.
 _STATES, _NEAR, _SEED = 3, 0.05, 1
 
 
