@@ -4,7 +4,7 @@ compilers, and wall time.
     python -m benchmarks.build_time [--cases four_bar wishbone_car ...] [--repeats 3] [--json out.json]
 
 Each scene is built with all functions (``eomgen.build``) and with the functions of its runs (``eomgen simulate``), with
-an empty cache, then again from the cache.
+an empty cache, then again from the cache, and robots once more with the mass of one link changed.
 """
 
 # ruff: noqa: PLC0415  # importing is part of what is measured
@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import re
 import resource
 import statistics
 import subprocess
@@ -23,8 +24,15 @@ from datetime import date
 from itertools import pairwise
 from pathlib import Path
 
-#: The first three are scenes of ``build_scenes``, the others robots of ``robots``.
-CASES = ("four_bar", "seven_bodies", "wishbone_car", "panda", "talos")
+#: Files of robots, the others are scenes of ``build_scenes``.
+FILES = {
+    "panda": "panda_description/urdf/panda.urdf",
+    "ur5": "ur_description/urdf/ur5_robot.urdf",
+    "talos": "talos_data/robots/talos_reduced.urdf",
+}
+CASES = ("four_bar", "seven_bodies", "wishbone_car", *FILES)
+#: Factor of the mass of a robot's heaviest link, by state of the cache before a build.
+STATES = {"empty cache": 1.0, "cached": 1.0, "one mass changed": 1.01}
 FUNCTIONS = ("all", "of runs")
 QUANTITIES = ("read", "build", "step", "wall", "Python", "compilers")
 
@@ -34,24 +42,33 @@ def _seconds(who: int) -> float:
     return usage.ru_utime + usage.ru_stime
 
 
-def measured(case: str, functions: str) -> dict[str, float]:
+def robot_file(case: str, factor: float, folder: Path) -> Path:
+    """Write the file of a robot into a folder, with another mass of the heaviest link."""
+    import importlib.metadata
+
+    package = importlib.metadata.distribution("example-robot-data")
+    there = Path(str(package.locate_file(f"cmeel.prefix/share/example-robot-data/robots/{FILES[case]}")))
+    text = there.read_text(encoding="utf-8")
+    heaviest = max(re.findall(r'<mass value="([^"]+)"', text), key=float)  # links on the base are in no equation
+    text = text.replace(f'"{heaviest}"', f'"{factor * float(heaviest)!r}"', 1)
+    file = folder / f"{case}.urdf"
+    file.write_text(text, encoding="utf-8")
+    return file
+
+
+def measured(case: str, functions: str, robot: Path | None) -> dict[str, float]:
     """Return wall seconds of reading (imports included), build and first step, and processor seconds of all; in this
-    process."""
+    process, from a file of a robot or a scene of ``build_scenes``."""
     laps = [time.perf_counter()]
     import eomgen
     from eomgen.pipeline.pipeline import built_for_run
 
-    if case in CASES[:3]:
+    if robot is None:
         from benchmarks import build_scenes
 
         scene = eomgen.load(getattr(build_scenes, case)())
     else:
-        import importlib.metadata
-
-        package = importlib.metadata.distribution("example-robot-data")
-        files = {"panda": "panda_description/urdf/panda.urdf", "talos": "talos_data/robots/talos_reduced.urdf"}
-        path = package.locate_file(f"cmeel.prefix/share/example-robot-data/robots/{files[case]}")
-        scene = eomgen.load(str(path), root="fixed" if case == "panda" else "free")
+        scene = eomgen.load(robot, root="free" if case == "talos" else "fixed")
     laps.append(time.perf_counter())
     method = "generalized_alpha"
     model = eomgen.build(scene, method=method) if functions == "all" else built_for_run(scene, method)
@@ -69,10 +86,13 @@ def measured(case: str, functions: str) -> dict[str, float]:
     }
 
 
-def in_process(case: str, functions: str, cache: Path) -> dict[str, float]:
-    """Return what a new process measures."""
-    command = [sys.executable, "-m", "benchmarks.build_time", "--one", case, functions]
+def in_process(case: str, functions: str, cache: Path, factor: float) -> dict[str, float]:
+    """Return what a new process measures; ``factor`` of a mass as in ``STATES``."""
     from benchmarks.measure import environment_of_users
+
+    command = [sys.executable, "-m", "benchmarks.build_time", "--one", case, functions]
+    if case in FILES:
+        command.append(str(robot_file(case, factor, cache)))
 
     environment = environment_of_users(cache)
     folder = Path(__file__).resolve().parent.parent
@@ -87,11 +107,12 @@ def rows(cases: Sequence[str], repeats: int) -> dict[str, dict[str, float]]:
     result: dict[str, dict[str, float]] = {}
     for case in cases:
         for functions in FUNCTIONS:
-            runs: dict[str, list[dict[str, float]]] = {"empty cache": [], "cached": []}
+            states = dict(STATES) if case in FILES else {name: 1.0 for name in STATES if STATES[name] == 1.0}
+            runs: dict[str, list[dict[str, float]]] = {state: [] for state in states}
             for _ in range(repeats):
                 with tempfile.TemporaryDirectory() as folder:
-                    for state in runs.values():
-                        state.append(in_process(case, functions, Path(folder)))
+                    for state, factor in states.items():
+                        runs[state].append(in_process(case, functions, Path(folder), factor))
             for state, ones in runs.items():
                 medians = {key: statistics.median(one[key] for one in ones) for key in QUANTITIES}
                 result[f"{case}, functions {functions}, {state}"] = medians
@@ -105,10 +126,13 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--cases", nargs="+", choices=CASES, default=list(CASES))
     parser.add_argument("--repeats", type=int, default=3)
     parser.add_argument("--json", type=Path)
-    parser.add_argument("--one", nargs=2, metavar=("CASE", "FUNCTIONS"), help="measure in this process, for the parent")
+    parser.add_argument(
+        "--one", nargs="+", metavar="WORD", help="case, functions and file: measure in this process, for the parent"
+    )
     arguments = parser.parse_args(words)
     if arguments.one:
-        print(json.dumps(measured(*arguments.one)))
+        case, functions, *file = arguments.one
+        print(json.dumps(measured(case, functions, Path(file[0]) if file else None)))
         return 0
     from benchmarks.measure import figure, machine, table
 

@@ -119,6 +119,15 @@ def test_scenes_of_build_time_have_the_sizes_of_their_names() -> None:
     assert [(len(item.bodies), item.coordinates) for item in linkages] == [(3, "absolute"), (7, "absolute")]
 
 
+def test_the_heaviest_link_of_a_robot_changes(tmp_path: Path) -> None:
+    before, after = (
+        {body.name: body.mass.value for body in eomgen.load(build_time.robot_file("ur5", factor, tmp_path)).bodies}
+        for factor in (1.0, build_time.STATES["one mass changed"])
+    )
+    changed = [name for name in before if before[name] != after[name]]
+    assert changed == [max(before, key=before.__getitem__)]
+
+
 @pytest.mark.slow
 def test_build_time_measures_new_processes(tmp_path: Path) -> None:
     assert build_time.main(["--cases", "four_bar", "--repeats", "1", "--json", str(tmp_path / "made.json")]) == 0
