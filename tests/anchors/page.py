@@ -45,20 +45,13 @@ def command(case: Anchor) -> str:
     return f"python -m tests.anchors --only {case.name}"
 
 
-def row(case: Anchor, numbers: Sequence[float]) -> str:
-    """Return the row of a case."""
+def row(case: Anchor, numbers: Sequence[float], source: int) -> str:
+    """Return the row of a case, with the number of its source on the page."""
     own = "<br>".join(printed(number, text) for number, text in zip(numbers, case.digits, strict=True))
     bound = "≤ 1 digit" if case.tolerance is None else f"≤ {case.tolerance:.0e}"
     difference = f"{case.difference(np.array(numbers)):.1e}<br>{bound}"
-    cells = [
-        f"`{case.name}`<br>{case.case}",
-        case.quantity,
-        f"[{case.source}]",
-        "<br>".join(case.digits),
-        own,
-        difference,
-    ]
-    return f"| {' | '.join(cells)} |"
+    words = f"`{case.name}`<br>{case.case}: {case.quantity}; source {source}, *{case.kind}*"
+    return f"| {' | '.join([words, '<br>'.join(case.digits), own, difference])} |"
 
 
 def page(kept: Mapping[str, Sequence[float]]) -> str:
@@ -68,9 +61,9 @@ def page(kept: Mapping[str, Sequence[float]]) -> str:
     for case in anchors().values():
         if case.subject != subject:
             subject = case.subject
-            text.append(f"\n## {subject}\n\n| case | quantity | source | reference | eomgen | difference |")
-            text.append("|---|---|---|---:|---:|---:|")
-        text.append(row(case, kept[case.name]).replace(f"[{case.source}]", f"{numbers[case.source]}, {case.kind}"))
+            text.append(f"\n## {subject}\n\n| case | reference | eomgen | difference |")
+            text.append("|---|---:|---:|---:|")
+        text.append(row(case, kept[case.name], numbers[case.source]))
     text.append("\n## Sources\n\nKinds of sources:\n")
     text += [f"- *{kind}*: {meaning}" for kind, meaning in KINDS.items()]
     text.append("\nThe numbers in the tables:\n")
