@@ -32,6 +32,21 @@ class Problem:
     what: str
     hint: str = ""
 
+    @property
+    def code(self) -> str:
+        """Code of the message, such as ``E0312``, which ``eomgen explain`` takes; empty without a row of its own.
+
+        Examples
+        --------
+        >>> import eomgen
+        >>> problem = eomgen.Problem("scene.toml:12 (bodies.arm.mass)", "the mass -1 is negative")
+        >>> problem.code == eomgen.Problem("", "the mass -2.5 is negative").code
+        True
+        """
+        from eomgen.base.message_codes import code_of  # noqa: PLC0415  # read for a message only
+
+        return code_of(self.what)
+
     def __str__(self) -> str:
         text = f"{self.where}: {self.what}" if self.where else self.what
         return f"{text}; try: {self.hint}" if self.hint else text
@@ -59,16 +74,54 @@ class EomgenError(Exception):
         self.problems: tuple[Problem, ...] = tuple(problems)
         super().__init__(self.report())
 
-    def report(self) -> str:
+    @property
+    def code(self) -> str:
+        """Code of the first problem, such as ``E0312``, which ``eomgen explain`` takes.
+
+        Examples
+        --------
+        >>> import eomgen
+        >>> eomgen.UsageError("no such option '--stepp'").code
+        'E0008'
+        """
+        return self.code_of(self.problems[0])
+
+    def code_of(self, problem: Problem) -> str:
+        """Return the code of a problem of this error; for a message without a row, the code of its kind of error.
+
+        Parameters
+        ----------
+        problem : Problem
+            One of ``problems``.
+
+        Returns
+        -------
+        str
+            A letter and four digits.
+        """
+        from eomgen.base.message_codes import general_code  # noqa: PLC0415  # read for a message only
+
+        return problem.code or general_code(self.exit_code)
+
+    def report(self, *, codes: bool = False) -> str:
         """Return the whole message: one line for one problem, a counted list for several, of many alike the first.
+
+        Parameters
+        ----------
+        codes : bool
+            Whether each problem is followed by its code.
 
         Returns
         -------
         str
             Lines of text, the first with the kind of the error.
         """
+
+        def line(problem: Problem) -> str:
+            return f"{problem} [{self.code_of(problem)}]" if codes else str(problem)
+
         if len(self.problems) == 1:
-            return f"{self.title}: {self.problems[0]}"
+            return f"{self.title}: {line(self.problems[0])}"
         lines = [f"{self.title}: {len(self.problems)} problems"]
         kinds: dict[tuple[str, str], list[Problem]] = {}
         for problem in self.problems:
@@ -79,7 +132,7 @@ class EomgenError(Exception):
             if len(alike) > _ALIKE and problem is not alike[0]:
                 continue
             number += 1
-            lines.append(f"  {number}. {problem}")
+            lines.append(f"  {number}. {line(problem)}")
             if len(alike) > _ALIKE:
                 places = ", ".join(other.where for other in alike[1:_ALIKE])
                 lines.append(f"     and {len(alike) - 1} more like it: {places}, ...")

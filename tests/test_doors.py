@@ -47,7 +47,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
 DOORS: dict[str, set[str]] = {
     # for every room
     "base": {"errors"},
-    "errors": {"base.data"},
+    "errors": {"base.data", "base.message_codes"},
     # arrays and C alone
     "toolchain": {"base", "errors"},
     "solvers": {"base", "errors", "lie"},
@@ -411,6 +411,7 @@ LATE: dict[str, dict[str, str]] = {
         "base.threads": "likewise",
         "base.products": "the core needs no product; most imports are of files",
     },
+    "errors": {"base.message_codes": "read when a message is printed"},
     "integrators.families.generalized_alpha": {
         "integrators.newton": "pivots are chosen when code is made",
         "integrators.harmonics": "inputs are looked at when code is made",

@@ -20,6 +20,7 @@ from eomgen.cli import main
 from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.verbs import Verb, methods, methods_of, others, own
+from tests.messages.answers import plain
 from tests.model_stub import COMMAND, stub
 from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
@@ -199,7 +200,7 @@ def test_a_distribution_adds_a_command(installed: Path, capsys: pytest.CaptureFi
     assert main(["units", "3 mm"]) == 0
     assert capsys.readouterr().out == "3 mm of the verb\n"
     assert main(["unit", "3 mm"]) == 2
-    assert capsys.readouterr().err == "usage error: eomgen: there is no verb 'unit'; try: units\n"
+    assert plain(capsys.readouterr().err) == "usage error: eomgen: there is no verb 'unit'; try: units\n"
     assert main(["units"]) == 2
     assert "eomgen units: missing argument 'QUANTITY'" in capsys.readouterr().err
 
@@ -222,7 +223,7 @@ def test_a_fault_in_a_command_of_a_distribution_is_not_eomgen_s(
     installed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["units", "nothing"]) == 1
-    assert capsys.readouterr().err == (
+    assert plain(capsys.readouterr().err) == (
         "internal error: RuntimeError: no quantity; this is a fault of unitverbs; try: the same with --debug\n"
     )
 
@@ -250,7 +251,7 @@ def test_a_row_that_cannot_be_used_is_named_once(
     installed.write_text(text, encoding="utf-8")
     message = f"usage error: eomgen.verbs: {NAMED} {fault}; {REMEDY}\n"
     assert main(["units", "3 mm"]) == 2
-    assert capsys.readouterr().err == message
+    assert plain(capsys.readouterr().err) == message
     assert main(["--help"]) == 0  # with the verbs that there are
     said = capsys.readouterr()
     assert said.err == f"left out: {message}" and "  simulate " in said.out and "  units " not in said.out

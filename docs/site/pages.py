@@ -283,6 +283,7 @@ def parts(site: Site) -> list[Part]:
         "python/index",
         "command_line/index",
         "methods/index",
+        "messages/index",
         "glossary",
         "glossary_of_methods",
     )

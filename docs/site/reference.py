@@ -14,9 +14,12 @@ from click.testing import CliRunner
 
 from docs.site.docstrings import escaped
 from docs.site.pages import Page
+from eomgen.base import message_codes
+from eomgen.base.message_codes import Row
 from eomgen.base.products import OF_THE_CORE, public_modules
 from eomgen.base.verbs import methods
 from eomgen.cli import VERBS, commands
+from eomgen.cli.explain import examples, explanation, topic_name, topics
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import BUILT_IN, method_named
 
@@ -225,21 +228,21 @@ def command_pages() -> Iterator[Page]:
 def method_pages() -> Iterator[Page]:
     """Yield the table of all methods with orders and requirements, and one page for each family."""
     folder = "reference/methods"
-    rows = ["| method, other names | order | constraints | steps | parameters |", "|---|---:|---|---|---|"]
+    table = ["| method, other names | order | constraints | steps | parameters |", "|---|---:|---|---|---|"]
     pages: dict[str, list[str]] = {}
     for family in BUILT_IN:
         for row in family.names():
             try:
                 method = method_named(row.name, **row.compiled_with)
             except UsageError as error:  # a case without damping, which is refused with the default parameters
-                rows.append(f"| `{row.name}` | | | | refused: {error.problems[0].what.split(',')[0]} |")
+                table.append(f"| `{row.name}` | | | | refused: {error.problems[0].what.split(',')[0]} |")
                 continue
             parameters = ", ".join(f"`{name}`" for name in row.parameters)
             aliases = ", ".join(f"`{name}`" for name in row.aliases)
             holds = "yes" if method.holds_constraints else "no"
             steps = ("implicit" if method.implicit else "explicit") + (", by tolerance" if method.chooses_steps else "")
             link = f"[`{row.name}`]({family.family}.md#{row.name})"
-            rows.append(
+            table.append(
                 f"| {', '.join(filter(None, (link, aliases)))} | {method.order} | {holds} | {steps} | {parameters} |"
             )
             text = [f"## {row.name}\n", f"{method.title(method.holds_constraints)}.\n"]
@@ -262,11 +265,50 @@ def method_pages() -> Iterator[Page]:
     yield Page(
         f"{folder}/index",
         "# Methods of integration\n\nOrders are the declared ones; see [measured orders](../../evidence/orders.md).\n\n"
-        + "\n".join(rows)
+        + "\n".join(table)
         + f"\n\n```{{toctree}}\n:hidden:\n\n{names}\n```\n",
     )
     for name, sections in pages.items():
         yield Page(f"{folder}/{name}", f"# {name.replace('_', ' ').capitalize()}\n\n" + "\n".join(sections))
+
+
+def message_pages() -> Iterator[Page]:
+    """Yield a list of the subjects of messages, and for each subject a page with its messages by code and examples."""
+    folder, pages = "reference/messages", dict[str, list[Row]]()
+    for row in message_codes.rows():
+        if row.kinds != "r":
+            pages.setdefault(topic_name(row.room), []).append(row)
+    for name, listed in sorted(pages.items()):
+        topic = topics()[name]
+        text = f"# Messages: {name}\n\n{topic['cause']} See [{topic['page']}]({topic['page']}).\n\n"
+        text += "| code | kind | message | remedy |\n|---|---|---|---|\n"
+        for row in listed:
+            parts = explanation(row)
+            code = f'<a id="{row.code}"></a>`{row.code}`'
+            cells = (code, parts["kind"], _cell(parts["message"]), _cell(parts["remedy"]))
+            text += f"| {' | '.join(cells)} |\n"
+        for code in dict.fromkeys(row.code for row in listed if row.code in examples()):
+            title, example = examples()[code]
+            text += f"\n**{code}: {title}**\n\n```text\n{example}\n```\n"
+        place = name.replace(".", "_")
+        yield Page(f"{folder}/{place}", text, source=f"docs/messages_{place}.md")  # links as from the folder docs
+    count = len(message_codes.rows())
+    introduction = (
+        f"# Messages by code\n\nEach of {count} errors, notes and findings has a code. The command line prints the code"
+        " at the end of a message, and Python has it as `error.code`. A code never changes. `eomgen explain E0008`"
+        " prints the same text, and `eomgen explain mass negative` searches.\n\n"
+    )
+    table = "| subject | messages | cause |\n|---|---:|---|\n"
+    for name, listed in sorted(pages.items()):
+        table += f"| [{name}]({name.replace('.', '_')}.md) | {len(listed)} | {topics()[name]['cause']} |\n"
+    tree = "\n".join(name.replace(".", "_") for name in sorted(pages))
+    yield Page(f"{folder}/index", f"{introduction}{table}\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n")
+
+
+def _cell(text: str) -> str:
+    """Return a text as code in a cell of a table; empty for none."""
+    line = " ".join(text.split()).replace("`", "'").replace("|", "\\|")
+    return f"`{line}`" if line else ""
 
 
 def reference_pages() -> Iterator[Page]:
@@ -274,3 +316,4 @@ def reference_pages() -> Iterator[Page]:
     yield from python_pages()
     yield from command_pages()
     yield from method_pages()
+    yield from message_pages()

@@ -13,6 +13,7 @@ __all__ = [
     "journal",
     "json_text",
     "locks",
+    "message_codes",
     "messages",
     "products",
     "progress",

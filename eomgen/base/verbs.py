@@ -144,6 +144,12 @@ CORE: tuple[Verb, ...] = (
         "eomgen.cli.doctor:doctor",
         takes_scene=False,
     ),
+    Verb(
+        "explain",
+        "Explain a message by its code, or search messages.",
+        "eomgen.cli.explain:explain",
+        takes_scene=False,
+    ),
     Verb("cite", "Print BibTeX of eomgen and of the papers of a method.", "eomgen.cli.cite:cite", takes_scene=False),
     Verb(
         "completion",

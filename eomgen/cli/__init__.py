@@ -5,6 +5,8 @@ Exit codes: 0 fine, 2 usage, 3 description, 4 model, 5 toolchain, 6 numerical, 7
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import os
 import sys
 import traceback
@@ -134,9 +136,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
         path = error.ctx.command_path if error.ctx is not None else "eomgen"
         text = what_of_usage(error)
-        click.echo(
-            UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path, words))).report(), err=True
-        )
+        usage = UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path, words)))
+        _show_error(usage, words)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt) as stop:
         click.echo(": ".join(["interrupted", *_notes(stop)[:1]]), err=True)
@@ -147,15 +148,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except EomgenError as error:
         if "--debug" in words:
             traceback.print_exc()
-        click.echo(error.report(), err=True)
+        _show_error(error, words)
         return error.exit_code
     except OSError as error:
         if "--debug" in words:
             traceback.print_exc()
-        file = f"{error.filename}: " if error.filename is not None else ""
-        reason = error.strerror or error
+        file = "" if error.filename is None else str(error.filename)
         remedy = "free space on the disk, or another path of the output"
-        click.echo(f"{FileError.title}: {file}{reason}; try: {remedy}", err=True)
+        _show_error(FileError(Problem(file, error.strerror or str(error), remedy)), words)
         _drop_what_cannot_be_written()
         return FileError.exit_code
     except Exception as error:
@@ -166,10 +166,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return INTERRUPTED
         click.echo(
             f"internal error: {type(error).__name__}: {error}; this is a fault of {_author(words)}; try: the same with"
-            " --debug",
+            " --debug [E0001]",
             err=True,
         )
         return 1
+
+
+def _show_error(error: EomgenError, words: Sequence[str]) -> None:
+    """Print an error with its codes to stderr, and with ``--json`` as JSON to stdout, too."""
+    click.echo(error.report(codes=True), err=True)
+    if "--json" in words:
+        from eomgen.cli.printing import print_json  # noqa: PLC0415
+
+        problems = [{"code": error.code_of(one), **dataclasses.asdict(one)} for one in error.problems]
+        data = {"error": {"code": error.code, "kind": error.title, "exit_code": error.exit_code, "problems": problems}}
+        with contextlib.suppress(OSError):  # the disk may be full, and stderr has the message
+            print_json(data)
 
 
 def _author(words: Sequence[str]) -> str:
@@ -214,7 +226,10 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    click.echo(f"warning: {message}", err=True)
+    from eomgen.base.message_codes import code_of  # noqa: PLC0415  # for a warning only
+
+    code = code_of(str(message), notes=True) if category is RuntimeWarning else ""
+    click.echo(f"warning: {message}{code and f' [{code}]'}", err=True)
 
 
 __all__ = ["info", "info_part", "options", "printing", "running", "tables"]

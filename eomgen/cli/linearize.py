@@ -27,7 +27,7 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
-from eomgen.cli.printing import building, print_json, print_table, say
+from eomgen.cli.printing import building, print_json, print_table, say, say_note
 from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 
@@ -94,7 +94,7 @@ class CampbellRequest:
             fault = f"there is no mode {listed} that oscillates in the diagram"
             if not modes:
                 raise UsageError(Problem("--modes", fault, known))
-            say(f"note: --modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out")
+            say_note(f"--modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out")
         view = CampbellView(band, modes, None, self.speed_unit, self.letter)
         view.check(diagram)
         return view

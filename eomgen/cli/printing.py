@@ -55,6 +55,14 @@ def say(text: str) -> None:
     click.echo(text, err=True)
 
 
+def say_note(note: str) -> None:
+    """Print a note with its code to stderr."""
+    from eomgen.base.message_codes import code_of  # noqa: PLC0415  # for a note only
+
+    code = code_of(note, notes=True)
+    say(f"note: {note}{code and f' [{code}]'}")
+
+
 def print_table(
     title: str,
     header: Sequence[str],

@@ -12,7 +12,7 @@ from click.core import ParameterSource
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
-from eomgen.cli.printing import building, say
+from eomgen.cli.printing import building, say_note
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.scene.sources.register import all_options, source_of
 from eomgen.toolchain.profiles import PROFILE_VARIABLE
@@ -56,7 +56,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 def say_notes(scene: Scene) -> None:
     """Print the notes that reading a scene has made, each once, to stderr."""
     for note in dict.fromkeys(scene.notes):
-        say(f"note: {note}")
+        say_note(note)
 
 
 def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
@@ -70,7 +70,7 @@ def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     if (scene.simulation.method if method is None else method) == "auto":
-        say(f"note: auto chooses a method before a run; {use} {pipeline.method_of(scene, method)}")
+        say_note(f"auto chooses a method before a run; {use} {pipeline.method_of(scene, method)}")
 
 
 def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[Model, Solution]:
@@ -89,8 +89,8 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
         steps = _steps(scene, options) if once and resumed is None else None
         model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
     if model.library.profile == "instant" != options["profile"]:
-        say(
-            "note: the tape engine steps this run, which should end before a compiler would; --profile"
+        say_note(
+            "the tape engine steps this run, which should end before a compiler would; --profile"
             f" {options['profile']} waits for the compiler"
         )
     with terminal_bar(scene.name) as progress:

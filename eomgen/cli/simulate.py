@@ -14,7 +14,7 @@ import click
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted, nearest, shown
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
-from eomgen.cli.printing import print_json, print_table, say
+from eomgen.cli.printing import print_json, print_table, say, say_note
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
 
@@ -77,7 +77,7 @@ def simulate(
         _print(solution, model, options["inputs"], times, loads)
     for note in dict.fromkeys(solution.metadata["notes"]):
         if note not in solution.message and note not in described.notes:  # these are printed when the scene is read
-            say(f"note: {note}")
+            say_note(note)
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
     return outcome_code(solution)
 

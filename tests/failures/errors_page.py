@@ -12,6 +12,7 @@ from pathlib import Path
 
 from tests.failures.catalogue import CHAPTERS
 from tests.failures.failure import SCENE, Failure
+from tests.messages.answers import with_codes
 
 ROOT = Path(__file__).parents[2]
 _LONGEST = 160
@@ -45,11 +46,16 @@ def page(folder: Path) -> str:
     return "\n".join(parts)
 
 
-def _entry(entry: Failure) -> str:
+def shown_entry(entry: Failure) -> str:
+    """Return the bad input of an entry, its command and the answer as text."""
     shown = [_visible(line) for line in entry.shown().splitlines()]
-    answer = entry.message.replace("{any}", "...").replace("{folder}", "/an/empty/folder").splitlines()
+    answer = with_codes(entry.message).replace("{any}", "...").replace("{folder}", "/an/empty/folder").splitlines()
     lines = [*shown, *([""] if shown else []), f"$ eomgen {entry.command}", *answer]
-    block = "\n".join(lines)
+    return "\n".join(lines)
+
+
+def _entry(entry: Failure) -> str:
+    block = shown_entry(entry)
     return f"**{entry.title}**: exit code {entry.code}\n\n```text\n{block}\n```\n"
 
 

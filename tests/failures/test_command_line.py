@@ -10,6 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
+from tests.messages.answers import plain
 from tests.models.scenes import PENDULUM_TOML
 
 ROOT = Path(eomgen.__file__).parents[1]
@@ -25,15 +26,14 @@ def scene(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("verb", ["simulate", "generate"])
 def test_an_empty_folder_name_is_refused(scene: Path, capsys: pytest.CaptureFixture[str], verb: str) -> None:
     assert main([verb, str(scene), "--out", ""]) == 2
-    assert (
-        capsys.readouterr().err == "usage error: --out: the name of the folder is empty; try: --out . for this folder\n"
-    )
+    message = "usage error: --out: the name of the folder is empty; try: --out . for this folder\n"
+    assert plain(capsys.readouterr().err) == message
 
 
 def test_a_folder_that_cannot_be_written_is_named(scene: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["generate", str(scene), "--out", str(scene / "c")]) == 7
     assert (
-        capsys.readouterr().err
+        plain(capsys.readouterr().err)
         == f"input/output error: cannot write {scene / 'c'}: Not a directory; try: another folder\n"
     )
 

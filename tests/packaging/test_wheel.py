@@ -22,7 +22,7 @@ pytestmark = pytest.mark.slow
 CHECKOUT = Path(__file__).parents[2]
 #: Bytes of the wheel at most: 3.21 million on 25 November 2026 (shares in docs/contributing/decisions.md), and a little
 #: for the next months.
-LARGEST = 3_450_000
+LARGEST = 3_530_000  # with 65 000 of the catalogue of messages
 #: Bytes of one file of it, compressed, at most: tables, meshes and pictures would be larger; text of modules is less.
 LARGEST_FILE = 20_000
 

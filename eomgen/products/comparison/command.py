@@ -8,7 +8,7 @@ import click
 
 from eomgen.base.messages import counted
 from eomgen.cli.options import arguments_of, completed_files, debug_option, json_option
-from eomgen.cli.printing import print_json, print_table, say
+from eomgen.cli.printing import print_json, print_table, say, say_note
 from eomgen.errors import ModelError
 
 _of_compare = arguments_of("eomgen.products.comparison.compare:compare")
@@ -35,7 +35,7 @@ def compare(first: str, second: str | None, as_json: bool, **options: Any) -> in
         print_json(result.to_dict())
     else:
         for note in result.notes:
-            say(f"note: {note}")
+            say_note(note)
         rows = [
             (item.element, item.quantity, *item.texts, item.unit, " ".join(filter(None, item.places)), item.cause)
             for item in result.differences

@@ -1,0 +1,147 @@
+"""``eomgen explain``: cause, remedy and example of a message by its code, and a search of the catalogue."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from functools import cache
+from pathlib import Path
+
+import click
+
+from eomgen.base.message_codes import FILES, FOLDER, KINDS, Row, code_of, code_of_finding, rows, searched
+from eomgen.base.messages import counted, shown
+from eomgen.cli.options import debug_option, json_option
+from eomgen.cli.printing import print_json, say
+from eomgen.errors import Problem, UsageError
+
+_TOPICS = Path(__file__).with_name("message_topics.toml")
+_CODE = re.compile(r"\[?([EW]\d{4})\]?", re.IGNORECASE)
+#: Lines of a list of messages at most.
+_LISTED = 40
+
+
+@cache
+def topics() -> Mapping[str, Mapping[str, str]]:
+    """Return cause and page of the documentation by the beginning of a room."""
+    data: dict[str, dict[str, str]] = tomllib.loads(_TOPICS.read_text(encoding="utf-8"))
+    return data
+
+
+def topic_name(room: str) -> str:
+    """Return the entry of the topics for a room: its longest beginning that has one."""
+    parts = room.split(".")
+    names = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
+    return next((name for name in names if name in topics()), "errors")
+
+
+@cache
+def examples() -> Mapping[str, tuple[str, str]]:
+    """Return title and text of the example of each code that has one."""
+    text = (FOLDER / "examples.txt").read_text(encoding="utf-8")
+    made: dict[str, tuple[str, str]] = {}
+    for entry in text.split("\n= ")[1:]:
+        heading, _, lines = entry.partition("\n")
+        codes, _, title = heading.partition(" ")
+        made |= {code: (title, lines.rstrip("\n")) for code in codes.split(",")}
+    return made
+
+
+def explanation(row: Row) -> dict[str, str]:
+    """Return the parts of an explanation by their titles.
+
+    Parameters
+    ----------
+    row : Row
+        Of the catalogue.
+
+    Returns
+    -------
+    dict
+        ``code``, ``kind``, ``message``, ``cause``, ``remedy``, ``page``, ``example`` and ``title`` of the example; a
+        message may have no remedy and no example, and then these are empty.
+    """
+    topic = topics()[topic_name(row.room)]
+    title, example = examples().get(row.code, ("", ""))
+    exits = [f"exit code {place}" for place, letter in enumerate("iudmtnf", 1) if letter in row.kinds]
+    kinds = [KINDS[letter] for letter in row.kinds]
+    remedy = row.remedy
+    if not remedy and (tried := re.search(r"; try: (.*?)(?: \[\w+\])?$", example, re.MULTILINE)):
+        remedy = tried[1]
+    return {
+        "code": row.code,
+        "kind": ", ".join([*kinds, *exits]),
+        "message": row.pattern.replace("{}", "..."),
+        "cause": topic["cause"],
+        "remedy": remedy.replace("{}", "..."),
+        "page": f"docs/{topic['page']}",
+        "title": title,
+        "example": example,
+    }
+
+
+def _printed(parts: Mapping[str, str]) -> str:
+    lines = [f"{parts['code']}: {parts['kind']}", ""]
+    lines += [f"{name:8} {parts[name]}" for name in ("message", "cause", "remedy") if parts[name]]
+    lines.append(f"see      {parts['page']}")
+    if parts["example"]:
+        lines += ["", f"{parts['title']}:", "", *(f"    {line}".rstrip() for line in parts["example"].splitlines())]
+    return "\n".join(lines)
+
+
+def rows_of(words: Sequence[str]) -> list[Row]:
+    """Return the rows of a code, of the name of a finding, of a message in full, or of a search.
+
+    Raises
+    ------
+    UsageError
+        There is no such code, or no message contains the words.
+    """
+    text = " ".join(words)
+    code = _CODE.fullmatch(text) or re.search(r"\[([EW]\d{4})\]$", text)
+    named = code[1].upper() if code else code_of_finding(text)
+    chosen = [row for row in rows() if row.code == named] if named else list(searched(text.split()))
+    if code and not chosen:
+        raise UsageError(Problem("eomgen explain", f"there is no code {named}", "eomgen explain mass, a search"))
+    if not chosen:
+        alike = code_of(text) or code_of(text, notes=True)
+        chosen = [row for row in rows() if row.code == alike]
+    if not chosen:
+        fault = f"no message contains {shown(text)}"
+        raise UsageError(Problem("eomgen explain", fault, "fewer words, or a code, E0008"))
+    return chosen
+
+
+def _overview() -> str:
+    """Return the numbers of codes, and the uses of the verb."""
+    kinds = {letter: [row for row in rows() if row.code[0] == letter] for letter in FILES}
+    return (
+        f"{counted(len(kinds['E']), 'error')}, {kinds['E'][0].code} to {kinds['E'][-1].code}, and"
+        f" {counted(len(kinds['W']), 'note')}, {kinds['W'][0].code} to {kinds['W'][-1].code}.\n\n"
+        "  eomgen explain E0008            cause, remedy and example of a code\n"
+        "  eomgen explain mass negative    messages that contain these words"
+    )
+
+
+@click.command()
+@click.argument("words", metavar="[CODE|WORDS]...", nargs=-1)
+@json_option
+@debug_option
+def explain(words: tuple[str, ...], as_json: bool) -> None:
+    """Explain a message by its CODE: its cause, its remedy and an example with its output.
+
+    Without a code: a search for messages that contain all WORDS. A message in full is recognised by its text.
+    """
+    if not words:
+        click.echo(_overview())
+        return
+    chosen = rows_of(words)
+    if as_json:
+        print_json([explanation(row) for row in chosen])
+    elif len(chosen) == 1:
+        click.echo(_printed(explanation(chosen[0])))
+    else:
+        click.echo("\n".join(f"{row.code}  {row.pattern.replace('{}', '...')}" for row in chosen[:_LISTED]))
+        if len(chosen) > _LISTED:
+            say(f"and {len(chosen) - _LISTED} more: more words match fewer")
