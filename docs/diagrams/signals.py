@@ -247,3 +247,54 @@ def events(c: Canvas) -> None:
     c.arrow((150, 84), (118, 126), FORCE, 1.4, 6)
     c.text(154, 80, "root: the step ends here", FORCE, "start", 12)
     c.text(200, 176, "impact, reset, switch, stop, count or record", GREY, size=12)
+
+
+@drawing("include", 160, "Include: another scene file as a part, twice, each with a prefix, a parent and a place")
+def include(c: Canvas) -> None:
+    c.box(14, 56, 104, 44, "suspension.toml", fill=BODY, size=12)
+    for y, name in ((30, "front"), (92, "rear")):
+        c.box(238, y - 16, 150, 50)
+        c.text(313, y + 4, "wheel, spring, damper", size=12)
+        c.text(313, y + 24, "parent, position [m]", MEASURE, size=12)
+        c.arrow((118, 78), (236, y + 9))
+        c.text(170, 46 if y < 60 else 116, f"prefix {name}", size=12)
+    c.text(200, 150, "names with a prefix; parameters in place of the file's own", GREY, size=12)
+
+
+@drawing("repeat", 165, "Repeat: entries made once for all combinations of indices, here a net of knots and springs")
+def repeat(c: Canvas) -> None:
+    for i in range(3):
+        for j in range(3):
+            x, y = 150 + 76 * i, 112 - 42 * j
+            if i < 2:
+                c.spring((x, y), (x + 76, y), 4, 5.0)
+            if j < 2:
+                c.spring((x, y), (x, y - 42), 3, 5.0)
+    for i in range(3):
+        for j in range(3):
+            c.circle(150 + 76 * i, 112 - 42 * j, 6, BODY)
+    c.text(150, 136, "i = 0", size=12)
+    c.text(226, 136, "1", size=12)
+    c.text(302, 136, "2", size=12)
+    for j in range(3):
+        c.text(132, 116 - 42 * j, f"j = {j}" if j == 0 else f"{j}", anchor="end", size=12)
+    c.text(200, 158, "one entry with indices, nine bodies and twelve springs", GREY, size=12)
+
+
+@drawing("simulation", 165, "Simulation: steps of the method, recorded rows, duration, and the start")
+def simulation(c: Canvas) -> None:
+    place = c.plot(46, 34, 310, 84, "t [s]", "q")
+
+    def motion(x: float) -> float:
+        return 0.5 + 0.36 * math.exp(-1.4 * x) * math.cos(9.0 * x)
+
+    c.curve(lambda x: place(x, motion(x)), 0.0, 0.95, 80, FRAME)
+    for k in range(20):
+        x, y = place(0.05 * k, motion(0.05 * k))
+        c.line((x, 116), (x, 121), color=GREY, width=1)
+        if k % 2 == 0:
+            c.dot(x, y, FORCE)
+    c.span(place(0.5, -0.16), place(0.55, -0.16), "")
+    c.text(place(0.52, 0)[0], 150, "step [s]", MEASURE, size=12)
+    c.text(76, 30, "start", anchor="start", size=12)
+    c.text(230, 44, "rows: record every second step", FORCE, size=12)
