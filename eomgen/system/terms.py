@@ -437,7 +437,7 @@ def _derivatives() -> Iterator[Term]:
         first = f"nonzeros of the Jacobian of {symbol} in {arguments}"
         second = f"nonzeros of the lower triangle of the Hessian of weights . {symbol} in {arguments}"
         changes: dict[str, Any] = {"on_request": True, "differentiated": name, "quadratic": False}
-        if name in ("residual", "momenta"):  # of steps with constraints; else inverse dynamics
+        if name == "residual":  # of steps with constraints; else inverse dynamics
             changes["exists"] = _CONSTRAINED
         if "t" not in term.inputs:  # a moving base follows its law
             term = replace(term, inputs=(*term.inputs, "t"))

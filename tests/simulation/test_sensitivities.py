@@ -197,12 +197,15 @@ def test_absolute_coordinates_move_onto_their_constraints() -> None:
 
 
 def on_a_road(travelled: str) -> SceneBuilder:
-    """Return a quarter of a car on a road of a class, as a curve over distance or, if none is given, at 15 m/s."""
+    """Return a quarter of a car on a road of a class: as a curve over distance, or at the speed of a parameter, or if
+    none is given at 15 m/s."""
     builder = SceneBuilder("quarter").parameter("speed", 15.0, tunable=True).body("wheel", 40.0).body("body", 300.0)
     builder.joint("hop", "prismatic", "base", "wheel", axis=[0, 0, 1])
     builder.joint("heave", "prismatic", "wheel", "body", axis=[0, 0, 1])
     road: dict[str, Any] = {"class": "C", "seed": 3}
-    if travelled:
+    if travelled == "speed":
+        builder.input("height", road=road | {"speed": "speed"})
+    elif travelled:
         builder.curve("track", road=road).input("height", formula=f"track({travelled})")
     else:
         builder.input("height", road=road | {"speed": 15.0})
@@ -217,10 +220,11 @@ def test_the_speed_on_a_road_of_a_class_has_derivatives() -> None:
     def bounce(model: Model, speed: float) -> Any:
         return model.simulate(0.5, 2e-3, parameters={"speed": speed}, error_estimate=False, **options).outputs["bounce"]
 
-    (_, curve), (_, at_speed) = built(on_a_road("speed * t")), built(on_a_road(""))
+    (_, curve), (_, at_speed), (_, tunable) = (built(on_a_road(word)) for word in ("speed * t", "", "speed"))
     run = at_speed.simulate(0.5, 2e-3, error_estimate=False, **options).outputs["bounce"]
     np.testing.assert_allclose(bounce(curve, 15.0), run, atol=1e-10 * np.max(np.abs(run)))
-    found = curve.sensitivities(0.5, 2e-3, by=["speed"], **options)
+    np.testing.assert_array_equal(bounce(tunable, 14.0), bounce(curve, 14.0))
+    found = tunable.sensitivities(0.5, 2e-3, by=["speed"], **options)
     slopes = [(bounce(curve, 15.0 + h) - bounce(curve, 15.0 - h)) / (2.0 * h) for h in (2e-4, 1e-4)]
     expected = (4.0 * slopes[1] - slopes[0]) / 3.0
     off = np.max(np.abs(found.derivatives["bounce"][:, 0] - expected))

@@ -178,17 +178,22 @@ def test_what_these_steps_have_not() -> None:
         "usage error: hessian: steps are of rattlie, and second derivatives are not known; try: differences of"
         " gradient(...)"
     )
-    free = eomgen.build(controlled().build(), profile="quick")
-    assert refusal(free, lambda one: one.sensitivities(0.1, STEP, method="rattlie")) == (
-        "usage error: method: rattlie has derivatives of runs in scenes with constraints alone; try: rk4, or"
-        " trapezoidal"
-    )
-    mixed = loop().constraint("gear", "formula", velocity_equation="v.a - 0.5 * v.b", unit="rad/s")
-    text = refusal(
-        eomgen.build(mixed.build(), profile="quick"),
-        lambda one: one.sensitivities(0.1, STEP, by=["mass"], method="rk4_partitioned"),
-    )
-    assert text == (
-        "usage error: method: steps of rk4_partitioned have no derivatives with constraints both on positions and on"
-        " velocities alone; try: generalized_alpha, or trapezoidal"
-    )
+
+
+@pytest.mark.slow
+def test_rattlie_without_constraints() -> None:
+    check(controlled(), "rattlie", ["mass", "length", "lag", "gain", "q.a", "v.a"], {"a": 0.6})
+    by = ["mass", "length", "damping", "shake", "q.a[0]", "q.f[1]", "q.f[4]", "v.a[2]", "v.f[3]"]
+    check(turning(), "rattlie", by, {"v": [1, 2, -1, 0.5, 2, 0.1, 0.3, 0.2, 0.1]})
+
+
+@pytest.mark.slow
+def test_constraints_on_positions_and_on_velocities_alone() -> None:
+    """Corrections of positions hold rates that change with the position."""
+    gear = "v.c[0] - 0.4 * v.b * (1 + 0.3 * length * q.b)"
+    mixed = loop().constraint("gear", "formula", velocity_equation=gear, unit="rad/s")
+    model = eomgen.build(mixed.build(), profile="quick")
+    start = model.consistent(model.initial_q, np.array([1.0, 2.0, -1.0, 0.5, 2.0]))
+    by = ["mass", "length", "damping", "q.a", "v.c[1]"]
+    near: dict[str, Any] = {"apart": 1e-5, "tolerance": 1e-8}
+    check(mixed, "rk4_partitioned", by, {"q": start.q, "v": start.v}, **near)

@@ -417,13 +417,6 @@ def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep 
     step = method.linear_step
     if step is None:
         raise UsageError(Problem("method", f"{name} has no derivatives of runs here", _with_derivatives()))
-    if isinstance(step, LinearTransitions) and not step.b and not model.multipliers:
-        fault = f"{name} has derivatives of runs in scenes with constraints alone"
-        raise UsageError(Problem("method", fault, "rk4, or trapezoidal"))
-    holonomic = model.functions.sizes["holonomic"]
-    if isinstance(step, LinearTransitions) and step.b and 0 < holonomic < len(model.multipliers):
-        fault = f"steps of {name} have no derivatives with constraints both on positions and on velocities alone"
-        raise UsageError(Problem("method", fault, "generalized_alpha, or trapezoidal"))
     if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
         fault = f"{name} starts internal states with rates of their rates, which have no derivatives here"
         raise UsageError(Problem("method", fault, "trapezoidal, newmark or tdg2"))

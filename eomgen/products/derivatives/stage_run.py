@@ -171,7 +171,10 @@ class StageRun(TransitionRun):
         unit = np.zeros((count, nv, nl))
         np.put_along_axis(unit, dependent[:, np.newaxis, :], 1.0, axis=1)
         q, size = place.value, self.size_of_state
-        for _ in range(_CORRECTIONS if nh else 0):
+        if nh < nl:
+            place = self._moved_onto(place, v, z, t, given, unit) if nh else place
+            q = place.value
+        for _ in range(_CORRECTIONS if nh == nl else 0):
             values = self._blocks(q, v.value, z.value, t, given)
             (Phi,) = equations.of("constraint", values).values()
             (held,) = equations.of("constraint_jacobian", values).values()
@@ -182,7 +185,7 @@ class StageRun(TransitionRun):
         values = self._blocks(q, v.value, z.value, t, given)
         rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, None)
         e, dq = equations.partials(values), place.along
-        if nh:
+        if nh == nl:
             delta = product.difference(factors, place.value, q)
             dq = product.transport(factors, delta) @ dq
             turned = product.tangent(factors, delta) @ unit
@@ -198,6 +201,37 @@ class StageRun(TransitionRun):
         off = Z @ dq + B @ v.along
         off[:, :, size:] += by_parameters
         return Moved(q, dq), Moved(corrected, v.along + unit @ self.solved(B @ unit, off, t))
+
+    def _moved_onto(self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, unit: Array) -> Moved:
+        """Return positions on the constraints of positions, with constraints on velocities besides: Newton's steps hold
+        the rates of these, so their directions move with each position.
+
+        A step is q o exp(x) with B x = -(Phi, 0) along the dependent components, B of all constraints, and
+
+            B dx = -(Phi_q dq + Phi_p dp, 0) - d(B x).
+        """
+        equations, factors, size = self.equations, self.equations.model.factors, self.size_of_state
+        nv, nz, nl, nh = equations.nv, equations.nz, equations.nl, equations.holonomic
+        rows, rates = slice(nv + nz, nv + nz + nh), slice(nv + nz + nh, None)
+        q, dq = place.value, place.along
+        for _ in range(_CORRECTIONS):
+            values = self._blocks(q, np.zeros_like(v.value), z.value, t, given)
+            (Phi,) = equations.of("constraint", values).values()
+            still = equations.partials(values)
+            B = still.Jv[:, rates] @ unit
+            off = np.concatenate([Phi, np.zeros((len(Phi), nl - nh))], axis=1)[:, :, np.newaxis]
+            x = (unit @ self.solved(B, off, t))[:, :, 0]
+            moving = equations.partials({**values, "v": x})
+            change = (moving.Jq[:, rates] - still.Jq[:, rates]) @ dq
+            change[:, :, size:] += moving.P[:, rates] - still.P[:, rates]
+            change[:, :nh] += still.Jq[:, rows] @ dq
+            change[:, :nh, size:] += still.P[:, rows]
+            dx = unit @ self.solved(B, change, t)
+            dq = product.transport(factors, x) @ dq + product.tangent(factors, x) @ dx
+            q = product.update(factors, q, x)
+            if np.max(np.abs(x), initial=0.0) < 1e-15 * (1.0 + np.max(np.abs(q))):
+                break
+        return Moved(q, dq)
 
     def _check(self, ends: StepEnds, place: Moved, v: Moved) -> None:
         """Raise NumericalError if the step of the run was another one: it changed its dependent components within, or

@@ -17,6 +17,7 @@ from eomgen.formula.curves import AnyCurve, Bump, Curve, Interpolation, Outside,
 from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.nodes import Application, Formula, Symbol
 from eomgen.formula.units.parser import UnitError, read_unit
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals import schema as written
@@ -279,7 +280,7 @@ class Curves:
                 self.report.add(f"{key}.{option}", f"{option} is for points and tables, not for {kind}", "without it")
 
     def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
-        """Return the road under a wheel over time: harmonics for a road of a class, else a formula."""
+        """Return the road under a wheel over time: harmonics for a road of a class at a fixed speed, else a formula."""
         given = [
             word
             for word, entry in (("class", road.road_class), *((kind, getattr(road, kind)) for kind in _ROADS))
@@ -294,27 +295,28 @@ class Curves:
         speed, offset = travelled
         if road.road_class is not None:
             self.refuse_options(key, road, "a class")
-            return road_harmonics(road.road_class, speed, seed=road.seed, offset=offset, harmonics=road.harmonics)
-        if road.bump is not None:
+            at = {"seed": road.seed, "harmonics": road.harmonics}
+            if isinstance(speed, float):
+                return road_harmonics(road.road_class, speed, offset=offset, **at)
+            made: AnyCurve = Waves(key, road_harmonics(road.road_class, 1.0, **at))
+        elif road.bump is not None:
             self.refuse_options(key, road, "a bump")
-            made: AnyCurve = self.bump(f"{key}.bump", key, road.bump)
+            made = self.bump(f"{key}.bump", key, road.bump)
         else:
             made = self.through_points(key, key, road, ("m", "m"))
         return Application(made, speed * Symbol("time") - offset)
 
     def under_wheel(self, key: str, road: written.Road) -> RoadUnderWheel | None:
-        """Return the data of a road of a class under a wheel; None for another road."""
+        """Return the data of a road of a class under a wheel at a fixed speed; None for another road."""
         travelled = None if road.road_class is None else self.travelled(key, road)
-        if road.road_class is None or travelled is None:
+        if road.road_class is None or travelled is None or not isinstance(travelled[0], float):
             return None
-        return RoadUnderWheel(road.road_class, *travelled, road.seed)
+        return RoadUnderWheel(road.road_class, travelled[0], travelled[1], road.seed)
 
-    def travelled(self, key: str, road: written.Road) -> tuple[float, float] | None:
-        """Return speed and offset of a wheel; None if unknown."""
-        speed, offset = (
-            self.values.constant(f"{key}.speed", road.speed),
-            self.values.constant(f"{key}.offset", road.offset),
-        )
+    def travelled(self, key: str, road: written.Road) -> tuple[float | Formula, float] | None:
+        """Return speed, a formula if tunable, and offset of a wheel; None if unknown."""
+        formula = self.values.formula(f"{key}.speed", road.speed, PARAMETERS)
+        speed, offset = self.values.value(formula), self.values.constant(f"{key}.offset", road.offset)
         if speed <= 0.0 or speed > FASTEST:
             self.report.add(
                 f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20"
@@ -324,7 +326,7 @@ class Curves:
             self.report.add(f"{key}.offset", message, "the distance in m by which this wheel follows the first")
         if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
             return None
-        return speed, offset
+        return formula if self.values.is_tunable(formula) else speed, offset
 
 
 def digest(curves: Iterable[AnyCurve]) -> str:

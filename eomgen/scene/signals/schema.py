@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from eomgen.formula import curves
-from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, STATE, TIME
+from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, PARAMETERS, STATE, TIME
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, label_of, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
 
@@ -117,7 +117,7 @@ class Road(Shape):
 
     road_class: RoadClass | None = optional(_CLASS, alias="class", kind="`A` to `H`")
     bump: Bump | None = optional("a single bump")
-    speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=FIXED_PARAMETERS)
+    speed: Value = key("of the vehicle, up to 10 000", unit="m/s", names=PARAMETERS)
     seed: Seed = key("of the random phases of a class", 0, kind="whole number from 0")
     offset: Value = key(
         "distance by which this wheel follows the one with offset 0 in the same track",
