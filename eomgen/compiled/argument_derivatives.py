@@ -246,11 +246,13 @@ def _name(model: ExtensibleModel, term: str, order: int) -> str:
     if term == "forward_dynamics" and evaluator.multipliers:
         fault = "forward_dynamics of a scene with constraints has two results, vdot and multipliers"
         raise UsageError(Problem("term", fault, "residual and constraint, with the multipliers as arguments"))
-    if TERMS[f"{term}_derivatives"].exists == ("constraints",) and not evaluator.multipliers:
-        raise UsageError(Problem("term", f"{term} has derivatives in scenes with constraints", "inverse_dynamics"))
+    name = f"{term}_{'hessian' if order == 2 else 'derivatives'}"
+    if TERMS[name].exists == ("constraints",) and not evaluator.multipliers:
+        which = "second derivatives" if TERMS[f"{term}_derivatives"].exists != TERMS[name].exists else "derivatives"
+        raise UsageError(Problem("term", f"{term} has {which} in scenes with constraints", "inverse_dynamics"))
     if not _rows(evaluator.functions, term):
         raise UsageError(Problem("term", f"{term} of this scene has no numbers", "inverse_dynamics"))
-    return f"{term}_{'hessian' if order == 2 else 'derivatives'}"
+    return name
 
 
 def _values(

@@ -437,13 +437,16 @@ def _derivatives() -> Iterator[Term]:
         first = f"nonzeros of the Jacobian of {symbol} in {arguments}"
         second = f"nonzeros of the lower triangle of the Hessian of weights . {symbol} in {arguments}"
         changes: dict[str, Any] = {"on_request": True, "differentiated": name, "quadratic": False}
-        if name == "residual":  # of steps with constraints; else inverse dynamics
+        of_second = dict(changes)
+        if name in ("residual", "momenta"):  # of steps with constraints; else inverse dynamics
+            of_second["exists"] = _CONSTRAINED
+        if name == "residual":
             changes["exists"] = _CONSTRAINED
         if "t" not in term.inputs:  # a moving base follows its law
             term = replace(term, inputs=(*term.inputs, "t"))
         yield replace(term, name=f"{name}_derivatives", description=first, **changes)
         inputs = (*term.inputs, "weights")
-        yield replace(term, name=f"{name}_hessian", inputs=inputs, description=second, **changes)
+        yield replace(term, name=f"{name}_hessian", inputs=inputs, description=second, **of_second)
 
 
 #: All terms by name, in the order of recording.

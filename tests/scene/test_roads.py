@@ -217,9 +217,9 @@ def test_builder_and_file_say_the_same() -> None:
         ({"class": "C", "speed": 2e4}, "the speed 20000 m/s is not between 0 and 10000"),
         (
             {"class": "C", "speed": "t"},
-            "road.speed): time t cannot be used here (column 1); try: fixed parameters only",
+            "road.speed): time t cannot be used here (column 1); try: parameters only",
         ),
-        ({"class": "C", "speed": "late"}, "the tunable parameter 'late' cannot be used here"),
+        ({"class": "C", "speed": 20, "offset": "late"}, "the tunable parameter 'late' cannot be used here"),
         (
             {"class": "C", "speed": 20, "offset": 1e7},
             "inputs.road.road.offset): the offset 1e+07 m is beyond 1000000 m",

@@ -97,7 +97,7 @@ def sensitivities(
         Outputs; all by default.
     method : str
         ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``, also in index 3 with
-        ``settings={"perturb": 0}``; ``rattlie`` with constraints; ``rk4``, ``rk4_partitioned``; ``tdg1``,
+        ``settings={"perturb": 0}``; ``rattlie``; ``rk4``, ``rk4_partitioned``; ``tdg1``,
         ``tdg1_star``, ``tdg2``, ``tdg2s`` or ``tdg3``.
     rho_inf, alpha, beta, gamma : float, optional
         As of ``simulate``.

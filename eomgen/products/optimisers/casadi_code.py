@@ -253,10 +253,17 @@ class _Blocks:
         return [f"res[{b['number']}] != NULL" for b in self.blocks if b["count"] and b["source"] == source]
 
 
+def twice_differentiated(program: Program) -> Program:
+    """Return a Program without first derivatives of functions that have no second ones in its scene."""
+    known = set(program.function_names)
+    single = {f"{name}_derivatives" for name in DIFFERENTIATED if f"{name}_hessian" not in known}
+    return replace(program, functions=tuple(item for item in program.functions if item.name not in single))
+
+
 def exported_functions(program: Program) -> list[Exported]:
     """Return the functions of a model with derivatives."""
     known = program.function_names
-    there = [name for name in DIFFERENTIATED if name in known and f"{name}_derivatives" in known]
+    there = [name for name in DIFFERENTIATED if {name, f"{name}_derivatives", f"{name}_hessian"} <= set(known)]
     return [plain(program, name) for name in there if program.function(name).outputs]
 
 
@@ -267,6 +274,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     ----------
     method : of the function ``step``
     """
+    program = twice_differentiated(program)
     functions = exported_functions(program)
     step = chain_of(program, functions, method, ("u", "p", "t", "h"))
     whole = generate_files(replace(program, uniform=True))
