@@ -49,17 +49,30 @@ def digest_of(data: Mapping[str, Any]) -> bytes:
     TypeError
         For a value of a class that no Scene contains: unread parts of the value could differ between two scenes.
     """
-    parts: list[bytes] = []
+    parts = _Digested()
     _add(data, parts, {})
-    parts.append(b"")
-    return hashlib.sha256(b"\0".join(parts)).digest()
+    return parts.digest.digest()
+
+
+class _Parts(Protocol):
+    def append(self, part: bytes, /) -> object: ...
+
+
+class _Digested:
+    """Parts that are digested at once, each followed by a zero: all parts of a large scene take much memory."""
+
+    def __init__(self) -> None:
+        self.digest = hashlib.sha256()
+
+    def append(self, part: bytes, /) -> None:
+        self.digest.update(part + b"\0")
 
 
 #: Bytes of fields by the identity of the values; the values are kept alive, so that identities stay unique.
 Known = dict[int, tuple[Any, bytes]]
 
 
-def _add(value: Any, parts: list[bytes], known: Known) -> None:
+def _add(value: Any, parts: _Parts, known: Known) -> None:
     """Add bytes that differ for any two different values of the classes in a Scene."""
     kind = type(value)
     if kind is float or kind is str or kind is int:  # most values
@@ -89,7 +102,7 @@ def _add(value: Any, parts: list[bytes], known: Known) -> None:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
 
-def _add_field(value: Any, parts: list[bytes], known: Known) -> None:
+def _add_field(value: Any, parts: _Parts, known: Known) -> None:
     """Add the bytes of a field; equal parts of a scene share most fields."""
     if type(value) is not tuple and not is_dataclass(value):
         _add(value, parts, known)
@@ -101,7 +114,7 @@ def _add_field(value: Any, parts: list[bytes], known: Known) -> None:
     parts.append(known[id(value)][1])
 
 
-def _add_sorted(values: Iterable[Any], parts: list[bytes], known: Known) -> None:
+def _add_sorted(values: Iterable[Any], parts: _Parts, known: Known) -> None:
     """Add the items of a set, sorted by bytes."""
     items: list[bytes] = []
     for item in values:

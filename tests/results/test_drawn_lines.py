@@ -16,6 +16,7 @@ from scipy import stats
 
 import eomgen
 from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
+from eomgen.cli import simulate
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
@@ -118,6 +119,20 @@ def test_figures_of_sections_have_six_instants_beside_maps(
         loads = solution.section_loads[name]
         ends = loads.moment_at_ends[8, :, :, 1 if name == "mast" else 0].ravel()
         assert left[0].lines[1].get_ydata().tolist() == ends.tolist()
+
+
+def test_a_copy_that_draws_finds_the_loads_of_beams_in_a_file(rng: np.random.Generator, tmp_path: Path) -> None:
+    solution, orders = solution_of(rng), list[dict[str, Any]]()
+    copy: Any = SimpleNamespace(order=orders.append)
+    order = {"folder": f"{tmp_path}", "beams": ["rope", "mast"], "over": None}
+    with simulate._ordered(solution, order, copy):
+        loads = section_loads.stored_drawn_loads(Path(orders[0].pop("loads")))
+    assert orders == [order]
+    assert list(loads) == ["rope", "mast"]
+    for name, known in solution.section_loads.items():
+        for field in ("x", "moment", "force", "moment_at_ends", "force_at_ends"):
+            np.testing.assert_array_equal(getattr(loads[name], field), getattr(known, field))
+    assert not list(tmp_path.iterdir())
 
 
 def test_times_of_sections_end_at_the_first_and_the_last_row(rng: np.random.Generator) -> None:

@@ -255,7 +255,7 @@ def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
         words = "runs at half and 2 times the step"
         apart = runs.apart(runs.own, half)
         passed_over, halved = _passed_over(runs, half), halvings or half.statistics.get("halvings", 0)
-        del half
+        del half, result  # large scenes have large motions
         if halved and runs.same(apart):
             return _by_much_shorter_steps(runs, order)
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
