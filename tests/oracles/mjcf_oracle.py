@@ -44,6 +44,8 @@ class Imported:
         spec = mujoco.MjSpec.from_file(str(path))
         spec.compiler.fusestatic = False
         model = spec.compile()
+        # of a DC motor MuJoCo takes the current at the end of its step
+        model.actuator_actearly[model.actuator_dyntype == mujoco.mjtDyn.mjDYN_DCMOTOR] = 0
         found = cls(scene, derive(scene, list(terms)), model, mujoco.MjData(model))
         sizes = [(factor.q_size, factor.v_size) for factor in found.system.factors]
         assert sizes == [((7, 6), (4, 3), (1, 1), (1, 1))[kind] for kind in model.jnt_type]

@@ -4,6 +4,7 @@ are resolved there and are not computed again."""
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ from eomgen.scene.sources.mjcf.tendons import add_pulls, convert_tendons
 from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.scene.sources.urdf.reading import legal_name
+
+_WORD = re.compile(r"[A-Za-z_]\w*")
 
 
 def mjcf_data(
@@ -132,15 +135,31 @@ def _add_sites(draft: Draft) -> None:
 
 
 def _drop_unused_definitions(data: dict[str, Any]) -> None:
-    """Remove the lengths and rates of tendons that no formula mentions."""
+    """Remove the definitions of lengths, rates and other quantities that no formula mentions."""
     definitions = data.get("definitions", {})
-    for name in reversed(list(definitions)):
-        others = [section for key, section in data.items() if key != "definitions"]
-        others += [entry for other, entry in definitions.items() if other != name]
-        if not re.search(rf"\b{name}\b", repr(others)):
-            del definitions[name]
+    waiting = [text for key, section in data.items() if key != "definitions" for text in _texts(section)]
+    used: set[str] = set()
+    while waiting:
+        for word in _WORD.findall(waiting.pop()):
+            if word in definitions and word not in used:
+                used.add(word)
+                waiting.append(definitions[word]["formula"])
+    for name in definitions.keys() - used:
+        del definitions[name]
     if not definitions:
         data.pop("definitions", None)
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield all texts within a section."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for part in value.values():
+            yield from _texts(part)
+    elif isinstance(value, list):
+        for part in value:
+            yield from _texts(part)
 
 
 def _note_the_rest(draft: Draft) -> None:
