@@ -34,10 +34,6 @@ def key_of_path(path: str) -> str:
     return "/".join(tags)
 
 
-#: Elements whose defaults have other names or are of several elements.
-_OF_DEFAULTS = {"tendon": "tendon/spatial", "equality": "equality/connect"}
-
-
 def _table(text: str) -> dict[str, dict[str, str]]:
     """Return the status by attribute of each element, of lines with elements, statuses and attributes."""
     table: dict[str, dict[str, str]] = {}
@@ -56,11 +52,7 @@ def _table(text: str) -> dict[str, dict[str, str]]:
         status = before if colon else status
         for row in same:
             row.update(dict.fromkeys(names.split(), status))
-    for key, row in list(table.items()):
-        section, _, name = key.partition("/")
-        if section in ("actuator", "asset", "body", "contact"):
-            table[f"default/{name}"] = row
-    return table | {f"default/{name}": table[key] for name, key in _OF_DEFAULTS.items()}
+    return table
 
 
 #: Status by attribute, of each element.
