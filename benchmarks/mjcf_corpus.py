@@ -140,10 +140,11 @@ class Results:
             out.write(json.dumps(self.rows[file]) + "\n")
 
 
-def measure(folder: Path, results: Results, limit: float) -> None:
-    """Measure all models below a folder that are not measured yet."""
+def measure(folder: Path, results: Results, limit: float, only: list[str]) -> None:
+    """Measure all models below a folder, or of some packages there, that are not measured yet."""
     worker, known = Worker(limit), {row["key"] for row in results.rows.values() if "key" in row}
-    for path in (path for package in sorted(folder.iterdir()) if package.is_dir() for path in roots(package)):
+    packages = [package for package in sorted(folder.iterdir()) if package.is_dir()]
+    for path in (path for package in packages if not only or package.name in only for path in roots(package)):
         file = str(path.relative_to(folder))
         if file in results.rows:
             continue
@@ -189,6 +190,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("folder", type=Path, nargs="?", help="a folder of each package; results.jsonl")
     parser.add_argument("--install", action="store_true", help="install the packages first")
+    parser.add_argument("--only", nargs="+", default=[], metavar="PACKAGE", help="folders of these packages alone")
     parser.add_argument("--limit", type=float, default=600.0, help="longest time of a model, s")
     parser.add_argument("--answer", action="store_true", help=argparse.SUPPRESS)
     arguments = parser.parse_args()
@@ -201,11 +203,11 @@ def main() -> None:
     folder.mkdir(parents=True, exist_ok=True)
     for package in PACKAGES if arguments.install else ():
         target = folder / package.partition("==")[0]
-        if not target.exists():
+        if not target.exists() and (not arguments.only or target.name in arguments.only):
             command = [sys.executable, "-m", "pip", "install", "-q", "--no-deps", "--no-compile", "--target"]
             subprocess.run([*command, str(target), package], check=True)
     results = Results(folder / "results.jsonl")
-    measure(folder, results, arguments.limit)
+    measure(folder, results, arguments.limit, arguments.only)
     print(table(results))
 
 

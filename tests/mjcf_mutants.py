@@ -173,12 +173,14 @@ def values(key: str, attribute: str) -> tuple[str, ...]:
 
 
 def base(key: str) -> str:
-    """Return the file of which mutants of an element are made: with equalities for these alone, since the scene is
-    assembled before its equations are compared."""
+    """Return the file of which mutants of an element are made: with equalities for these alone, since a scene is
+    assembled before its equations are compared, and with sensors for elements on which they alone depend."""
     root = ET.fromstring(BASE)
-    equality = root.find("equality")
-    if "equality" not in key and equality is not None:
-        root.remove(equality)
+    measured = key.startswith(("sensor", "body/site", "default/site", "body/camera", "default/camera", "option"))
+    for tag, needed in (("equality", "equality" in key), ("sensor", measured)):
+        section = root.find(tag)
+        if section is not None and not needed:
+            root.remove(section)
     return ET.tostring(root, encoding="unicode")
 
 

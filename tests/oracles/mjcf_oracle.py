@@ -69,7 +69,7 @@ class Imported:
         """Return M, the residual at rest of accelerations (bias less forces), and the sizes of their parts."""
         A = self.place(q, v)
         if self.system.nu:  # without inputs the file switches actuators off
-            self.data.ctrl[:], self.data.act[:] = u, z
+            self.data.ctrl[self._controls()], self.data.act[:] = u, z
         mujoco.mj_fwdPosition(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
         mujoco.mj_fwdActuation(self.model, self.data)
@@ -77,6 +77,13 @@ class Imported:
         mujoco.mj_fullM(self.model, self.data, M)
         parts = [self.data.qfrc_bias, M @ self._drift(q, v), -self.data.qfrc_passive, -self.data.qfrc_actuator]
         return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
+
+    def _controls(self) -> list[int]:
+        """Return the places of the inputs of the scene in MuJoCo's controls, without actuators of contacts."""
+        model, counts = self.model, getattr(self.model, "actuator_ctrlnum", np.ones(self.model.nu, dtype=int))
+        starts = np.cumsum([0, *counts])
+        kept = [k for k, kind in enumerate(model.actuator_trntype) if kind != mujoco.mjtTrn.mjTRN_BODY]
+        return [place for k in kept for place in range(starts[k], starts[k + 1])]
 
     def _drift(self, q: Array, v: Array) -> Array:
         """Return dA/dt v, the part of MuJoCo's accelerations that velocities alone give."""

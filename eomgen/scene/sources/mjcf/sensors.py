@@ -20,6 +20,10 @@ from eomgen.system.description import BASE
 def convert_sensors(draft: Draft) -> None:
     """Add the sensors of a file as outputs of their names; list the sensors that no scene has in a note."""
     model = draft.model
+    if model.nsensor and draft.disabled("SENSOR"):
+        place = draft.place("sensor", 0, model.nsensor)
+        draft.leave_out(place, f"not modelled: sensors ({model.nsensor}), which the file switches off")
+        return
     absent = []
     for index in range(model.nsensor):
         kind = draft.mujoco.mjtSensor(int(model.sensor_type[index])).name.removeprefix("mjSENS_")
