@@ -20,6 +20,7 @@ from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
 from eomgen.scene.sources.mjcf.fluid import convert_fluid
 from eomgen.scene.sources.mjcf.sensors import convert_sensors
+from eomgen.scene.sources.mjcf.shapes import convert_geoms
 from eomgen.scene.sources.mjcf.tendons import add_pulls, convert_tendons
 from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
@@ -68,7 +69,7 @@ def mjcf_data(
     name = legal_name(_name_of(mujoco, model) or "model", ())
     data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
     draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
-    draft.moving_targets = mocap
+    draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
@@ -82,6 +83,7 @@ def mjcf_data(
     add_pulls(draft)
     convert_fluid(draft)
     convert_sensors(draft)
+    convert_geoms(draft)
     _drop_unused_definitions(data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)

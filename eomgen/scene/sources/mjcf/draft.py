@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,7 @@ class Draft(SceneDraft):
     mujoco : the package
     model : the compiled ``mujoco.MjModel``
     elements : of the file and the files that it includes
+    folder : of the file, to which paths of meshes are relative; None for a text
     places, joints, tendons : places of bodies, names of joints, and the definitions of the lengths of tendons,
         by number in the compiled model
     qpos, qvel : MuJoCo's coordinates and velocities at the start
@@ -85,6 +87,7 @@ class Draft(SceneDraft):
     mujoco: Any = None
     model: Any = None
     elements: Elements = field(default_factory=Elements)
+    folder: Path | None = None
     places: dict[int, LinkPlace] = field(default_factory=dict)
     joints: dict[int, str] = field(default_factory=dict)
     tendons: dict[int, str] = field(default_factory=dict)
