@@ -12,7 +12,7 @@ from eomgen.scene.sources.mjcf.controllers import SIGNALS, Plant, motor_force, n
 from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, odd_power, polynomial, times, total
 from eomgen.scene.sources.mjcf.muscles import Muscle, activation_rate
 from eomgen.scene.sources.mjcf.tendons import add_armature, add_tension
-from eomgen.scene.sources.mjcf.transmissions import Drive, transmission
+from eomgen.scene.sources.mjcf.transmissions import Drive, moved_joints, transmission
 from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE
 
 
@@ -81,6 +81,7 @@ class _Actuator:
         self.length, self.rate, self.period = path.length, path.rate, path.period
         self.draft.actuator_motions[index] = path.length, path.rate
         self.add_inertia_and_damping(drive)
+        self.refuse_limits_of_joints(drive)
         force = self.force()
         self.draft.actuator_forces[index] = force
         if force:
@@ -111,6 +112,14 @@ class _Actuator:
                 own = draft.name("effort", "", f"{self.name}_damping")
                 effort = f"-({polynomial(f'v.{name}', damping, odd_power)})"
                 draft.section("efforts")[own] = {"joint": name, "effort": effort}
+
+    def refuse_limits_of_joints(self, drive: Drive) -> None:
+        """Report joints with a range of the efforts of all actuators to which this one gives a part of its load."""
+        model, draft = self.model, self.draft
+        for joint in moved_joints(drive):
+            if model.jnt_actfrclimited[joint]:
+                fault = f"actuatorfrcrange of {draft.joints[joint]}, on which a force on bodies acts, is not supported"
+                self.refuse(fault, "forcerange of the actuators")
 
     def controls(self) -> dict[str, str]:
         """Add the inputs, and return the controls within their ranges by their words; one control has none."""
@@ -277,6 +286,7 @@ class _Actuator:
     def orient(self, drive: Drive) -> None:
         """Add the torque that turns a ball joint to an orientation."""
         model, draft, (target, reference) = self.model, self.draft, drive.targets()
+        self.refuse_limits_of_joints(drive)
         if reference >= 0:
             self.refuse("an orientation actuator between sites is not supported", "one on a ball joint")
             return

@@ -69,8 +69,9 @@ def _solid(draft: Draft, geom: int, place: LinkPlace) -> tuple[LinkPlace, dict[s
     if kind == kinds.mjGEOM_MESH:
         return _mesh(draft, int(model.geom_dataid[geom]), place)
     if kind == kinds.mjGEOM_PLANE:
-        # a size of 0 is a plane without end
-        sides = [2.0 * (half or 2.0 * float(model.stat.extent)) for half in (x, y)]
+        # a size of 0 is a plane without end; a large one would make the machine small in the picture
+        widest = float(model.stat.extent)
+        sides = [2.0 * (min(half, widest) or widest) for half in (x, y)]
         under = place.of(np.array([0.0, 0.0, -0.5 * _THICKNESS]))
         return under, {"type": "box", "size": [*sides, _THICKNESS]}
     entries: dict[int, dict[str, Any]] = {

@@ -267,18 +267,48 @@ def _in_world(drive: Drive, word: str, origin: str, ends: Sequence[str], vector:
     )
 
 
+def _chain(draft: Draft, body: int) -> list[int]:
+    """Return the bodies from a body to the world, without the world; welded ones by the body that carries them."""
+    chain: list[int] = []
+    while body:
+        chain.append(int(draft.model.body_weldid[body]))
+        body = int(draft.model.body_parentid[body])
+    return chain
+
+
 def _common_body(draft: Draft, site: int, reference: int) -> str:
     """Return the moving body that carries both sites, on which their chains part."""
-    model = draft.model
-    chains = []
-    for number_of_site in (site, reference):
-        body, chain = int(model.site_bodyid[number_of_site]), []
-        while body:
-            chain.append(int(model.body_weldid[body]))
-            body = int(model.body_parentid[body])
-        chains.append(chain)
+    chains = [_chain(draft, int(draft.model.site_bodyid[end])) for end in (site, reference)]
     shared = [body for body in chains[0] if body in chains[1]]
     return draft.places[shared[0]].body if shared else BASE
+
+
+def moved_joints(drive: Drive) -> list[int]:
+    """Return the joints on which an actuator acts otherwise than by an effort of one coordinate."""
+    draft, model, kinds = drive.draft, drive.draft.model, drive.draft.mujoco.mjtTrn
+    kind, (target, second) = int(model.actuator_trntype[drive.index]), drive.targets()
+    if kind in (kinds.mjTRN_SITE, kinds.mjTRN_SLIDERCRANK):
+        bodies = [int(model.site_bodyid[site]) for site in (target, second) if site >= 0]
+    elif kind == kinds.mjTRN_TENDON:
+        bodies = _bodies_of_path(draft, target) if target in draft.branches else []
+    else:
+        return [] if int(model.jnt_type[target]) in (HINGE, SLIDE) else [target]
+    chains = [set(_chain(draft, body)) for body in bodies]
+    moved = set().union(*chains) - (set.intersection(*chains) if len(chains) > 1 else set())
+    return [joint for joint in range(model.njnt) if int(model.jnt_bodyid[joint]) in moved]
+
+
+def _bodies_of_path(draft: Draft, tendon: int) -> list[int]:
+    """Return the bodies with sites and geoms of a spatial tendon."""
+    model, kinds = draft.model, draft.mujoco.mjtWrap
+    first = int(model.tendon_adr[tendon])
+    bodies = []
+    for k in range(first, first + int(model.tendon_num[tendon])):
+        kind, target = int(model.wrap_type[k]), int(model.wrap_objid[k])
+        if kind != kinds.mjWRAP_PULLEY:
+            owners = model.site_bodyid if kind == kinds.mjWRAP_SITE else model.geom_bodyid
+            bodies.append(int(owners[target]))
+    return bodies
 
 
 def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
