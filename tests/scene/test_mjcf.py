@@ -408,6 +408,9 @@ REFUSED = {
         rest=actuators('\n<motor name="m" joint="a" delay="0.1" nsample="3"/>')
     ): r"model\.xml:18 \(actuator m\): a delay"
     " of the control is not supported",
+    arm(
+        first='actuatorfrcrange="-1 1"', rest=actuators('\n<motor name="m" site="s" gear="1 2 3 0 0 0"/>')
+    ): r"model\.xml:18 \(actuator m\): actuatorfrcrange of a, on which a force on bodies acts, is not supported",
     arm(rest=actuators('\n<orientation name="m" site="s" refsite="c" kp="1"/>')): r"model\.xml:18 \(actuator m\): an"
     " orientation actuator between sites is not supported",
     arm(
@@ -443,6 +446,39 @@ def test_included_files_and_meshes_are_looked_for_beside_the_file(tmp_path: Path
     (tmp_path / "whole.xml").write_text('<mujoco><include file="part.xml"/></mujoco>', encoding="utf-8")
     with pytest.raises(eomgen.DescriptionError, match=r"part\.xml:3 \(joints\.j\): a ball joint with stiffness"):
         load(tmp_path / "whole.xml")
+
+
+GEOMS = """<mujoco><asset><mesh name="m" file="tetra.obj" scale="0.5 0.5 2"/>
+  <material name="red" rgba="1 0 0 1"/></asset>
+  <worldbody><geom type="plane" size="0 0 1" rgba="0.8 0.9 0.8 0.6"/>
+  <body name="a" pos="0 0 1"><joint axis="0 1 0"/>
+    <geom type="capsule" size="0.05" fromto="0 0 0 0.5 0 0" material="red"/>
+    <geom type="box" size="0.1 0.04 0.06"/><geom type="cylinder" size="0.06 0.1"/><geom size="0.05" pos="1 2 3"/>
+    <geom type="ellipsoid" size="0.05 0.1 0.2" rgba="0 0 1 1"/><geom name="hidden" size="0.2" group="3"/>
+    <geom name="clear" size="0.2" rgba="1 1 1 0"/><geom type="mesh" mesh="m" pos="0 0 -0.5" euler="10 0 0"/></body>
+  </worldbody></mujoco>"""
+
+
+def test_pictures_show_the_geoms_that_mujoco_shows(file: Path) -> None:
+    (file.parent / "tetra.obj").write_text(
+        "v 0 0 0\nv 0.3 0 0\nv 0 0.4 0\nv 0 0 0.25\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n", encoding="utf-8"
+    )
+    file.write_text(GEOMS, encoding="utf-8")
+    shapes = {shape.kind: shape for shape in load(file).shapes if shape.body == "a"}
+    sizes = {kind: [size.value for size in shape.sizes] for kind, shape in shapes.items()}
+    np.testing.assert_allclose(sizes["capsule"], [0.05, 0.5])
+    np.testing.assert_allclose(sizes["box"], [0.2, 0.08, 0.12])
+    np.testing.assert_allclose(sizes["cylinder"], [0.06, 0.2])
+    np.testing.assert_allclose(sizes["ellipsoid"], [0.05, 0.1, 0.2])
+    assert sizes["sphere"] == [0.05] and [part.value for part in shapes["sphere"].position] == [1.0, 2.0, 3.0]
+    assert shapes["capsule"].color == "#ff0000" and shapes["ellipsoid"].color == "#0000ff"
+    # MuJoCo moves the frame of a mesh to its axes of inertia; here the file is at its own place
+    np.testing.assert_allclose([part.value for part in shapes["mesh"].position], [0.0, 0.0, -0.5], atol=1e-9)
+    np.testing.assert_allclose(np.array(shapes["mesh"].axes)[2, 2], np.cos(np.radians(10.0)), atol=1e-9)
+    assert sizes["mesh"] == [0.5, 0.5, 2.0]
+    (ground,) = [shape for shape in load(file).shapes if shape.body == "base"]
+    assert ground.kind == "box" and ground.opacity == 0.6
+    assert ground.sizes[0].value < 20.0  # a plane without end ends near the machine
 
 
 def test_a_scene_includes_a_file(tmp_path: Path) -> None:
