@@ -294,7 +294,8 @@ def moved_joints(drive: Drive) -> list[int]:
     else:
         return [] if int(model.jnt_type[target]) in (HINGE, SLIDE) else [target]
     chains = [set(_chain(draft, body)) for body in bodies]
-    moved = set().union(*chains) - (set.intersection(*chains) if len(chains) > 1 else set())
+    shared = set(chains[0]).intersection(*chains) if len(chains) > 1 else set[int]()
+    moved = {body for chain in chains for body in chain} - shared
     return [joint for joint in range(model.njnt) if int(model.jnt_bodyid[joint]) in moved]
 
 
