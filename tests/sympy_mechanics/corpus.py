@@ -210,13 +210,14 @@ def _states(
     system: Any, q: Sequence[Any], symbols: Sequence[Any], count: int = 3
 ) -> Iterator[tuple[Any, dict[str, Any]]]:
     """Yield documents with states that satisfy the constraints, at drawn values of symbols."""
-    draw, made, refusal = random.Random(3), 0, None
+    draw, made = random.Random(3), 0
+    refusal: Exception | None = None
     for _ in range(_DRAWS):
         named: dict[str, float] = {}
         start = {item: draw.uniform(0.15, 0.9) for item in q}
         start |= {item.diff(T): draw.uniform(-1.0, 1.0) for item in q}
         document = None
-        for _ in range(4):  # names of all free symbols come from the message
+        for _ in range(8):  # names of all free symbols come from the message
             try:
                 document = eomgen.from_sympy(system, parameters=named, initial=start)
                 break
@@ -230,6 +231,7 @@ def _states(
                     break
         if document is None:
             continue
+        refusal = ValueError("no drawn state has finite accelerations")
         inputs = np.array([draw.uniform(-1.0, 1.0) for _ in document.inputs])
         # constraints that inputs move were met at zero inputs
         inputs = 0.0 * inputs if document.rows.names else inputs
@@ -284,7 +286,8 @@ def rows_of(example: str, systems: Sequence[Any], note: str = "") -> list[Row]:
         result.append(row._replace(seconds=round(time.process_time() - begun, 2)))
         print(result[-1], file=sys.stderr, flush=True)
     if not systems:
-        result.append(Row(example, 0, "", result=note or "no equations"))
+        result.append(Row(example, 0, "", result=f"no equations: {note}" if note else "no equations"))
+        print(result[-1], file=sys.stderr, flush=True)
     return result
 
 
@@ -292,9 +295,10 @@ def _pieces(path: Path) -> Iterator[str]:
     """Yield the pieces of code of a file."""
     text = path.read_text(encoding="utf-8")
     if path.suffix == ".ipynb":
-        for cell in json.loads(text)["cells"]:
+        notebook = json.loads(text)
+        for cell in notebook.get("cells") or [cell for sheet in notebook["worksheets"] for cell in sheet["cells"]]:
             if cell["cell_type"] == "code":
-                yield re.sub(r"(?m)^\s*[%!].*$", "", "".join(cell["source"]))
+                yield re.sub(r"(?m)^\s*[%!].*$", "", "".join(cell.get("source", cell.get("input"))))
     elif path.suffix == ".rst":
         yield from (item.source for item in doctest.DocTestParser().get_examples(text))
         for block in re.findall(r"\.\. jupyter-execute::\n(?:\s+:.*\n)*\n((?:[ \t]+.*\n|\n)+)", text):

@@ -654,3 +654,18 @@ def test_refusals() -> None:
     for call, kind, text in cases:
         with pytest.raises(kind, match=text):
             call()
+
+
+def test_an_angular_velocity_that_contradicts_the_orientation_is_refused() -> None:
+    """As of a frame on a frame that turns, with the rate of its own angle alone."""
+    q, u = dynamicsymbols("q1:3"), dynamicsymbols("u1:3")
+    plane, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(plane, 0)
+    first = plane.orientnew("A", "Axis", [q[0], plane.z])
+    second = first.orientnew("B", "Axis", [q[1], first.z])
+    second.set_ang_vel(plane, u[1] * plane.z)
+    body = me.RigidBody("b", origin, second, 1, (me.inertia(second, 1, 1, 1), origin))
+    kinematic = [one.diff(T) - speed for one, speed in zip(q, u, strict=True)]
+    system = me.KanesMethod(plane, q, u, kinematic, bodies=[body], forcelist=[])
+    with pytest.raises(eomgen.DescriptionError, match="angular velocity of the frame B is not the rate of the"):
+        eomgen.from_sympy(system)

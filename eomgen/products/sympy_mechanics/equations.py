@@ -186,20 +186,22 @@ def derive(document: SymbolicEquations, terms: Sequence[str] | None) -> System:
 def _wanted(document: SymbolicEquations, recorder: _Recorder, terms: Sequence[str] | None) -> list[str]:
     """Return the terms to be recorded, in order."""
     rows, observed = document.rows, document.observed
-    facts = {
-        "constraints" if rows.names else "unconstrained",
-        *(("outputs", "tunable_outputs") if document.speeds else ()),
-        *(("tunable",) if document.parameters else ()),
-        *(("states",) if document.states.names else ()),
+    holds = {
+        "constraints": rows.names,
+        "unconstrained": not rows.names,
+        "outputs": document.speeds,
+        "tunable_outputs": document.speeds,
+        "tunable": document.parameters,
+        "states": document.states.names,
     }
+    facts = {fact for fact, there in holds.items() if there}
     small = recorder.count <= _SMALL or bool(rows.names or document.states.names)
     missing = {
         *(() if observed.bodies else ("poses", "twists")),
         *(() if observed.energy else ("energy",)),
     }
+    missing |= set() if document.parameters else {"parameter_partials", "output_parameter_partials"}
     existing = [name for name in _TERMS if TERMS[name].exists_with(facts) and name not in missing]
-    if not document.parameters:
-        existing = [name for name in existing if name not in ("parameter_partials", "output_parameter_partials")]
     if terms is not None:
         return [name for name in existing if name in terms]
     return [name for name in existing if not TERMS[name].on_request and (name != "partials" or small)]

@@ -25,7 +25,7 @@ from eomgen.products.sympy_mechanics.rows import values_at
 from eomgen.symbolic.calculus.partials import jacobian_vector
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, dot, minus, plus, transpose
+from eomgen.symbolic.scalar import Algebra, Matrix, Scalar, Vector, apply, cross, dot, minus, plus, transpose
 from eomgen.symbolic.tape import ONE, ZERO, Ref, substituted
 from eomgen.system.description import BASE, Drawing, Hinge, Line, Point, Solid
 
@@ -121,12 +121,28 @@ class Observed:
                     waiting.append(other)
         return ways[point if moved is None else moved]
 
+    def twisted(self) -> list[str]:
+        """Return the frames of bodies with an angular velocity that is not the rate of the orientation."""
+        faults = []
+        for body in self.bodies:
+            frame = frame_of(body, self.kinematics)
+            if not is_rigid(body) or frame is not body.frame:
+                continue
+            omega = self.kinematics.angular_velocity(frame)
+            sums = []
+            for column in transpose(self.kinematics.axes(frame)):
+                turned = cross(omega, column)
+                sums += [[one, -other] for one, other in zip(self.kinematics.rates(column), turned, strict=True)]
+            if not self._cancels(sums, 1.0):
+                faults.append(str(frame.name))
+        return faults
+
     def _is_rate_of(self, place: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
         """Return whether a place has a velocity at all samples."""
         return self._cancels([[one, -other] for one, other in zip(self.kinematics.rates(place), velocity, strict=True)])
 
-    def _cancels(self, sums: Sequence[Sequence[Scalar]]) -> bool:
-        """Return whether the summands of each sum cancel at all samples."""
+    def _cancels(self, sums: Sequence[Sequence[Scalar]], size: float = 0.0) -> bool:
+        """Return whether the summands of each sum cancel at all samples, next to a size."""
         refs = [item.ref for summands in sums for item in summands]
         for sample in self.samples:
             known = values_at(self.tape, refs, sample)
@@ -135,7 +151,7 @@ class Observed:
             values = iter(known)
             for summands in sums:
                 parts = np.array([next(values) for _ in summands])
-                if not abs(parts.sum()) <= _CANCELLED * np.abs(parts).max(initial=1e-300):
+                if not abs(parts.sum()) <= _CANCELLED * np.abs(parts).max(initial=max(size, 1e-300)):
                     return False
         return True
 

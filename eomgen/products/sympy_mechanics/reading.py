@@ -346,13 +346,20 @@ class _Reading:
     def _observations(self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> Observations:
         """Return poses, twists, energies and the drawing."""
         random = np.random.default_rng(_SEED)
-        moving = [{**sample, "v": random.normal(size=len(self.q))} for sample in samples]
+        # rates that satisfy the constraints, which angular velocities may rely on, and any rates without constraints
+        moving = list(samples[1:]) or list(samples)
+        if not rows.names:
+            moving = [{**sample, "v": random.normal(size=len(self.q))} for sample in samples]
         angular = tuple(self.angular)
         if isinstance(self.system, tuple):
             return Observations(angular=angular)
         observed = None
         if self.inertial is not None:
             observed = Observed(self.kinematics, self.bodies, self.origin, moving)
+            if faults := observed.twisted():
+                fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation"
+                hint = f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call"
+                raise DescriptionError(Problem(self.name, fault, hint))
         if isinstance(self.system, LagrangesMethod):
             lagrangian = self.expressions(self.system._L[0]).ref
             energies = lagrangian_energies(self.algebra, lagrangian, self.v_scalars, terms.force)
