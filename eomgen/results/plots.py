@@ -238,7 +238,7 @@ def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
     for curve in curves:
         if curve.quantity == _COORDINATES["1"]:
             quaternions.setdefault(curve.name.partition("[")[0], []).append(curve)
-    drawn = list(curves)
+    replaced: dict[int, list[PlottedCurve]] = {}  # by identity: a net of 10 000 knots has 70 000 curves
     for name, parts in quaternions.items():
         if len(parts) != len("wxyz"):
             continue
@@ -248,12 +248,12 @@ def _rotations(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
         vectors = numeric.log(SO3, turned)
         steps = np.diff(vectors, axis=0)
         if max(np.linalg.norm(part, axis=1).max(initial=0.0) for part in (vectors, steps)) < _TURNED:
-            place = drawn.index(parts[0])
-            drawn[place : place + len(parts)] = [
+            replaced |= {id(part): [] for part in parts}
+            replaced[id(parts[0])] = [
                 PlottedCurve(f"{name} {axis}", "rad", vectors[:, k], "rotation since the start")
                 for k, axis in enumerate("xyz")
             ]
-    return drawn
+    return [drawn for curve in curves for drawn in replaced.get(id(curve), [curve])]
 
 
 def _without_copies(curves: Sequence[PlottedCurve]) -> list[PlottedCurve]:
