@@ -10,6 +10,7 @@ from sphinx.cmd.build import build_main
 
 from docs.site.gallery import gallery_pages, write_files
 from docs.site.pages import external_links, site_pages, write
+from docs.site.plain_text import write_plain_text
 from docs.site.reference import reference_pages
 
 HERE = Path(__file__).parent
@@ -28,6 +29,7 @@ def main(arguments: list[str]) -> int:
     (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")
     words = ["-b", "dirhtml", "-W", "--keep-going", "-q", "-j", options.jobs, "-c", str(HERE)]
     code = build_main([*words, "-d", str(options.out / "doctrees"), str(sources), str(options.out / "html")])
+    write_plain_text(site, options.out / "html")
     write_files(options.out / "html", options.out / "animations")
     if code == 0:
         sys.stdout.write(f"{options.out / 'html' / 'index.html'}\n")

@@ -208,8 +208,8 @@ IN_PARTS = {
 }
 #: Pages about one subject each, by their place among the guides.
 GUIDES = (
-    "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration", "waves",
-    "hamiltonian", "fields", "optimisers", "fmu", "live", "compilers", "extending",
+    "overview", "choosing", "urdf_robots", "statics", "identification", "ensembles", "clusters", "random_vibration",
+    "waves", "hamiltonian", "fields", "optimisers", "fmu", "live", "compilers", "extending",
 )  # fmt: skip  # a list of words
 EVIDENCE = ("verification", "accuracy", "orders", "extremes", "benchmarks")
 THEORY = (

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.messages import shown
 from eomgen.errors import FileError, Problem, UsageError
 
 #: Inches: an edge or a gap; the lines of a heading, of a title, an exponent and a label of axes, and of the numbers
@@ -21,6 +23,7 @@ def new_figure(size: tuple[float, float], *, placed: bool = False) -> Any:
 
     ``placed`` leaves the layout of matplotlib out, for ``place_panels``.
     """
+    _check_backend()
     # slow to import, and only drawing needs this class
     from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
     from matplotlib.figure import Figure  # noqa: PLC0415
@@ -30,8 +33,25 @@ def new_figure(size: tuple[float, float], *, placed: bool = False) -> Any:
     return figure
 
 
+def _check_backend() -> None:
+    """Import matplotlib, which reads the variable ``MPLBACKEND``.
+
+    Raises
+    ------
+    UsageError
+        The variable names no backend of matplotlib.
+    """
+    try:
+        import matplotlib  # noqa: F401, PLC0415  # slow to import, and only drawing needs it
+    except ValueError:
+        name = os.environ.get("MPLBACKEND", "")
+        fault = f"matplotlib has no backend {shown(name)}"
+        raise UsageError(Problem("MPLBACKEND", fault, "MPLBACKEND=agg, or the variable unset")) from None
+
+
 def pyplot_figure(size: tuple[float, float]) -> Any:
     """Return an empty figure of pyplot, which notebooks show and ``matplotlib.pyplot.show`` opens; inches."""
+    _check_backend()
     from matplotlib import pyplot  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     return pyplot.figure(figsize=size, layout="constrained")

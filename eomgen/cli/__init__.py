@@ -78,8 +78,9 @@ def _verb_named(name: str) -> Verb | None:
     return _every_verb().get(name)
 
 
-_FIRST_STEPS = """First steps: eomgen new pendulum, eomgen info scene.toml, eomgen simulate scene.toml --out out,
-eomgen animate out/solution.npz --out out/motion.html. Options of a verb: eomgen simulate --help."""
+_FIRST_STEPS = """First steps: eomgen new pendulum, eomgen info pendulum/scene.toml,
+eomgen simulate pendulum/scene.toml --out pendulum/out,
+eomgen animate pendulum/out/solution.npz --out pendulum/out/motion.html. Options of a verb: eomgen simulate --help."""
 
 
 @click.group(

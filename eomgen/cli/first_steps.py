@@ -30,8 +30,8 @@ def welcome() -> str:
     return f"""eomgen {__version__}: equations of motion as readable C, from the description of a mechanical scene.
 
   eomgen new pendulum                                 a folder with a first scene
-  eomgen simulate pendulum/scene.toml --out out       run it: table, plots, solution
-  eomgen animate out/solution.npz --out out/motion.html
+  eomgen simulate pendulum/scene.toml --out pendulum/out
+  eomgen animate pendulum/out/solution.npz --out pendulum/out/motion.html
 
   eomgen examples                                     fifty machines to start from
   eomgen doctor                                       the tools of this machine

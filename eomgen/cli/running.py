@@ -90,8 +90,8 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
         model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
     if model.library.profile == "instant" != options["profile"]:
         say_note(
-            "the tape engine steps this run, which should end before a compiler would; --profile"
-            f" {options['profile']} waits for the compiler"
+            "the tape engine steps this run, which should end before a compiler would; with --profile written out, as"
+            f" --profile {options['profile']}, a run waits for the compiler"
         )
     with terminal_bar(scene.name) as progress:
         if resumed is None:

@@ -150,6 +150,14 @@ def test_description(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert message.startswith("description error: ") and "bodies.link.mas" in message and "scene.toml:" in message
 
 
+@pytest.mark.slow
+def test_a_backend_that_matplotlib_does_not_have_is_one_message() -> None:
+    script = "import eomgen.base.figures as f; f.new_figure((1, 1))"
+    environment = {**os.environ, "MPLBACKEND": "nonsense"}
+    done = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, check=False)
+    assert "usage error: MPLBACKEND: matplotlib has no backend 'nonsense'; try: MPLBACKEND=agg, or" in done.stderr
+
+
 def test_terms_that_there_are_not(scene_file: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, printed, message = _run(["info", str(scene_file), "--terms", "mass,forces,mas"], capsys)
     assert (code, printed) == (2, "")

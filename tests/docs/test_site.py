@@ -29,6 +29,7 @@ from docs.site.pages import (
     site_pages,
     write,
 )
+from docs.site.plain_text import write_plain_text
 from docs.site.reference import INTERNAL, MODULES, RESULTS, members, public_objects, reference_pages
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
@@ -176,6 +177,16 @@ def test_no_page_is_too_long() -> None:
     counted = {str(page.relative_to(ROOT)): words(page.read_text(encoding="utf-8")) for page in pages}
     assert {page: count for page, count in counted.items() if count > MOST_WORDS and page not in LONGER} == {}
     assert words("one two\n```toml\nthree\n```\n<!-- keys of Joint -->\n| four |\n<!-- end -->\nfive's") == 3
+
+
+def test_plain_text_has_all_pages_and_all_sections(tmp_path: Path) -> None:
+    write_plain_text(site(), tmp_path)
+    text = (tmp_path / "llms.txt").read_text(encoding="utf-8")
+    assert text.startswith("# eomgen\n\n> eomgen derives the equations of motion")
+    assert all(f"({place}/)" in text for place in site().pages if place.startswith(("tutorials/", "how_to/", "guide/")))
+    reference = (tmp_path / "scene_reference.txt").read_text(encoding="utf-8")
+    assert not re.search(r"(?<![!`])\[[\w ]+\]\([\w/#.-]+\)", reference.replace("![", "!"))
+    assert all(f"`{row.key}" in reference or f"[{row.key}" in reference for row in Document.rows)
 
 
 @pytest.mark.slow
