@@ -129,27 +129,38 @@ def _arguments(kind: type) -> _Arguments:
     if not kind.__dictoffset__:
         return {}
     for base in reversed(kind.__mro__):
-        made = vars(base).get("__dataclass_fields__")
-        if isinstance(made, _DeferredAttribute):
-            if not made.options.keys() <= {"frozen", "repr", "eq", "order"}:
-                return {}
-            own: dict[str, tuple[Any, Any]] = {
-                name: (annotation, getattr(base, name, MISSING)) for name, annotation in base.__annotations__.items()
-            }
-        else:
-            own = {name: (item.type, item) for name, item in (made or {}).items()}
+        own = _own_fields(base)
+        if own is None:
+            return {}
         for name, (annotation, given) in own.items():
-            is_field = isinstance(given, dataclasses.Field)
-            text = str(annotation).removeprefix("typing.")
-            if text.startswith("ClassVar"):
+            if annotation.startswith("ClassVar"):
                 continue
-            if any(word in text for word in _SPECIAL) or hasattr(getattr(kind, name, None), "__set__"):
+            if _is_special(annotation, given) or hasattr(getattr(kind, name, None), "__set__"):
                 return {}
-            if isinstance(given, list | dict | set) or (is_field and not (given.init and given.kw_only is not True)):
-                return {}
+            is_field = isinstance(given, dataclasses.Field)
             arguments[name] = (given.default, given.default_factory) if is_field else (given, MISSING)
     needed = [default is MISSING and factory is MISSING for default, factory in arguments.values()]
     return arguments if needed == sorted(needed, reverse=True) else {}
+
+
+def _own_fields(base: type) -> dict[str, tuple[str, Any]] | None:
+    """Return annotation and given value of each field of one class; None if its options ask for compilation."""
+    made = vars(base).get("__dataclass_fields__")
+    if not isinstance(made, _DeferredAttribute):
+        return {name: (str(item.type).removeprefix("typing."), item) for name, item in (made or {}).items()}
+    if not made.options.keys() <= {"frozen", "repr", "eq", "order"}:
+        return None
+    return {
+        name: (str(annotation).removeprefix("typing."), getattr(base, name, MISSING))
+        for name, annotation in base.__annotations__.items()
+    }
+
+
+def _is_special(annotation: str, given: object) -> bool:
+    """Return whether only a compiled constructor treats a field as dataclasses do."""
+    if any(word in annotation for word in _SPECIAL) or isinstance(given, list | dict | set):
+        return True
+    return isinstance(given, dataclasses.Field) and not (given.init and given.kw_only is not True)
 
 
 def _deferred(kind: type, options: dict[str, Any]) -> type:
