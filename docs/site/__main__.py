@@ -32,7 +32,8 @@ def main(arguments: list[str]) -> int:
     write_plain_text(site, options.out / "html")
     write_files(options.out / "html", options.out / "animations")
     if code == 0:
-        sys.stdout.write(f"{options.out / 'html' / 'index.html'}\n")
+        folder = options.out / "html"
+        sys.stdout.write(f"{folder}; its pages are folders: python -m http.server -d {folder}\n")
     return code
 
 
