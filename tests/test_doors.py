@@ -484,6 +484,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "scene.sources.register": {
         "scene.sources.toml": "a scene of a record is not read",
+        "scene.sources.directives.conversion": "most scenes are others",
         "scene.reading.xml": "for endings that several formats share",
     },
     "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},

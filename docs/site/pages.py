@@ -225,7 +225,8 @@ CONTRIBUTING = (
 HOW_TO = {
     "Describe a machine": (
         "units", "cable_net", "beam_with_large_deflection", "closed_loop_in_a_urdf", "mujoco_model",
-        "contact_with_the_ground", "shake_the_base_with_measured_data", "own_force_law", "write_a_plug_in",
+        "arm_with_a_gripper", "contact_with_the_ground", "shake_the_base_with_measured_data", "own_force_law",
+        "write_a_plug_in",
     ),
     "Run and compare": (
         "choose_method_and_step", "stop_at_an_event", "forces_in_joints", "many_runs", "ensemble_on_a_cluster",

@@ -100,7 +100,7 @@ def _check_empty(target: Path) -> None:
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
     """Say the next command after a folder was made."""
-    scenes = [file for file in files if file.endswith((".toml", ".urdf", ".xml", ".sdf"))]
+    scenes = [file for file in files if file.endswith((".toml", ".urdf", ".xml", ".sdf", ".yaml"))]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:
         say(f"next: eomgen simulate {folder / scenes[0]} --out {folder / 'out'}")

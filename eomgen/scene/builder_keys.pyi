@@ -12,6 +12,7 @@ class IncludeKeys(TypedDict, total=False):
     position: Sequence[Value] | None
     rotation: Rotations | None
     parameters: Mapping[str, Value] | None
+    initial: Mapping[str, Mapping[str, Any]] | None
     root: str | None
     lock: Sequence[str] | None
     limits: bool | None

@@ -262,7 +262,13 @@ class _Includer:
                 )
             if source.scenes:
                 return self.scene(source, path, [*chain, path])
-            return _part(source, read_text(path), path, entry)
+            part = _part(source, read_text(path), path, entry)
+            if "include" not in part.data:
+                return part
+            inner = Report(shown_file(path), part.lines)
+            part = self.expanded(part, inner, path.parent, [*chain, path])
+            self.report.noted += inner.noted
+            return part
         except FileError as error:
             problem = error.problems[0]
             report.add(place, f"{shown(entry.file)} {problem.what}", f"a path from the folder of {report.file}")
@@ -347,6 +353,7 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     key, prefix = key_of("include", name), _prefix(name, entry)
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
+    _start(key, entry, inner.data, report)
     sections = section_keys(document_for(inner.data))
     names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in sections}
     names["bodies"] |= names["beams"]
@@ -378,6 +385,17 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
     part.bound |= {f"{key}.{bound}": IncludedText(text, space) for bound, text in inner.bound.items()}
     part.spaces += [*inner.spaces, space]
+
+
+def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> None:
+    """Give joints of a part the initial states of an include."""
+    joints = data.get("joints", {})
+    for name, initial in entry.initial.items():
+        if name not in joints:
+            place = f"{key}.initial.{key_of(name)}"
+            report.add(place, f"{shown(entry.file)} has no joint {shown(name)}", nearest(name, joints))
+        else:
+            data["joints"] = joints = {**joints, name: {**joints[name], "initial": initial}}
 
 
 def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:

@@ -136,7 +136,7 @@ def test_usage(scene_file: Path, tmp_path: Path, capsys: pytest.CaptureFixture[s
             "usage error: method: there is no method 'rk5'; try: rk4",
         ),
         (["simulate", str(scene_file), *out, "--step", "-1"], "usage error: step: the step must be positive, not -1"),
-        (["info", str(tmp_path / "scene.yaml")], "is not a kind of file that can be read"),
+        (["info", str(tmp_path / "scene.json5")], "is not a kind of file that can be read"),
     ):
         code, printed, message = _run(words, capsys)
         assert (code, printed) == (2, ""), message

@@ -1,6 +1,6 @@
 """Pages whose blocks are executed in order, as a reader would: tutorials and how-to pages.
 
-Blocks of ``toml`` and ``c`` whose first line names a file are written to the file, or appended to it. Blocks of
+Blocks of ``toml``, ``yaml`` and ``c`` whose first line names a file are written to it, or appended. Blocks of
 ``python`` share their names; the block of ``text`` below one is what it prints. Lines of ``console`` after ``$ `` are
 commands, and the other lines are what the commands print. ``...`` stands for any text. A picture of a page has the name
 of a file that a block writes.
@@ -25,8 +25,8 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 PAGES = sorted([*(ROOT / "docs" / "tutorials").glob("*.md"), *(ROOT / "docs" / "how_to").glob("*.md")])
-_BLOCK = re.compile(r"^```(toml|c|csv|xml|python|text|console)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
-_FILE = re.compile(r"(?:# |/\* |<!-- )([\w/]+\.(?:toml|c|csv|py|urdf|xml))(, appended)?(?: \*/| -->)?\n")
+_BLOCK = re.compile(r"^```(toml|c|csv|xml|yaml|python|text|console)\n(.*?)^```$", re.DOTALL | re.MULTILINE)
+_FILE = re.compile(r"(?:# |/\* |<!-- )([\w/]+\.(?:toml|c|csv|py|urdf|sdf|xml|yaml))(, appended)?(?: \*/| -->)?\n")
 _PICTURE = re.compile(r"!\[[^\]]*\]\(([\w.]+)\)")
 #: Seconds that one command may take.
 _LIMIT = 300

@@ -121,7 +121,7 @@ def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed:
     with pytest.raises(eomgen.UsageError, match="load: there is no argument 'lng'; try: long"):
         eomgen.load(file, lng=True)
     hint = "is not a kind of file that can be read; try: a .toml scene, a .urdf file, an .xml file of"
-    hint += " MuJoCo, an .sdf file or a .chain file"
+    hint += " MuJoCo, an .sdf file, a .yaml file of model directives or a .chain file"
     with pytest.raises(eomgen.UsageError, match=hint):
         eomgen.load("rope.chains")
 

@@ -54,6 +54,9 @@ class Include(Table):
         kind="values by name",
         shown_default="`{}`",
     )
+    initial: dict[str, dict[str, Any]] = key(
+        "the start of joints of the file, each as its `initial`", {}, kind="tables by joint", shown_default="`{}`"
+    )
     for source, option in all_options().values():
         __annotations__[option.name], locals()[option.name] = _key_of(source, option)
     del source, option

@@ -64,6 +64,7 @@ class SceneDraft:
     warnings : places and words of omissions
     taken : names that are taken, by kind
     omitted : names of elements of which a property is left out, by the property
+    included : whether the file is a part of a scene, in which its base may move
     """
 
     report: Report
@@ -73,6 +74,7 @@ class SceneDraft:
     warnings: list[tuple[Place, str]] = field(default_factory=list)
     taken: dict[str, set[str]] = field(default_factory=dict)
     omitted: dict[str, list[str]] = field(default_factory=dict)
+    included: bool = False
 
     def section(self, name: str) -> dict[str, Any]:
         """Return a section of the scene."""
@@ -90,6 +92,17 @@ class SceneDraft:
         if written and name != written:
             self.notes.append(f"{kind} {written!r} of the file is called {name}")
         return name
+
+    def carry_mass(self, entry: dict[str, Any]) -> None:
+        """Add a body with the mass properties of all that rests on the base, for a base that may move."""
+        if self.included and entry["mass"]:
+            body = self.name("body", "", "base_links")
+            self.section("bodies")[body] = entry
+            self.section("joints")[self.name("joint", "", "base_links")] = {
+                "type": "fixed",
+                "parent": BASE,
+                "child": body,
+            }
 
     def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
         """Report an element that would change the motion and cannot be converted."""

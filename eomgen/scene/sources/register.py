@@ -12,8 +12,16 @@ from eomgen.base.files import read_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.mjcf.source import MJCF
-from eomgen.scene.sources.sdf.source import SDF
-from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, Option, Source
+from eomgen.scene.sources.sdf.source import PACKAGES, SDF
+from eomgen.scene.sources.source import (
+    ACTUATED,
+    FRICTION,
+    LARGEST_FILE,
+    LIMITS,
+    ConvertedScene,
+    Option,
+    Source,
+)
 from eomgen.scene.sources.urdf.source import URDF
 
 #: The group of entry points for sources of other distributions: objects of the class ``Source``.
@@ -33,8 +41,46 @@ def _read_toml(text: str, **options: Any) -> ConvertedScene:
     return read_toml(text, **options)
 
 
+def _read_directives(
+    text: str,
+    *,
+    file: str = "models.dmd.yaml",
+    strict: bool = False,
+    included: bool = False,  # models that the file welds to the world are fixed to the base in any scene
+    path: Path | None = None,
+    limits: bool = False,
+    friction: bool = False,
+    actuated: bool = False,
+    packages: Sequence[str] = (),
+) -> ConvertedScene:
+    """Return a file of model directives in the form of a scene file that includes the models; the options as in
+    ``DIRECTIVES``.
+
+    Parameters
+    ----------
+    path : Path, optional
+        The file, from whose folder models are read.
+
+    Raises
+    ------
+    DescriptionError, OptionError, UsageError
+    """
+    from eomgen.scene.sources.directives.conversion import directives_data  # noqa: PLC0415  # most scenes are others
+
+    options = {"limits": limits, "friction": friction, "actuated": actuated, "packages": packages}
+    return directives_data(text, file=file, strict=strict, path=path, options=options)
+
+
 TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True)
-BUILT_IN: tuple[Source, ...] = (TOML, URDF, MJCF, SDF)
+DIRECTIVES = Source(
+    "model directives",
+    (".yaml", ".yml"),
+    "a .yaml file of model directives",
+    _read_directives,
+    (LIMITS, FRICTION, ACTUATED, PACKAGES),
+    located=True,
+)
+BUILT_IN: tuple[Source, ...] = (TOML, URDF, MJCF, SDF, DIRECTIVES)
 
 
 @cache

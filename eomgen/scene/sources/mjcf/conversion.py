@@ -39,6 +39,7 @@ def mjcf_data(
     friction: bool = False,
     keyframe: str = "",
     mocap: bool = False,
+    included: bool = False,
 ) -> ConvertedScene:
     """Return an MJCF file in the form of a scene file, with notes on all that is left out.
 
@@ -70,6 +71,7 @@ def mjcf_data(
     data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
     draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
     draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
+    draft.included = included
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])

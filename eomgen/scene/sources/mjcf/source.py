@@ -12,7 +12,7 @@ def read_mjcf(
     *,
     file: str = "model.xml",
     strict: bool = False,
-    included: bool = False,  # bodies fixed to the world are fixed to the base in any scene
+    included: bool = False,
     path: Path | None = None,
     limits: bool = False,
     friction: bool = False,
@@ -33,7 +33,15 @@ def read_mjcf(
     from eomgen.scene.sources.mjcf.conversion import mjcf_data  # noqa: PLC0415  # most scenes are not MJCF
 
     return mjcf_data(
-        text, file=file, strict=strict, path=path, limits=limits, friction=friction, keyframe=keyframe, mocap=mocap
+        text,
+        file=file,
+        strict=strict,
+        path=path,
+        limits=limits,
+        friction=friction,
+        keyframe=keyframe,
+        mocap=mocap,
+        included=included,
     )
 
 

@@ -61,6 +61,8 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
     for link, of_link in parts.items():
         if link != BASE:
             draft.section("bodies")[link] |= body_entry(combined(of_link))
+        else:
+            draft.carry_mass(body_entry(combined(of_link)))
     if draft.moving_targets:
         _add_mass_of_moved(draft)
     if merged:

@@ -63,6 +63,7 @@ def sdf_data(
     actuated: bool = False,
     weld: Sequence[str] = (),
     packages: Sequence[str] = (),
+    included: bool = False,
 ) -> ConvertedScene:
     """Return an SDF file in the form of a scene file, with notes on all that is left out; the options as in ``SDF``.
 
@@ -75,6 +76,7 @@ def sdf_data(
     reader = SdfReader(report, package_folders(packages), home)
     world = reader.world(read_xml(text, file), file, home)
     converter = _Converter(reader, world, file, report, limits=limits, friction=friction)
+    converter.draft.included = included
     converter.connect([lock] if isinstance(lock, str) else lock, [weld] if isinstance(weld, str) else weld)
     converter.convert(actuated=actuated)
     draft, notes = converter.draft, converter.notes()
@@ -193,6 +195,8 @@ class _Converter:
         for name, inertias in self.parts.items():
             if name != BASE:
                 self.draft.data["bodies"][name] |= body_entry(combined(inertias))
+            else:
+                self.draft.carry_mass(body_entry(combined(inertias)))
         self.draft.report.raise_problems()
         steps = [step for walk in tree.walks.values() for step in walk]
         following = add_followers(self.draft, self.frames, steps, gears, self.joint_names, self.places)

@@ -13,7 +13,7 @@ def read_sdf(
     *,
     file: str = "model.sdf",
     strict: bool = False,
-    included: bool = False,  # links that the file holds in its world are fixed to the base in any scene
+    included: bool = False,
     path: Path | None = None,
     lock: Sequence[str] = (),
     limits: bool = False,
@@ -46,6 +46,7 @@ def read_sdf(
         actuated=actuated,
         weld=weld,
         packages=packages,
+        included=included,
     )
 
 
