@@ -23,6 +23,13 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 LATER = ("outputs", "energy", "stats", "findings", "message", "success", "metadata", "error")
 
 
+@pytest.fixture(autouse=True)
+def _compiled_constructors(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compile constructors of dataclasses at their first instance, as after fifty instances: budgets are of a process
+    with many runs."""
+    monkeypatch.setattr("eomgen.base.data._MOST_FILLED", 0)
+
+
 def model_of(name: str, method: str = "rk4") -> eomgen.Model:
     return eomgen.build(EXAMPLES / name / "scene.toml", method=method)
 
