@@ -49,7 +49,8 @@ def test_a_full_disk_behind_stdout_is_an_error_of_output(scene: Path, words: lis
         )
     assert (result.returncode, result.stderr) == (
         7,
-        "input/output error: No space left on device; try: free space on the disk, or another path of the output [E0024]\n",
+        "input/output error: No space left on device; try: free space on the disk, or another path of the output"
+        " [E0024]\n",
     )
 
 
