@@ -17,6 +17,7 @@ from eomgen.cli.printing import print_json, say
 from eomgen.errors import Problem, UsageError
 
 _TOPICS = Path(__file__).with_name("message_topics.toml")
+_CAUSES = Path(__file__).with_name("message_causes.toml")
 _CODE = re.compile(r"\[?([EW]\d{4})\]?", re.IGNORECASE)
 #: Lines of a list of messages at most.
 _LISTED = 40
@@ -26,6 +27,13 @@ _LISTED = 40
 def topics() -> Mapping[str, Mapping[str, str]]:
     """Return cause and page of the documentation by the beginning of a room."""
     data: dict[str, dict[str, str]] = tomllib.loads(_TOPICS.read_text(encoding="utf-8"))
+    return data
+
+
+@cache
+def own_causes() -> Mapping[str, Mapping[str, str]]:
+    """Return cause and page of the documentation by code, of messages that the topic of their room explains badly."""
+    data: dict[str, dict[str, str]] = tomllib.loads(_CAUSES.read_text(encoding="utf-8"))
     return data
 
 
@@ -60,21 +68,18 @@ def explanation(row: Row) -> dict[str, str]:
     -------
     dict
         ``code``, ``kind``, ``message``, ``cause``, ``remedy``, ``page``, ``example`` and ``title`` of the example; a
-        message may have no remedy and no example, and then these are empty.
+        message may have no remedy that holds for all its cases, and no example, and then these are empty.
     """
-    topic = topics()[topic_name(row.room)]
+    topic = own_causes().get(row.code) or topics()[topic_name(row.room)]
     title, example = examples().get(row.code, ("", ""))
     exits = [f"exit code {place}" for place, letter in enumerate("iudmtnf", 1) if letter in row.kinds]
     kinds = [KINDS[letter] for letter in row.kinds]
-    remedy = row.remedy
-    if not remedy and (tried := re.search(r"; try: (.*?)(?: \[\w+\])?$", example, re.MULTILINE)):
-        remedy = tried[1]
     return {
         "code": row.code,
         "kind": ", ".join([*kinds, *exits]),
         "message": row.pattern.replace("{}", "..."),
         "cause": topic["cause"],
-        "remedy": remedy.replace("{}", "..."),
+        "remedy": row.remedy.replace("{}", "..."),
         "page": f"docs/{topic['page']}",
         "title": title,
         "example": example,
