@@ -179,8 +179,8 @@ def _files() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
     yield "a file that is not there", lambda: eomgen.load("nowhere.toml"), ("'nowhere.toml'", "No such file")
     yield (
         "a kind of file that is none",
-        lambda: eomgen.load("scene.yaml"),
-        ("not a kind of file", ".toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"),
+        lambda: eomgen.load("scene.txt"),
+        ("not a kind of file", ".toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file"),
     )
     yield (
         "a name with a space",

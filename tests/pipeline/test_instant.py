@@ -183,7 +183,7 @@ def _simulated(words: list[str], folder: Path, capsys: pytest.CaptureFixture[str
 def test_the_command_line_steps_short_first_runs_on_the_tape_engine(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = "the tape engine steps this run, which should end before a compiler would; --profile quick waits for"
+    told = "which should end before a compiler would; with --profile written out, as --profile quick, a run waits for"
     monkeypatch.delenv("EOMGEN_PROFILE")
     for _ in range(2):  # then from the cache
         profile, talk = _simulated(["--t-end", "0.05"], tmp_path / "out", capsys)

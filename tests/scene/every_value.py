@@ -315,6 +315,7 @@ SCENE: dict[str, Any] = {
             "parameters": {"coefficient": 0.7},
         }
     },
+    "inputs": {"track": {"road": {"class": "C", "speed": 20.0}}},
     "waves": {"sea": {"spectrum": {"type": "jonswap", "height": 1.1, "period": 9.0}, "components": 2}},
     "hulls": {
         "leg": {

@@ -15,6 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import dataclass
+from eomgen.base.random_inputs import FASTEST
 from eomgen.scene.inertia import NO_INERTIA, impossible, not_physical, singular, tensor
 
 
@@ -162,6 +163,11 @@ _BOUNDS: Mapping[str, Bound] = {
     **{f"beams.{kind}.stiffness": above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor") for kind in _DEFORMATIONS},
+    "inputs.road.speed": (
+        lambda number: np.logical_or(np.less_equal(number, 0.0), np.greater(number, FASTEST)),
+        f"the speed {{0}} m/s is not between 0 and {FASTEST:.0f}",
+        "a speed such as 20",
+    ),
     "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive", "0.01"),
     "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive", "0.1"),
     "controllers.damping": (_negative, "damping is negative ({0})", "0 or more"),

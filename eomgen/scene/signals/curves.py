@@ -317,10 +317,6 @@ class Curves:
         """Return speed, a formula if tunable, and offset of a wheel; None if unknown."""
         formula = self.values.formula(f"{key}.speed", road.speed, PARAMETERS)
         speed, offset = self.values.value(formula), self.values.constant(f"{key}.offset", road.offset)
-        if speed <= 0.0 or speed > FASTEST:
-            self.report.add(
-                f"{key}.speed", f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}", "a speed such as 20"
-            )
         if abs(offset) > FARTHEST:
             message = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
             self.report.add(f"{key}.offset", message, "the distance in m by which this wheel follows the first")
