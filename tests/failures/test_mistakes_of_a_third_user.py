@@ -137,7 +137,7 @@ def test_a_scene_without_its_ending(tmp_path: Path) -> None:
     text = refused(lambda: eomgen.load(tmp_path / "arm"))
     assert text.endswith(f"arm' is not a kind of file that can be read; try: {tmp_path}/arm.toml"), text
     assert refused(lambda: eomgen.load("")).endswith(
-        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives"
     )
 
 

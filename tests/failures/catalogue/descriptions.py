@@ -15,16 +15,16 @@ FAILURES = [
         "A folder in the place of a file",
         2,
         "usage error: '.' is not a kind of file that can be read; "
-        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file",
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives",
         command="info .",
     ),
     Failure(
         "A file of unknown kind",
         2,
-        "usage error: 'scene.yaml' is not a kind of file that can be read; "
-        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file",
-        command="info scene.yaml",
-        files={"scene.yaml": "name: arm\n"},
+        "usage error: 'scene.txt' is not a kind of file that can be read; "
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives",
+        command="info scene.txt",
+        files={"scene.txt": "name: arm\n"},
     ),
     Failure(
         "TOML that is not closed",
