@@ -38,7 +38,7 @@ class Motion:
     arguments : tuple
         Of this function, as a number of elements.
     duration : float
-        Seconds of motion, at most those of the scene.
+        Seconds of motion, at most the duration of the scene.
     initial : list of float
         Configuration at the start; empty for the scene's own.
     inputs : mapping

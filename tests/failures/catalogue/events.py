@@ -57,7 +57,7 @@ FAILURES = [
         more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\nreset = { "a.shoulder" = 0 }\n',
     ),
     Failure(
-        "A restitution of what is no impact",
+        "A restitution of an event without impact",
         3,
         "description error: scene.toml:35 (events.stop.restitution): restitution is of the action "
         'impact, not record; try: action = "impact"',
