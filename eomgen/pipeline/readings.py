@@ -36,8 +36,9 @@ if TYPE_CHECKING:
 _OWN = (".toml", ".urdf", ".sdf", ".yaml", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".dae", ".glb")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
-#: Bytes of a body with its joint at least: the text of a scene that is too large is not made in the first place.
-_OF_BODY = 400
+#: Bytes of a body with its joint, of a point and of a force element at least: the text of a scene that is too large is
+#: not made in the first place.
+_LEAST = {"bodies": 400, "points": 60, "elements": 80}
 #: Types of the functions in requirements: eomgen's own and comparisons of Python, whose module is ``_operator``.
 _FUNCTIONS = (FunctionType, BuiltinFunctionType)
 _COMPARISONS = tuple(f"_operator:{name}" for name in ("lt", "le", "eq", "ne", "ge", "gt"))
@@ -134,7 +135,7 @@ def store(
     """
     if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
         return
-    if len(scene.bodies) * _OF_BODY > _LARGEST:
+    if sum(len(getattr(scene, part)) * size for part, size in _LEAST.items()) > _LARGEST:
         return
     try:
         place = _place(path, options)
