@@ -51,6 +51,11 @@ def _mark_tiers(collector: pytest.Module, cases: Sequence[pytest.Function]) -> N
                 case.add_marker(tier)
         if case.get_closest_marker("long"):
             case.add_marker("slow")
+    slow = [case for case in cases if case.get_closest_marker("slow") and not case.get_closest_marker("long")]
+    for number, case in enumerate(slow):
+        mark = case.get_closest_marker("long_except_every")
+        if mark and number % mark.args[0]:
+            case.add_marker("long")
 
 
 @pytest.fixture

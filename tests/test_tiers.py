@@ -26,6 +26,11 @@ def test_few(number): ...
 @pytest.mark.parametrize("number", [5, pytest.param(6, marks=pytest.mark.slow)])
 def test_many(number): ...
 
+@pytest.mark.slow_except("1")
+@pytest.mark.long_except_every(2)
+@pytest.mark.parametrize("number", range(1, 6))
+def test_some(number): ...
+
 @pytest.mark.long
 def test_whole(): ...
 """
@@ -53,11 +58,17 @@ def _collected(folder: Path, text: str, expression: str) -> tuple[set[str], str]
 @pytest.mark.parametrize(
     ("expression", "names"),
     [
-        ("not slow", {"test_pairs[a-1]", "test_few[4]", "test_many[5]"}),
+        ("not slow", {"test_pairs[a-1]", "test_few[4]", "test_many[5]", "test_some[1]"}),
         pytest.param(
-            "slow and not long", {"test_pairs[a-2]", "test_pairs[b-1]", "test_few[3]"}, marks=pytest.mark.slow
+            "slow and not long",
+            {"test_pairs[a-2]", "test_pairs[b-1]", "test_few[3]", "test_some[2]", "test_some[4]"},
+            marks=pytest.mark.slow,
         ),
-        pytest.param("long", {"test_pairs[b-2]", "test_many[6]", "test_whole"}, marks=pytest.mark.slow),
+        pytest.param(
+            "long",
+            {"test_pairs[b-2]", "test_many[6]", "test_whole", "test_some[3]", "test_some[5]"},
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_each_case_is_of_one_tier(tmp_path: Path, expression: str, names: set[str]) -> None:

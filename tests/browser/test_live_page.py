@@ -45,6 +45,7 @@ REPORT = "document.body.dataset.told = JSON.stringify(told);"
 
 
 @pytest.mark.slow
+@pytest.mark.long_cases("bouncing_ball-3.0")
 @pytest.mark.parametrize(("name", "end"), [("bouncing_ball", 3.0), ("four_bar", 1.0), ("active_vehicle", 0.5)])
 def test_the_last_state_has_the_digits_of_pythons_run(name: str, end: float, browser: Browser, tmp_path: Path) -> None:
     model, solution = run_of(name, end)

@@ -117,6 +117,7 @@ def numbers_of_corners(program: Program) -> set[float]:
     return {number for text, *_, numbers in calls if program.shared[text].calls >= CORNERS for number in numbers}
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("float-False")
 @pytest.mark.parametrize("uneven", [False, True])
 @pytest.mark.parametrize("real", ["double", "float", "complex", "lanes"])

@@ -162,6 +162,7 @@ CASES = [(name, version) for name in (*SCENES, *ABSOLUTE, "gimbal") for version 
 SECOND = [name for name, version in CASES if version == 2 and name not in QUICK]
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except(*(f"{name}-3" for name in QUICK))
 @pytest.mark.long_cases(*(f"{name}-3" for name in LARGE), *(f"{name}-2" for name in SECOND))
 @pytest.mark.parametrize(("name", "version"), CASES, ids=[f"{name}-{version}" for name, version in CASES])

@@ -158,6 +158,7 @@ print("done")
 """
 
 
+@pytest.mark.long_except_every(4)
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the sanitizers are loaded before Python, by Linux alone")
 @pytest.mark.parametrize("version", [2, 3])

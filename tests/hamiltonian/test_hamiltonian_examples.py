@@ -57,6 +57,7 @@ def test_energy_errors_over_1e6_steps(method: str, bound: float) -> None:
     assert error[5000:].max() < 1.3 * error[:5000].max()
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "method", "step", "bound"),

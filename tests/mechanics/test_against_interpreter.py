@@ -21,6 +21,7 @@ def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_pat
     assert disagreements(scene(1, kind), 1, kind) == []
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.long_cases("beam", "hull")
 @pytest.mark.parametrize("kind", KINDS)

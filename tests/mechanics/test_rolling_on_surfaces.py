@@ -232,6 +232,7 @@ def test_other_shapes_roll_by_newton_and_euler_about_their_contact(shape: str) -
         assert np.max(np.abs(0.128 * (R @ a[:3]) - np.cross(arm, force))) < 1e-8
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", BODIES)
 def test_derivatives_of_other_shapes_are_complex_steps(shape: str) -> None:

@@ -208,6 +208,7 @@ def test_functions_are_those_of_acados_formulas(family: str, tmp_path: Path, rng
     compared("double_pendulum_on_shaking_base/scene.toml", family, tmp_path, rng)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("example", "family"),

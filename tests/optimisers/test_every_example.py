@@ -129,6 +129,7 @@ def by_complex_steps(function: Any, taken: list[str], state: Mapping[str, Array]
     return np.stack(columns, axis=-1)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", *COMPILED_LONG)
 @pytest.mark.parametrize("example", [*TESTED, *COMPILED_LONG])
@@ -264,6 +265,7 @@ class Variational:
         return self.equations(unknown, state)[1]
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "example", [pytest.param(name, marks=pytest.mark.long) if name in LONG_STEPS else name for name in TESTED]
@@ -325,6 +327,7 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
     return state.q, state.v
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum")
 @pytest.mark.parametrize("example", TESTED)

@@ -123,6 +123,7 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
     assert counts == [(29, 29, 68), (33, 33, 64), (37, 37, 60)]
 
 
+@pytest.mark.long_except_every(2)
 @pytest.mark.slow
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize(

@@ -283,6 +283,7 @@ def test_every_check_has_a_case_or_a_reason_for_none() -> None:
     assert not told & NOT_HERE.keys()
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_but_for_last_digits_in_units_that_are_powers_of_two(name: str) -> None:
@@ -298,6 +299,7 @@ def test_findings_are_the_same_but_for_last_digits_in_units_that_are_powers_of_t
             np.testing.assert_allclose(run.error.relative, own.error.relative, rtol=1e-9)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_findings_are_the_same_in_units_in_use(name: str) -> None:

@@ -137,6 +137,7 @@ OTHERS = ("generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezo
 HOLDING = ("hermite", "taylor")
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
 @pytest.mark.parametrize("inputs", list(INPUTS))
 def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -> None:
