@@ -19,7 +19,8 @@ from eomgen.base.message_codes import Row
 from eomgen.base.products import OF_THE_CORE, public_modules
 from eomgen.base.verbs import methods
 from eomgen.cli import VERBS, commands
-from eomgen.cli.explain import examples, explanation, topic_name, topics
+from eomgen.cli.explain import examples, explanation, topic_name
+from eomgen.cli.explain import pages as pages_by_room
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import BUILT_IN, method_named
 
@@ -273,14 +274,14 @@ def method_pages() -> Iterator[Page]:
 
 
 def message_pages() -> Iterator[Page]:
-    """Yield a list of the subjects of messages, and for each subject a page with its messages by code and examples."""
+    """Yield a list of the parts that make messages, and for each part a page with its messages by code and examples."""
     folder, pages = "reference/messages", dict[str, list[Row]]()
     for row in message_codes.rows():
         if row.kinds != "r":
             pages.setdefault(topic_name(row.room), []).append(row)
     for name, listed in sorted(pages.items()):
-        topic = topics()[name]
-        text = f"# Messages: {name}\n\n{topic['cause']} See [{topic['page']}]({topic['page']}).\n\n"
+        page = pages_by_room()[name]
+        text = f"# Messages: {name}\n\nMessages of `{name}` by code. See [{page}]({page}).\n\n"
         text += "| code | kind | message | remedy |\n|---|---|---|---|\n"
         for row in listed:
             parts = explanation(row)
@@ -298,9 +299,9 @@ def message_pages() -> Iterator[Page]:
         " at the end of a message, and Python has it as `error.code`. A code never changes. `eomgen explain E0008`"
         " prints the same text, and `eomgen explain mass negative` searches.\n\n"
     )
-    table = "| subject | messages | cause |\n|---|---:|---|\n"
+    table = "| part of eomgen | messages |\n|---|---:|\n"
     for name, listed in sorted(pages.items()):
-        table += f"| [{name}]({name.replace('.', '_')}.md) | {len(listed)} | {topics()[name]['cause']} |\n"
+        table += f"| [{name}]({name.replace('.', '_')}.md) | {len(listed)} |\n"
     tree = "\n".join(name.replace(".", "_") for name in sorted(pages))
     yield Page(f"{folder}/index", f"{introduction}{table}\n```{{toctree}}\n:hidden:\n\n{tree}\n```\n")
 

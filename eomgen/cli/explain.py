@@ -1,4 +1,4 @@
-"""``eomgen explain``: cause, remedy and example of a message by its code, and a search of the catalogue."""
+"""``eomgen explain``: pattern, remedy and example of a message by its code, and a search of the catalogue."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, say
 from eomgen.errors import Problem, UsageError
 
-_TOPICS = Path(__file__).with_name("message_topics.toml")
+_PAGES = Path(__file__).with_name("message_pages.toml")
 _CAUSES = Path(__file__).with_name("message_causes.toml")
 _CODE = re.compile(r"\[?([EW]\d{4})\]?", re.IGNORECASE)
 #: Lines of a list of messages at most.
@@ -24,24 +24,24 @@ _LISTED = 40
 
 
 @cache
-def topics() -> Mapping[str, Mapping[str, str]]:
-    """Return cause and page of the documentation by the beginning of a room."""
-    data: dict[str, dict[str, str]] = tomllib.loads(_TOPICS.read_text(encoding="utf-8"))
+def pages() -> Mapping[str, str]:
+    """Return the page of the documentation by the beginning of a room."""
+    data: dict[str, str] = tomllib.loads(_PAGES.read_text(encoding="utf-8"))
     return data
 
 
 @cache
 def own_causes() -> Mapping[str, Mapping[str, str]]:
-    """Return cause and page of the documentation by code, of messages that the topic of their room explains badly."""
+    """Return cause and page of the documentation by code, of the most frequent messages."""
     data: dict[str, dict[str, str]] = tomllib.loads(_CAUSES.read_text(encoding="utf-8"))
     return data
 
 
 def topic_name(room: str) -> str:
-    """Return the entry of the topics for a room: its longest beginning that has one."""
+    """Return the entry of the pages for a room: its longest beginning that has one."""
     parts = room.split(".")
     names = (".".join(parts[:count]) for count in range(len(parts), 0, -1))
-    return next((name for name in names if name in topics()), "errors")
+    return next((name for name in names if name in pages()), "errors")
 
 
 @cache
@@ -56,6 +56,11 @@ def examples() -> Mapping[str, tuple[str, str]]:
     return made
 
 
+def shown_pattern(pattern: str) -> str:
+    """Return a pattern with three dots for each value, and for values that follow one another."""
+    return re.sub(r"\{\}(?:\.?\{\})*", "...", pattern)
+
+
 def explanation(row: Row) -> dict[str, str]:
     """Return the parts of an explanation by their titles.
 
@@ -68,19 +73,19 @@ def explanation(row: Row) -> dict[str, str]:
     -------
     dict
         ``code``, ``kind``, ``message``, ``cause``, ``remedy``, ``page``, ``example`` and ``title`` of the example; a
-        message may have no remedy that holds for all its cases, and no example, and then these are empty.
+        message may have no cause or remedy that holds for all its cases, and no example, and then these are empty.
     """
-    topic = own_causes().get(row.code) or topics()[topic_name(row.room)]
+    own = own_causes().get(row.code, {"cause": "", "page": pages()[topic_name(row.room)]})
     title, example = examples().get(row.code, ("", ""))
     exits = [f"exit code {place}" for place, letter in enumerate("iudmtnf", 1) if letter in row.kinds]
     kinds = [KINDS[letter] for letter in row.kinds]
     return {
         "code": row.code,
         "kind": ", ".join([*kinds, *exits]),
-        "message": row.pattern.replace("{}", "..."),
-        "cause": topic["cause"],
-        "remedy": row.remedy.replace("{}", "..."),
-        "page": f"docs/{topic['page']}",
+        "message": shown_pattern(row.pattern),
+        "cause": own["cause"],
+        "remedy": shown_pattern(row.remedy),
+        "page": f"docs/{own['page']}",
         "title": title,
         "example": example,
     }
@@ -124,7 +129,7 @@ def _overview() -> str:
     return (
         f"{counted(len(kinds['E']), 'error')}, {kinds['E'][0].code} to {kinds['E'][-1].code}, and"
         f" {counted(len(kinds['W']), 'note')}, {kinds['W'][0].code} to {kinds['W'][-1].code}.\n\n"
-        "  eomgen explain E0008            cause, remedy and example of a code\n"
+        "  eomgen explain E0008            message, remedy and example of a code\n"
         "  eomgen explain mass negative    messages that contain these words"
     )
 
@@ -134,7 +139,7 @@ def _overview() -> str:
 @json_option
 @debug_option
 def explain(words: tuple[str, ...], as_json: bool) -> None:
-    """Explain a message by its CODE: its cause, its remedy and an example with its output.
+    """Explain a message by its CODE: its pattern, remedy, page of the documentation, and an example with its output.
 
     Without a code: a search for messages that contain all WORDS. A message in full is recognised by its text.
     """
@@ -147,6 +152,6 @@ def explain(words: tuple[str, ...], as_json: bool) -> None:
     elif len(chosen) == 1:
         click.echo(_printed(explanation(chosen[0])))
     else:
-        click.echo("\n".join(f"{row.code}  {row.pattern.replace('{}', '...')}" for row in chosen[:_LISTED]))
+        click.echo("\n".join(f"{row.code}  {shown_pattern(row.pattern)}" for row in chosen[:_LISTED]))
         if len(chosen) > _LISTED:
             say(f"and {len(chosen) - _LISTED} more: more words match fewer")

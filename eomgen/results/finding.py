@@ -57,6 +57,14 @@ class Finding:
     def __str__(self) -> str:
         return f"{self.text}{_HINT}{self.hint}" if self.hint else self.text
 
+    @property
+    def code(self) -> str:
+        """Code of the check, such as ``W0230``, which ``eomgen explain`` takes; empty for a check of another
+        distribution."""
+        from eomgen.base.message_codes import code_of_finding  # noqa: PLC0415  # reads the catalogue
+
+        return code_of_finding(self.name)
+
     def rated(self, name: str, severity: Severity) -> Self:
         """Return the same finding with the name of a check and a severity."""
         return replace(self, name=name, severity=severity)

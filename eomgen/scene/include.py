@@ -267,7 +267,7 @@ class _Includer:
                 return part
             inner = Report(shown_file(path), part.lines)
             part = self.expanded(part, inner, path.parent, [*chain, path])
-            self.report.noted += inner.noted
+            self.report.noted += inner.all()
             return part
         except FileError as error:
             problem = error.problems[0]
@@ -294,7 +294,7 @@ class _Includer:
         part = self.expanded(part, report, path.parent, chain)
         report.lines = part.lines
         part.data, *_ = in_si(part.data, report)
-        self.report.noted += report.noted
+        self.report.noted += report.all()
         for left_out in ("base", "gravity"):
             if left_out in part.data:
                 part.notes.append(f"{file}: its {left_out} is left out, that of the scene which includes it holds")

@@ -533,6 +533,37 @@ def test_a_broken_entry_causes_no_second_problem() -> None:
     ]
 
 
+def test_units_are_not_judged_without_a_known_kind_of_joint() -> None:
+    units = 'limits = { lower = "-30 deg", upper = "1 rad", stiffness = "3 N m/rad" }'
+    effort = '[efforts]\ne = { joint = "hinge", effort = "3 N m" }'
+    assert problems(effort, replaced('"revolute"', f'"hing"\n{units}')) == [
+        "scene.toml:11 (joints.hinge.type): 'hing' is not known here; try: one of fixed, revolute, prismatic, helical,"
+        " cylindrical, universal, planar, spherical or free"
+    ]
+    assert problems(effort.replace('"hinge"', '"hnge"')) == [
+        "scene.toml:16 (efforts.e.joint): there is no joint 'hnge'; try: hinge"
+    ]
+    assert problems("", replaced('type = "revolute"\n', f"{units}\n")) == [
+        "scene.toml:10 (joints.hinge.type): the key type is missing; try: type = ..."
+    ]
+
+
+def test_a_misspelt_key_or_child_is_one_problem() -> None:
+    assert problems("", replaced("child =", "chlid =")) == [
+        "scene.toml:13 (joints.hinge.chlid): the key 'chlid' is unknown here; try: child"
+    ]
+    second = '[bodies.tip]\nmass = 1\n[joints.second]\ntype = "fixed"\nparent = "link"\nchild = "tip"\n'
+    assert problems(second, replaced('child = "link"', 'child = "lnk"')) == [
+        "scene.toml:13 (joints.hinge.child): there is no body 'lnk'; try: link"
+    ]
+    found = problems(f"{second}[bodies.lost]\nmass = 1", replaced('child = "link"', 'child = "lnk"'))
+    assert [problem.partition("): ")[2] for problem in found] == [
+        'no joint carries the body link, nor the bodies that hang from it: tip; try: a joint with child = "link"',
+        "there is no body 'lnk'; try: link",
+        'no joint carries the body lost; try: a joint with child = "lost"',
+    ]
+
+
 def test_cycles_and_what_hangs_from_them() -> None:
     bodies = "".join(f"[bodies.{name}]\nmass = 1\ninertia = [1, 1, 1]\n" for name in "abcde")
     pairs = [("a", "b"), ("b", "c"), ("c", "a"), ("d", "c"), ("link2", "e")]

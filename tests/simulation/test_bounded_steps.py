@@ -14,6 +14,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.base.message_codes import code_of_finding
 from eomgen.cli import main
 from eomgen.simulation import simulate
 from eomgen.simulation.accuracy import unseen_laws
@@ -179,6 +180,7 @@ def test_the_command_prints_and_writes_the_bound(tmp_path: Path, capsys: pytest.
     assert main(["simulate", str(scene), "--out", str(tmp_path), "--json", "--profile", "quick"]) == 0
     told = json.loads(capsys.readouterr().out)
     (found,) = (finding for finding in told["findings"] if finding["name"] == "bounded_steps")
+    assert found["code"] == code_of_finding("bounded_steps")
     speed = math.sqrt(1.0 + 2.0 * 30.0 * 0.01)
     assert found["value"] < 0.01 and told["stats"]["largest_step"] <= found["value"] * (1.0 + 1e-9)
     rows = np.genfromtxt(next(tmp_path.glob("**/*.csv")), delimiter=",", names=True)

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from eomgen.analysis.state_warnings import LargestBending
+from eomgen.base.message_codes import code_of_finding
 from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, NOTE, Finding
@@ -249,6 +250,11 @@ def test_findings_are_kept_by_files_copies_and_other_processes(tmp_path: Path) -
 def test_a_file_without_findings_is_read() -> None:
     described = Finding("stopped", FAILURE, text="it stopped").described()
     assert described["value"] is None and math.isnan(Finding.from_data(described).value)
+
+
+def test_findings_have_codes() -> None:
+    code = Finding("discretisation_error").code
+    assert code[0] == "W" and code_of_finding("discretisation_error") == code and Finding("of another").code == ""
 
 
 def test_findings_that_continue_one_another_have_one_hint() -> None:

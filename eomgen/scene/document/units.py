@@ -141,6 +141,8 @@ class _Converter:
         self.report = report
         self.notes: list[str] = []
         self.units: dict[str, str] = {}
+        self.entry_key = ""  # of the entry of a section that is converted
+        self.follows: tuple[str, ...] = ()  # keys below which a fault explains that a key has no unit
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
         bare = [row.key for row in OWN if row.bare]
@@ -175,7 +177,9 @@ class _Converter:
             elif meaning.unit or meaning.names is not None:
                 component = data.get("index", 0) if "index" in fields else None
                 over_time = meaning.names is not None and "time" in meaning.names.kinds
+                self.follows = self.sources_of_kind(data) if _has_no_unit(meaning, kind) else ()
                 result[name] = self.value(_unit(meaning, kind, component), place, data[name], over_time=over_time)
+                self.follows = ()
             if meaning.unit == ANY_UNIT and "unit" in fields:
                 self.label(key, data, result, name)
                 if isinstance(result[name], str) and isinstance(label := result.get("unit"), str):
@@ -260,6 +264,11 @@ class _Converter:
             fault = f"its unit {label} is a label, so {number:g} is taken as it is"
             self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI')
 
+    def sources_of_kind(self, data: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the keys of the entry that is converted and of the joint that a table names."""
+        joint = data.get("joint")
+        return (self.entry_key, key_of("joints", joint)) if isinstance(joint, str) else (self.entry_key,)
+
     def kind_of_joint(self, data: Mapping[str, Any]) -> object:
         joint = self.joints.get(data["joint"]) if isinstance(data.get("joint"), str) else None
         return joint.get("type") if isinstance(joint, Mapping) else None
@@ -269,10 +278,13 @@ class _Converter:
         if shape == "list" and isinstance(value, list | tuple):
             return [self.entry(model, f"{key}[{place}]", entry, kind, columns) for place, entry in enumerate(value)]
         if shape == "entries" and isinstance(value, Mapping):
-            return {
-                name: self.entry(model, f"{key}.{key_of(str(name))}", entry, kind, columns)
-                for name, entry in value.items()
-            }
+            result = {}
+            for name, entry in value.items():
+                place = f"{key}.{key_of(str(name))}"
+                if "." not in key:
+                    self.entry_key = place
+                result[name] = self.entry(model, place, entry, kind, columns)
+            return result
         return self.entry(model, key, value, kind, columns)
 
     def entry(self, model: type[Table], key: str, entry: Any, kind: object, columns: ColumnUnits | None) -> Any:
@@ -387,8 +399,14 @@ class _Converter:
                 hint = f"{hint}, which it is in {coherent}"
         except UnitError as error:
             fault, hint = error.what, error.hint
-        self.report.add(key, fault, hint)
+        self.report.add(key, fault, hint, self.follows)
         return FaultyText(text)
+
+
+def _has_no_unit(meaning: KeyMetadata, kind: object) -> bool:
+    """Return whether the unit of a key follows from the kind of the entry, and this kind has none: it may be unknown or
+    missing, or it does not take the key."""
+    return isinstance(meaning.unit, Mapping) and not (isinstance(kind, str) and kind in meaning.unit)
 
 
 def _unit(meaning: KeyMetadata, kind: object, index: object) -> Units:

@@ -430,14 +430,16 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     try:
         return without_absent_sections(schema, kept).model_validate(kept), refused
     except ValidationError as error:
-        broken = False
+        broken, meant = False, set[tuple[str | int, ...]]()  # keys that others are to be renamed to
         for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
             parts = (part for part in detail["loc"] if isinstance(part, str | int))
             location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
             fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
+            if detail["type"] == "extra_forbidden":
+                meant.add((*location[:-1], hint))
             if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
                 hint = child_hint(data)
-            if _is_news(detail, location, report):
+            if _is_news(detail, location, report) and (detail["type"] != "missing" or location not in meant):
                 report.add(key_of(*location), fault, hint)
             section = str(location[0])
             if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):

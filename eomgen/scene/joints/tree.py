@@ -140,7 +140,8 @@ def _parents_first(
 def _report_lost(
     order: Sequence[JointEdge], carrier: Mapping[str, JointEdge], bodies: Mapping[str, str], report: Report
 ) -> None:
-    """Report cycles, and bodies without a joint together with the bodies carried by them."""
+    """Report cycles, and bodies without a joint together with the bodies carried by them, unless as many joints have an
+    unknown child."""
     reached = {link.child for link in order}
     end_of: dict[str, str] = {}
     hanging: dict[str, list[str]] = {}
@@ -158,8 +159,11 @@ def _report_lost(
         end_of.update(dict.fromkeys([*path, body], end))
         if end not in carrier and path:
             hanging.setdefault(end, []).extend(path)
+    lost = {body for body in bodies if body not in carrier}
+    if len(lost) <= len(carrier.keys() - bodies.keys() - {BASE}):  # joints whose misspelt child is reported
+        return
     for body, section in bodies.items():
-        if body not in carrier:
+        if body in lost:
             others = hanging.get(body, [])
             rest = f", nor the bodies that hang from it: {listed(others)}" if others else ""
             report.add(

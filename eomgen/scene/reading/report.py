@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from operator import itemgetter
 
 from eomgen.base.messages import nearest, shown
@@ -29,6 +29,7 @@ class Report:
         self.file = file
         self.lines = lines
         self.noted: list[tuple[int, Problem]] = []
+        self.following: list[tuple[Sequence[str], int, Problem]] = []
         self.keys: set[str] = set()
 
     def place(self, key: str) -> str:
@@ -45,11 +46,15 @@ class Report:
         """Return ``file:line (key)``."""
         return f"{self.place(key)} ({key})" if key else self.file
 
-    def add(self, key: str, fault: str, hint: str = "") -> None:
-        """Note a problem."""
+    def add(self, key: str, fault: str, hint: str = "", follows: Sequence[str] = ()) -> None:
+        """Note a problem, which is left out if it ``follows`` from another problem under one of some keys."""
+        found = re.search(r":(\d+)$", self.place(key))
+        line, problem = int(found[1]) if found else 0, Problem(self.where(key), fault, hint)
+        if follows:
+            self.following.append((follows, line, problem))
+            return
         self.keys.add(key)
-        line = re.search(r":(\d+)$", self.place(key))
-        self._append(int(line[1]) if line else 0, Problem(self.where(key), fault, hint))
+        self._append(line, problem)
 
     def concerns(self, key: str) -> bool:
         """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem
@@ -75,6 +80,12 @@ class Report:
         if len(self.noted) >= _STOP:
             self.raise_problems()
 
+    def all(self) -> list[tuple[int, Problem]]:
+        """Return line and problem of all that are noted, without those that follow from others."""
+        return self.noted + [
+            (line, problem) for keys, line, problem in self.following if not any(map(self.concerns, keys))
+        ]
+
     def raise_problems(self) -> None:
         """Raise one error with every problem noted so far, in the order of lines, if there is any.
 
@@ -82,7 +93,7 @@ class Report:
         ------
         DescriptionError
         """
-        problems = [problem for _, problem in sorted(self.noted, key=itemgetter(0))]
+        problems = [problem for _, problem in sorted(self.all(), key=itemgetter(0))]
         if len(problems) > _MOST:
             more = Problem(
                 self.file, f"{len(problems) - _MOST} more problems are not listed", "the first ones repaired"
