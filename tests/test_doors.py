@@ -412,6 +412,7 @@ LATE: dict[str, dict[str, str]] = {
         "base.products": "the core needs no product; most imports are of files",
     },
     "errors": {"base.message_codes": "read when a message is printed"},
+    "results.finding": {"base.message_codes": "read when a code is asked for"},
     "integrators.families.generalized_alpha": {
         "integrators.newton": "pivots are chosen when code is made",
         "integrators.harmonics": "inputs are looked at when code is made",

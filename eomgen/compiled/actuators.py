@@ -87,6 +87,7 @@ def actuator_efforts(
     z: States = None,
     parameters: Parameters = None,
     base: ArrayLike | None = None,
+    tolerance: float = 1e-6,
 ) -> ActuatorEfforts:
     """Return the efforts that chosen actuators need for a motion, with or without closed loops.
 
@@ -104,6 +105,10 @@ def actuator_efforts(
         Joints of one coordinate, or components such as ``ball[0]`` and ``slider``, that carry one actuator each, as in
         ``model.v_names`` without ``v.``; by default the inputs of the scene that the scene does not prescribe, each
         with the generalized force of the input. Prescribed inputs keep the prescribed values.
+    tolerance : float, optional
+        Residual of the constraints at the accelerations, as a share of the summands, up to which accelerations are
+        replaced by the nearest in the metric of the inertia matrix that meet the constraints; ``1e-2`` for rows of an
+        implicit run, whose accelerations meet them to the order of the step.
 
     Returns
     -------
@@ -129,16 +134,22 @@ def actuator_efforts(
     terms = able.evaluator
     given: dict[str, Any] = {"q": q, "v": v, "t": t, "z": z, "parameters": parameters, "base": base}
     names, S, still = _columns(able, actuators, given)
+    nv, rows = terms.functions.sizes["v"], len(terms.multipliers)
+    if rows:
+        B = terms.call("constraint_jacobian", **given)[0]
+        a = terms.velocity("a", a)
+        missed = _missed_accelerations(terms, B, a, terms.call("constraint_bias", **given)[0], tolerance)
+        inverse = np.linalg.pinv(B, rcond=_SINGULAR)
+        if tolerance > _MISSED:
+            M = model.having(("mass",)).evaluator.call("mass", **given)[0]
+            along = np.linalg.solve(M, np.swapaxes(B, -1, -2))  # by forces of constraints alone
+            a = a - (along @ np.linalg.pinv(B @ along, rcond=_SINGULAR) @ missed[..., np.newaxis])[..., 0]
     (r,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=a)
     (at_rest,) = terms.call("inverse_dynamics", **{**given, "u": still}, a=np.zeros(terms.functions.sizes["v"]))
-    nv, rows = terms.functions.sizes["v"], len(terms.multipliers)
     batch = np.broadcast_shapes(r.shape[:-1], S.shape[:-2])
     r, S = np.broadcast_to(r, (*batch, nv)), np.broadcast_to(S, (*batch, nv, len(names)))
-    B = np.zeros((*batch, rows, nv))
-    if rows:
-        B = np.broadcast_to(terms.call("constraint_jacobian", **given)[0], (*batch, rows, nv))
-        _check_accelerations(terms, B, terms.velocity("a", a), terms.call("constraint_bias", **given)[0])
-    inverse = np.linalg.pinv(B, rcond=_SINGULAR) if rows else np.zeros((*batch, nv, 0))
+    if not rows:
+        B, inverse = np.zeros((*batch, rows, nv)), np.zeros((*batch, nv, 0))
     P = np.eye(nv) - inverse @ B
     A, wanted = P @ S, (P @ r[..., np.newaxis])[..., 0]
     efforts = (np.linalg.pinv(A, rcond=_SINGULAR) @ wanted[..., np.newaxis])[..., 0]
@@ -182,16 +193,18 @@ def _columns(
     return names, columns, still
 
 
-def _check_accelerations(terms: Any, B: Array, a: Array, bias: Array) -> None:
-    missed = (B @ a[..., np.newaxis])[..., 0] + bias
+def _missed_accelerations(terms: Any, B: Array, a: Array, bias: Array, tolerance: float) -> Array:
+    """Return the residuals of the constraints at accelerations, (..., rows), unless they are above a tolerance."""
+    missed: Array = (B @ a[..., np.newaxis])[..., 0] + bias
     size = (np.abs(B) @ np.abs(a)[..., np.newaxis])[..., 0] + np.abs(bias)
-    share = np.abs(missed) - _MISSED * (size + size.max(axis=-1, keepdims=True))
+    share = np.abs(missed) - tolerance * (size + size.max(axis=-1, keepdims=True))
     if np.any(share > 0.0):
         row = int(np.argmax(share.max(axis=tuple(range(share.ndim - 1)))))
         off = float(np.abs(missed[..., row]).max())
         fault = f"the accelerations do not meet the constraint {terms.multipliers[row]}: its row is off by {off:.3g}"
-        hint = "a with B a = -g, where g is the term constraint_bias: those of the independent joints decide the others"
+        hint = "tolerance=1e-2 for accelerations of an implicit run, or a with B a = -g, where g is constraint_bias"
         raise UsageError(Problem("a", fault, hint))
+    return missed
 
 
 def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, allowed: Array) -> None:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import Defaults, unknown_attribute
@@ -24,12 +24,12 @@ from eomgen.compiled import (
     time_derivatives,
 )
 from eomgen.compiled import beams as exact_beams
-from eomgen.compiled.arguments import components, read_only
+from eomgen.compiled.arguments import check_name, components, read_only
 from eomgen.compiled.beams import beams_at
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS, Functions, compiled_or_same
 from eomgen.compiled.terms import Inputs, Parameters, Terms
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.solvers.consistency import Assembly, assemble
 from eomgen.solvers.constraint_rows import ConstrainedSystem, EveryRow, elastic_components, split_sizes
 from eomgen.solvers.redundancy import check_left_out
@@ -425,7 +425,15 @@ class CompiledModel:
             raise UsageError(Problem("calibrate", fault, 'type = "state_feedback" of an entry of [controllers]'))
         return {} if self._gains is None else self._gains(dict(parameters or {}))
 
-    def consistent(self, q: ArrayLike, v: ArrayLike, t: float = 0.0, *, parameters: Parameters = None) -> Assembly:
+    def consistent(
+        self,
+        q: ArrayLike,
+        v: ArrayLike,
+        t: float = 0.0,
+        *,
+        parameters: Parameters = None,
+        hold: str | Sequence[str] = (),
+    ) -> Assembly:
         """Return the state nearest to a guess that meets the constraints, and the violation of each row by the guess.
 
         Parameters
@@ -436,6 +444,9 @@ class CompiledModel:
             Time, s.
         parameters : mapping or array_like, optional
             Tunable parameters (np,), SI units; defaults of the scene if not given.
+        hold : str or sequence of str, optional
+            Joints whose coordinates and velocities stay as given, or components, ``slot[0]``; the others close the
+            loops.
 
         Returns
         -------
@@ -445,7 +456,7 @@ class CompiledModel:
         Raises
         ------
         ModelError
-            The constraints contradict each other from there, or rows that were left out because they follow from others
+            The constraints contradict each other from there, or the held coordinates contradict them, or rows that were left out because they follow from others
             at the default parameters do not follow at these; names the rows.
 
         Examples
@@ -454,9 +465,18 @@ class CompiledModel:
         >>> state = model.consistent(model.initial_q + 0.01, np.zeros(3))
         >>> state.q.shape, len(state.violations)
         ((3,), 2)
+        >>> model.consistent(model.initial_q + 0.01, [30.0, 0.0, 0.0], hold="drive").v[0]
+        30.0
         """
         p = self.parameter_array(parameters)
-        return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p)
+        held = held_components(self, hold)
+        try:
+            return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p, held)
+        except ModelError as error:
+            if held is None:
+                raise
+            place, what, hint = error.problems[0]
+            raise ModelError(Problem(place, what, f"fewer names in hold, {hint}")) from None
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
         """Check that constraint rows left out as redundant follow from the remaining rows at other parameters.
@@ -561,8 +581,30 @@ class CompiledModel:
         return self.evaluator.parameters(parameters)
 
 
-def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> Assembly:
+def held_components(model: CompiledModel, names: str | Sequence[str]) -> NDArray[np.bool_] | None:
+    """Return a mask of the velocity components of joints, or of single components, (nv,); None without names."""
+    places: dict[str, list[int]] = {}
+    for factor in model.factors:
+        for k in range(factor.v.start, factor.v.stop):
+            places.setdefault(factor.name, []).append(k)
+            if factor.group == "R":
+                places[model.v_names[k].removeprefix("v.")] = [k]
+    held = np.zeros(len(model.v_names), dtype=bool)
+    for name in (names,) if isinstance(names, str) else names:
+        plain = name.removeprefix("q.").removeprefix("v.")
+        check_name("coordinate", plain, list(places))
+        held[places[plain]] = True
+    return held if held.any() else None
+
+
+def consistent(
+    model: CompiledModel, q: Array, v: Array, t: float, parameters: Array, held: NDArray[np.bool_] | None = None
+) -> Assembly:
     """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
+
+    Parameters
+    ----------
+    held : components of v, (nv,), that stay as given, with the coordinates that they change
 
     Raises
     ------
@@ -603,6 +645,6 @@ def consistent(model: CompiledModel, q: Array, v: Array, t: float, parameters: A
         elastic=elastic_components(model.factors, [item["name"] for item in model.library.layout["slopes"]]),
         beams=beams,
     )
-    result = assemble(equations, q, v, t)
+    result = assemble(equations if held is None else equations.holding(held), q, v, t)
     deviations = (*result.deviations, *model.check_left_out(result.q, result.v, t, parameters))
     return replace(result, q=model.evaluator.followed(result.q, t, parameters), deviations=deviations)

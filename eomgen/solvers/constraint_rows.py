@@ -106,6 +106,16 @@ class ConstrainedSystem:
             elastic=None,
         )
 
+    def holding(self, held: NDArray[np.bool_]) -> ConstrainedSystem:
+        """Return the system whose corrections leave some components (nv,) as they are; matrices are whole."""
+        free = np.where(held, 0.0, 1.0)
+
+        def mass(q: Array) -> Array:
+            M: Array = self.mass(q)
+            return M * np.outer(free, free) + np.diag(np.diag(M) * held)
+
+        return replace(self, jacobian=lambda q, t: self.jacobian(q, t) * free, mass=mass)
+
     def without(self, left_out: Sequence[int]) -> ConstrainedSystem:
         """Return the system without some rows."""
         kept = [row for row in range(len(self.names)) if row not in left_out]

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import NumericalError, UsageError
+from eomgen.errors import ModelError, NumericalError, UsageError
 
 R, L = 0.1, 0.3
 CRANK, ROD, SLIDER = 1.0, 2.0, 3.0
@@ -169,3 +169,31 @@ def test_what_is_said_of_mistakes() -> None:
         model.actuator_efforts(q, v, a, ["trun"])
     with pytest.raises(UsageError, match=r"a: the accelerations do not meet the constraint pin: .* off by"):
         model.actuator_efforts(q, v, a + np.array([0.0, 1.0, 0.0]), ["turn"])
+
+
+def test_accelerations_that_are_off_by_forces_of_constraints_are_mended() -> None:
+    model = slider_crank()
+    q, v, a = state(0.4, 1.0, 2.0)
+    (B,) = model.evaluate("constraint_jacobian", q).values()
+    off = a + 1e-4 * np.linalg.solve(model.mass(q), B.T @ np.ones(len(B)))
+    with pytest.raises(UsageError, match="try: tolerance=1e-2 for accelerations of an implicit run"):
+        model.actuator_efforts(q, v, off, ["turn"])
+    mended = model.actuator_efforts(np.stack([q, q]), v, off, ["turn"], tolerance=1e-2).efforts
+    exact = model.actuator_efforts(q, v, a, ["turn"]).efforts
+    np.testing.assert_allclose(mended, np.stack([exact, exact]), rtol=1e-11)
+
+
+def test_held_coordinates_keep_their_values() -> None:
+    model = slider_crank()
+    q, v, _ = state(0.4, 1.0, 0.0)
+    guess = q + [0.0, 0.05, -0.01]
+    for name in ("turn", "q.turn", ["turn"]):
+        held = model.consistent(guess, [1.0, 0.0, 0.0], hold=name)
+        assert held.q[0] == 0.4 and held.v[0] == 1.0
+        np.testing.assert_allclose(held.q, np.real(q), atol=1e-12)
+        np.testing.assert_allclose(held.v, np.real(v), atol=1e-12)
+    assert abs(model.consistent(guess, [1.0, 0.0, 0.0]).q[0] - 0.4) > 1e-3
+    with pytest.raises(UsageError, match="there is no coordinate 'trun'; try: turn"):
+        model.consistent(q, v, hold="trun")
+    with pytest.raises(ModelError, match="cannot be met together: .*; try: fewer names in hold, an initial state nearer"):
+        model.consistent(guess, v, hold=["turn", "rail"])

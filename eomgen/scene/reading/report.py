@@ -46,15 +46,18 @@ class Report:
         """Return ``file:line (key)``."""
         return f"{self.place(key)} ({key})" if key else self.file
 
+    def line(self, key: str) -> int:
+        """Return the line of a key, or of the nearest key above; 0 without a line."""
+        line = re.search(r":(\d+)$", self.place(key))
+        return int(line[1]) if line else 0
+
     def add(self, key: str, fault: str, hint: str = "", follows: Sequence[str] = ()) -> None:
         """Note a problem, which is left out if it ``follows`` from another problem under one of some keys."""
-        found = re.search(r":(\d+)$", self.place(key))
-        line, problem = int(found[1]) if found else 0, Problem(self.where(key), fault, hint)
         if follows:
-            self.following.append((follows, line, problem))
+            self.following.append((follows, self.line(key), Problem(self.where(key), fault, hint)))
             return
         self.keys.add(key)
-        self._append(line, problem)
+        self._append(self.line(key), Problem(self.where(key), fault, hint))
 
     def concerns(self, key: str) -> bool:
         """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem
@@ -64,8 +67,7 @@ class Report:
     def add_problem(self, key: str, problem: Problem) -> None:
         """Note a problem that lies in another file, under the key that names the file."""
         self.keys.add(key)
-        line = re.search(r":(\d+)$", self.place(key))
-        self._append(int(line[1]) if line else 0, problem)
+        self._append(self.line(key), problem)
 
     def add_at(self, line: int, key: str, fault: str, hint: str = "") -> None:
         """Note a problem at a line that is known otherwise."""
@@ -81,7 +83,7 @@ class Report:
             self.raise_problems()
 
     def all(self) -> list[tuple[int, Problem]]:
-        """Return line and problem of all that are noted, without those that follow from others."""
+        """Return line and problem of all noted problems, without the ones that follow from others."""
         return self.noted + [
             (line, problem) for keys, line, problem in self.following if not any(map(self.concerns, keys))
         ]
