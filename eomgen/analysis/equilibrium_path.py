@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field
-from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
 from eomgen.base.files import write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
@@ -284,8 +284,8 @@ class EquilibriumPath:
             label = item.kind if item.kind not in told else None
             told.add(item.kind)
             ax.plot([item.columns.get(name, item.value)], [item.value], mark, color=colour, markersize=6, label=label)
-        ax.set_xlabel(f"{name}, {self.units[name]}" if self.units.get(name) else name)
-        ax.set_ylabel(f"{self.parameter}, {self.unit}" if self.unit not in ("", "1") else self.parameter)
+        ax.set_xlabel(axis_label(name, self.units.get(name, "")))
+        ax.set_ylabel(axis_label(self.parameter, self.unit))
         ax.grid(**_GRID)
         if told - {""}:
             ax.legend(frameon=False, fontsize=8)

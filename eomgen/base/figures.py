@@ -57,6 +57,11 @@ def pyplot_figure(size: tuple[float, float]) -> Any:
     return pyplot.figure(figsize=size, layout="constrained")
 
 
+def axis_label(name: str, unit: str) -> str:
+    """Return the label of an axis, ``speed, m/s``; without a unit the name alone."""
+    return name if unit in ("", "1") else f"{name}, {unit}"
+
+
 def place_panels(figure: Any, panels: Sequence[Any], columns: int, height: float, heading: str) -> None:
     """Place panels with legends to their right, so that no text covers another.
 

@@ -456,8 +456,8 @@ class CompiledModel:
         Raises
         ------
         ModelError
-            The constraints contradict each other from there, or the held coordinates contradict them, or rows that were left out because they follow from others
-            at the default parameters do not follow at these; names the rows.
+            The constraints contradict each other or the held coordinates from there, or rows that were left out because
+            they follow from others at the default parameters do not follow at these; names the rows.
 
         Examples
         --------
@@ -465,8 +465,8 @@ class CompiledModel:
         >>> state = model.consistent(model.initial_q + 0.01, np.zeros(3))
         >>> state.q.shape, len(state.violations)
         ((3,), 2)
-        >>> model.consistent(model.initial_q + 0.01, [30.0, 0.0, 0.0], hold="drive").v[0]
-        30.0
+        >>> model.consistent(model.initial_q + 0.01, [30.0, 0.0, 0.0], hold="drive").v[:1]
+        array([30.])
         """
         p = self.parameter_array(parameters)
         held = held_components(self, hold)
@@ -475,8 +475,8 @@ class CompiledModel:
         except ModelError as error:
             if held is None:
                 raise
-            place, what, hint = error.problems[0]
-            raise ModelError(Problem(place, what, f"fewer names in hold, {hint}")) from None
+            problem = error.problems[0]
+            raise ModelError(Problem(problem.where, problem.what, f"fewer names in hold, {problem.hint}")) from None
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
         """Check that constraint rows left out as redundant follow from the remaining rows at other parameters.

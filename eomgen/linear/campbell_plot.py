@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 
@@ -204,7 +204,7 @@ class _Drawing:
         self._labels_at_the_right()
         self._labels_at_the_top()
         self._crossings()
-        axis.set_xlabel(self.diagram.parameter + (f", {self.unit}" if self.unit not in ("", "1") else ""))
+        axis.set_xlabel(axis_label(self.diagram.parameter, self.unit))
         axis.set_ylabel("frequency, Hz")
         axis.grid(True, **_GRID)
         axis.set_axisbelow(True)

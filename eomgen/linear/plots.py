@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
 from eomgen.linear.notebook import ShownModes
 from eomgen.linear.spectra import PowerSpectrum
 
@@ -271,7 +271,7 @@ def _response(magnitude: Any, phase: Any, frequencies: Array, values: Complex, t
     phase.semilogx(frequencies, angles, color="#0B62C4", linewidth=1.4)
     middle, half = 0.5 * (angles.max() + angles.min()), max(0.55 * np.ptp(angles), 100.0)
     phase.set_ylim(middle - half, middle + half)
-    magnitude.set_ylabel("magnitude" + (f", {over}" if over else ""))
+    magnitude.set_ylabel(axis_label("magnitude", over))
     magnitude.set_title(title, fontsize=10, loc="left")
     phase.set_ylabel("phase, °")
     phase.yaxis.set_major_locator(MultipleLocator(90.0 if np.ptp(phase.get_ylim()) <= 540.0 else 180.0))

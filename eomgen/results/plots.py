@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.base.figures import axes_of_caller, new_figure, place_panels, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, place_panels, pyplot_figure, saved
 from eomgen.base.messages import listed, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
@@ -538,7 +538,7 @@ def _fill(
 
 def _abscissa_label(curve: PlottedCurve) -> str:
     name = f"{curve.name}: {curve.description}" if curve.description else curve.name
-    return name if curve.unit in ("", "1") else f"{name}, {curve.unit}"
+    return axis_label(name, curve.unit)
 
 
 def _marks(events: Events) -> str:
@@ -604,7 +604,7 @@ def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:
     first = panel[0]
     named = (first.output or (first.name if len(panel) == 1 else "")) if alone else ""
     quantity = first.quantity or named or _QUANTITIES.get(first.unit, "") or "value"
-    return quantity if first.unit in ("", "1") else f"{quantity}, {first.unit}"
+    return axis_label(quantity, first.unit)
 
 
 def _thinned(t: Array, values: Array) -> tuple[Array, Array]:

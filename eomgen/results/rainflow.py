@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.figures import axes_of_caller, axis_label, pyplot_figure
 from eomgen.base.html import page, table
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
@@ -248,7 +248,7 @@ class Rainflow:
         axis.set_xscale("log")
         axis.set_ylim(bottom=0.0)
         axis.set_xlabel("cycles of this range and above")
-        axis.set_ylabel("range" + (f", {self.unit}" if self.unit not in ("", "1") else ""))
+        axis.set_ylabel(axis_label("range", self.unit))
         axis.set_title(f"{self.name}; rainflow count of {self.duration:.6g} s", fontsize=10, loc="left")
         axis.grid(True, which="both", color="#dddddd", linewidth=0.6)
         axis.set_axisbelow(True)

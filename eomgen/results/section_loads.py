@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import fields, replace
-from eomgen.base.figures import axes_of_caller, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.compiled.beams import SectionLoads
@@ -202,7 +202,7 @@ def _present(loads: SectionLoads, quantity: str) -> list[int]:
 
 def _label(quantity: str, index: int) -> str:
     names, unit = _QUANTITIES[quantity]
-    return names[index] if unit == "1" else f"{names[index]}, {unit}"
+    return axis_label(names[index], unit)
 
 
 def _along(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Array, *, legend: bool) -> None:

@@ -111,8 +111,8 @@ class ConstrainedSystem:
         free = np.where(held, 0.0, 1.0)
 
         def mass(q: Array) -> Array:
-            M: Array = self.mass(q)
-            return M * np.outer(free, free) + np.diag(np.diag(M) * held)
+            M = self.mass(q)
+            return np.asarray(M * np.outer(free, free) + np.diag(np.diag(M) * held))
 
         return replace(self, jacobian=lambda q, t: self.jacobian(q, t) * free, mass=mass)
 

@@ -443,7 +443,7 @@ def test_distributions_are_drawn_on_a_normal_scale_by_the_smaller_tail() -> None
     named = dict(zip([text.get_text() for text in axis.get_yticklabels()], axis.get_yticks(), strict=True))
     for text, share in (("0.01", 0.01), ("0.5", 0.5), ("0.99", 0.99), ("1 - 1e-3", 0.999), ("1 - 1e-5", 1 - 1e-5)):
         assert named[text] == pytest.approx(stats.norm.ppf(share), abs=1e-6)
-    assert "1e-3" not in named and axis.get_xlabel() == "tip in m"
+    assert "1e-3" not in named and axis.get_xlabel() == "tip, m"
     assert axis.get_title() == "mast: tip at t = 2.5 s"
     assert vibration._percent(1e-3) == "0.001" and vibration._percent(1e-5) == "1e-5"
 
@@ -456,7 +456,7 @@ def test_covariances_are_drawn_in_the_order_of_times() -> None:
     (axis,) = vibration._covariance(result).axes
     assert axis.lines[0].get_xydata().tolist() == [[0.0, 4.0], [1.0, 3.0], [2.0, 1.0]]
     assert axis.lines[1].get_ydata() == [0.0, 0.0]
-    assert axis.get_ylabel() == "covariance in (m)²" and axis.get_xlabel() == "time in s"
+    assert axis.get_ylabel() == "covariance, (m)²" and axis.get_xlabel() == "time, s"
     assert axis.get_title() == "covariance of tip with its value at t = 1.5 s"
 
 

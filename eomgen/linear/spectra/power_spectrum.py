@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.figures import axes_of_caller, axis_label, pyplot_figure
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
 
@@ -352,7 +352,7 @@ class PowerSpectrum:
         used = (self.frequencies > 0.0) & (self.density > 0.0)
         axis.loglog(self.frequencies[used], self.density[used], linewidth=1.4, label=label)
         axis.set_xlabel("frequency, Hz")
-        axis.set_ylabel("power spectral density" + (f", {self.unit}" if self.unit else ""))
+        axis.set_ylabel(axis_label("power spectral density", self.unit))
         axis.set_title(self.name + (f"; {self.source}" if self.source else ""), fontsize=10, loc="left")
         axis.grid(True, which="both", **_GRID)
         axis.set_axisbelow(True)

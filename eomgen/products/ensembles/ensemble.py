@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, saved
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
@@ -485,7 +485,7 @@ def _fans(ensemble: Ensemble) -> Any:
         axes.set_ylabel(_label(ensemble, column))
         axes.grid(alpha=0.3)
         axes.margins(x=0.0)
-    panels[-1].set_xlabel("time in s")
+    panels[-1].set_xlabel("time, s")
     figure.legend(*panels[0].get_legend_handles_labels(), loc="outside lower center", fontsize="small", ncols=5)
     left = len(ensemble.columns) - len(columns)
     more = f"; {left} more columns in statistics.csv" if left else ""
@@ -555,4 +555,4 @@ def _label(ensemble: Ensemble, name: str) -> str:
     column, _, part = name.rpartition(".")
     known = name if name in ensemble.units else column if part in EXTREMES else name
     unit = ensemble.units.get(known, "")
-    return f"{name.removeprefix('output.')}{f' in {unit}' if unit not in ('', '1') else ''}"
+    return axis_label(name.removeprefix("output."), unit)

@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls, not_unpacked, unknown_attribute
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import asdict, dataclass, field
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, saved
 from eomgen.base.files import write_arrays
 from eomgen.errors import Problem, UsageError
 
@@ -274,7 +274,7 @@ def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
     for axes, (label, curves, its_units) in zip(every, panels, strict=False):
         _draw(axes, solution.t[taken], {name: curve[taken] for name, curve in curves.items()})
         unit = set(its_units)
-        axes.set_ylabel(f"{label} ({unit.pop()})" if len(unit) == 1 and unit != {""} else label)
+        axes.set_ylabel(axis_label(label, unit.pop() if len(unit) == 1 else ""))
     total = solution.energy["total"]
     every[-1].plot(solution.t[taken], (total - total[0])[taken], color="#0B62C4", linewidth=0.8)
     every[-1].set_ylabel("change of H")

@@ -12,7 +12,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, saved
 from eomgen.base.files import make_folder, write_arrays, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
@@ -393,8 +393,8 @@ def _slices(result: FieldSamples) -> Any:
         )  # fmt: skip
         figure.colorbar(image, ax=axes, shrink=0.85)
         axes.set_title(title, loc="left", fontsize="medium")
-        axes.set_xlabel(_with_unit("x", unit))
-        axes.set_ylabel(_with_unit("y", unit))
+        axes.set_xlabel(axis_label("x", unit))
+        axes.set_ylabel(axis_label("y", unit))
     for axes in every[len(panels) :]:
         axes.set_visible(False)
     figure.suptitle(f"{result.name}{where}, {_made(result)}")
@@ -421,7 +421,7 @@ def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
         axes.set_ylabel(title)
     for axes in every:
         axes.grid(alpha=0.3, linewidth=0.5)
-    every[-1].set_xlabel(_with_unit("x", unit))
+    every[-1].set_xlabel(axis_label("x", unit))
     figure.suptitle(f"{result.name}, {_made(result)}")
     return figure
 
@@ -467,7 +467,7 @@ def _power(result: FieldSamples) -> Any:
         beside.ticklabel_format(useOffset=False)
     right.set_title("chains", loc="left", fontsize="medium")
     for axes in (left, middle, right):
-        axes.set_xlabel(f"k (radians per {unit or 'length'})")
+        axes.set_xlabel(f"k, radians per {unit or 'length'}")
         axes.grid(alpha=0.3, linewidth=0.5)
     figure.suptitle(f"{result.name}: {result.problem.watched}, {_made(result)}")
     return figure
@@ -526,7 +526,3 @@ def _column(scales: list[Scale], name: str) -> Array:
 def _made(result: FieldSamples) -> str:
     chains = len(result.samples.accepted)
     return f"{result.settings.method}, {chains} x {result.count} samples"
-
-
-def _with_unit(name: str, unit: str) -> str:
-    return f"{name} ({unit})" if unit else name

@@ -15,7 +15,7 @@ from scipy import special
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, saved
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.results.error_estimate import SampleErrors
@@ -270,7 +270,7 @@ def _distribution(result: RandomVibration) -> Any:
     shown = (places >= bottom) & (places <= top)
     axes.set_yticks(places[shown], [_percent(share) for share in marks[shown]])
     axes.set_ylim(bottom, top)
-    axes.set_xlabel(f"{result.output} in {result.unit}" if result.unit else result.output)
+    axes.set_xlabel(axis_label(result.output, result.unit))
     axes.set_ylabel("probability of not more, normal scale")
     axes.set_title(f"{result.scene}: {result.output} at t = {result.t:.6g} s", fontsize="medium")
     axes.grid(alpha=0.3)
@@ -292,9 +292,8 @@ def _covariance(result: RandomVibration) -> Any:
         label, colour, line, _ = _STYLES[name]
         axes.plot(result.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
     axes.axhline(0.0, color="#888888", linewidth=0.8)
-    axes.set_xlabel("time in s")
-    unit = f" in ({result.unit})²" if result.unit else ""
-    axes.set_ylabel(f"covariance{unit}")
+    axes.set_xlabel("time, s")
+    axes.set_ylabel(axis_label("covariance", f"({result.unit})²" if result.unit else ""))
     axes.set_title(f"covariance of {result.output} with its value at t = {result.t:.6g} s", fontsize="medium")
     axes.grid(alpha=0.3)
     axes.margins(x=0.0)

@@ -13,7 +13,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
 from eomgen.base.csv_tables import write_rows, write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import new_figure, saved
+from eomgen.base.figures import axis_label, new_figure, saved
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.products.studies.identification.estimation import Combination
@@ -235,7 +235,7 @@ def _run(result: Identification, record: Record) -> Any:
         column = columns[name]
         compared.plot(record.t, record.data[name], ".", color=_DATA, markersize=3, label="data")
         compared.plot(record.t, record.model[name], color=_MODEL, linewidth=1.2, label="model")
-        compared.set_ylabel(f"{name}, {column.unit}" if column.unit else name, fontsize="small")
+        compared.set_ylabel(axis_label(name, column.unit), fontsize="small")
         residuals = record.residuals[name] / column.deviation
         left.axhspan(-2.0, 2.0, color=_MODEL, alpha=0.1, linewidth=0.0)
         left.plot(record.t, residuals, ".", color=_MODEL, markersize=2)
@@ -248,7 +248,7 @@ def _run(result: Identification, record: Record) -> Any:
     rows[0][0].set_title(f"{result.scene}: {record.name}", fontsize="medium")
     rows[0][1].set_title("residuals in standard deviations, +-2 shaded", fontsize="medium")
     for axes in rows[-1]:
-        axes.set_xlabel("time in s")
+        axes.set_xlabel("time, s")
     return figure
 
 
