@@ -4,11 +4,14 @@ Counted are docstrings, comments, messages (string literals of three words or mo
 comments of ``templates``, and the pages of ``docs`` without blocks of code. ``--update`` writes the numbers to
 ``tests/language_budget.json`` unless a sum over all packages is higher than before: texts may move between packages.
 Numbers of pronouns, per 1000 words, are never raised.
+
+``--anchors`` prints the frequencies of phrases in public docstrings and in all pages, next to other packages.
 """
 
 from __future__ import annotations
 
 import ast
+import inspect
 import json
 import math
 import re
@@ -48,6 +51,21 @@ PRONOUNS: Mapping[str, re.Pattern[str]] = {
 }
 #: Steps of allowed numbers per 1000 words; by how much a package may exceed the number, since words move.
 _STEP, _SLACK = 0.5, 1.0
+#: Phrases of which other packages have few: pattern, and the largest number per 1000 words of docstrings in diffrax,
+#: SymPy's mechanics, symforce, python-control and scipy.integrate.
+ANCHORS: Mapping[str, tuple[re.Pattern[str], float]] = {
+    name: (re.compile(pattern, re.IGNORECASE), most)
+    for name, pattern, most in (
+        ("what", r"\bwhat\b(?![^.;\n]*\?)", 0.51),
+        ("of what", r"\b(?:of|by|from|in) what\b", 0.06),
+        ("those of", r"\b(?:those|that) (?:of|by)\b|\bthose that\b", 0.10),
+        ("where", r"\bwhere\b", 1.92),
+        ("nothing", r"\b(?:nothing|nobody|whatever|whom)\b", 0.14),
+        ("beside", r"\b(?:besides?|behind|beyond|apart)\b", 0.31),
+    )
+}
+#: Allowed number by the largest of other packages.
+ALLOWED = 1.5
 #: Identifiers that name no concept.
 NAMES = ("what", "found")
 COLUMNS = ("words", *PHRASES, "repeated", *PRONOUNS, *(f"name {name}" for name in NAMES))
@@ -200,10 +218,36 @@ def table(now: Mapping[str, Mapping[str, int]]) -> str:
     return "\n".join([*lines, f"{'per 1000 words':<22}{shares}"])
 
 
+def public_texts() -> dict[str, list[str]]:
+    """Return the docstrings of public names, and all pages without blocks of code."""
+    from tests.docstrings import names  # imports all of the package and its products
+
+    pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+    return {
+        "docstrings": [inspect.getdoc(value) or "" for _, value in names()],
+        "pages": [_BLOCK.sub("", page.read_text(encoding="utf-8")) for page in pages if "_build" not in page.parts],
+    }
+
+
+def per_thousand(texts: list[str]) -> dict[str, float]:
+    """Return the number of each phrase of ``ANCHORS`` per 1000 words."""
+    words = sum(len(_WORD.findall(text)) for text in texts)
+    return {
+        name: 1000.0 * sum(len(pattern.findall(text)) for text in texts) / words
+        for name, (pattern, _) in ANCHORS.items()
+    }
+
+
 def main(arguments: list[str]) -> int:
     """Print the table, or the places of a phrase in a package, or write lower counts to the budget."""
     if len(arguments) == 2:
         print("\n".join(places(*arguments)))
+        return 0
+    if arguments == ["--anchors"]:
+        measured = {name: per_thousand(texts) for name, texts in public_texts().items()}
+        for name, (_, most) in ANCHORS.items():
+            numbers = "".join(f"{label} {values[name]:.2f}, " for label, values in measured.items())
+            print(f"{name:<10}{numbers}allowed {ALLOWED * most:.2f}")
         return 0
     now = counts()
     print(table(now))

@@ -6,12 +6,30 @@ from pathlib import Path
 
 import pytest
 
-from tests.language import budget, comments, counts, counts_of, excesses, of_python, repetitions
+from tests.language import (
+    ALLOWED,
+    ANCHORS,
+    budget,
+    comments,
+    counts,
+    counts_of,
+    excesses,
+    of_python,
+    per_thousand,
+    public_texts,
+    repetitions,
+)
 
 
 def test_no_package_has_more_vague_phrases_than_before() -> None:
     higher = excesses(counts(), budget())
     assert not higher, "\n".join([*higher, "`python -m tests.language PHRASE PACKAGE` lists the places"])
+
+
+def test_public_docstrings_and_pages_have_few_phrases_that_other_packages_avoid() -> None:
+    for label, texts in public_texts().items():
+        for name, number in per_thousand(texts).items():
+            assert number <= ALLOWED * ANCHORS[name][1], f"{label}: {number:.2f} of {name} per 1000 words"
 
 
 def test_a_package_outside_the_budget_may_have_none() -> None:

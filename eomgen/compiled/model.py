@@ -476,7 +476,7 @@ class CompiledModel:
             if held is None:
                 raise
             problem = error.problems[0]
-            raise ModelError(Problem(problem.where, problem.what, f"fewer names in hold, {problem.hint}")) from None
+            raise ModelError(replace(problem, hint=f"fewer names in hold, {problem.hint}")) from None
 
     def check_left_out(self, q: Array, v: Array, t: float, p: Array) -> list[str]:
         """Check that constraint rows left out as redundant follow from the remaining rows at other parameters.

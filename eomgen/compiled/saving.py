@@ -40,7 +40,7 @@ def save(model: CompiledModel, path: str | os.PathLike[str], *, methods: Sequenc
     path : path
         Of the file; an existing file is replaced.
     methods : sequence of str
-        Methods whose steppers are stored besides the model's own, compiled now if they have not been.
+        Methods whose steppers are stored in addition to the model's own, compiled now if they have not been.
 
     Returns
     -------

@@ -213,7 +213,7 @@ class Connection:
 
     @property
     def needed(self) -> tuple[str, ...]:
-        """Required keys of a joint of this type, besides the axis."""
+        """Required keys of a joint of this type, other than the axis."""
         return ("second_axis",) * (self.second_key == "second_axis") + ("pitch",) * self.has("screw")
 
     @property
@@ -244,7 +244,7 @@ class Connection:
 
     @property
     def constraint_keys(self) -> tuple[str, ...]:
-        """Keys of a constraint besides the frames."""
+        """Keys of a constraint other than the frames."""
         return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
 
 

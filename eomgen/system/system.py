@@ -287,8 +287,8 @@ class System:
     patterns : mapping from K, C, M, B, Z, Rz, Fq, Fv, Fz to (row, column) pairs
         Positions of the nonzeros given by ``iteration`` and ``jacobian_values``, in order.
     inner_owners : tuple of int
-        For each unknown that ``iteration`` of a long tree has besides velocities, the first velocity component of the
-        unknown's link.
+        For each unknown that ``iteration`` of a long tree has in addition to velocities, the first velocity component
+        of the unknown's link.
     frames : tuple of str
         Bodies and named frames that the terms of frames give, in order.
     extent : tuple of Ref

@@ -298,7 +298,7 @@ class Family(ABC):
 
     @property
     def more_stable(self) -> str:
-        """Alternative methods with better stability, besides smaller steps."""
+        """Alternative methods with better stability, other than smaller steps."""
         return "generalized_alpha, which is stable at larger ones"
 
     @property
@@ -362,7 +362,7 @@ class Family(ABC):
         return ()
 
     def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        """Return the settings besides the step.
+        """Return the settings other than the step.
 
         Parameters
         ----------
@@ -394,7 +394,7 @@ class Family(ABC):
     def choices(self, sizes: Sizes) -> Mapping[str, bool]:
         """Return the facts by which the templates of the family choose, by name.
 
-        ``offset`` of implicit families: whether the increment of a step has parts besides the unknown mean velocity.
+        ``offset`` of implicit families: whether the increment of a step has parts other than the unknown mean velocity.
 
         Parameters
         ----------

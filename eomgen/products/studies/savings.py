@@ -353,7 +353,7 @@ def savings(
     rounds : int
         Timed runs of each variant, of which the median is taken.
     only : sequence of str
-        Names of variants besides the scene as asked; all by default.
+        Names of variants other than the scene as asked; all by default.
     profile : str
         As in ``build``.
     progress : callable, optional

@@ -55,7 +55,7 @@ def from_sympy(
 
     Velocities and accelerations are composed and differentiated on the tape, so neither ``form_eoms`` nor
     ``kanes_equations`` nor ``form_lagranges_equations`` is called or needed. Free symbols become tunable parameters,
-    and functions of time besides coordinates become inputs. The velocities v are the rates of the coordinates;
+    and functions of time other than coordinates become inputs. The velocities v are the rates of the coordinates;
     other speeds become outputs. Constraints hold by multipliers, and the initial state is moved to meet all. Bodies
     have poses, and loads and springs energies.
 
