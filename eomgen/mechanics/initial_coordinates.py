@@ -153,25 +153,50 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
     return tuple(map(float, q)), tuple(map(float, v))
 
 
-def absolute_start_slopes(
-    derivation: Derivation, names: Sequence[str]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
-    """Return the partials of q (left-trivialised) and v in tunable parameters, (nv, names) each, by complex steps; None
-    with nodes of geometrically exact beams, which are placed in real numbers."""
-    scene, factors = derivation.scene, derivation.tree.factors
-    if any(isinstance(element, CosseratBeam) for element in scene.elements):
-        return None
-    tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
-    values = _defaults(scene)["p"]
-    bodies = BodiesAtStart(scene)
-    q = np.array(_absolute_start(derivation, bodies, {"p": values})[0])
-    slopes = np.zeros((2, derivation.tree.nv, len(names)))
-    for column, name in enumerate(names):
-        moved = values.astype(complex)
-        moved[tunable.index(name)] += 1j * _TINY
-        at, v = _absolute_start(derivation, bodies, {"p": moved})
-        slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
-    return slopes[0], slopes[1]
+class AbsoluteStartEquations:
+    """Initial q and v of absolute bodies on tapes that serve all values of the tunable parameters.
+
+    Parameters
+    ----------
+    scene : with absolute coordinates
+    """
+
+    def __init__(self, scene: Scene) -> None:
+        self._scene, self._derivation = scene, Derivation(scene)
+        self._with_beams = any(isinstance(element, CosseratBeam) for element in scene.elements)
+        self._bodies = None if self._with_beams else BodiesAtStart(scene)
+
+    def at(self, parameters: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return q, (nq,), and v, (nv,)."""
+        scene = _changed(self._scene, parameters)
+        bodies = self._bodies or BodiesAtStart(scene)  # nodes of beams are placed in numbers
+        q, v = _absolute_start(self._derivation, bodies, _defaults(scene))
+        return tuple(map(float, q)), tuple(map(float, v))
+
+    def slopes(
+        self, parameters: Mapping[str, float], names: Sequence[str]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+        """Return the partials of q (left-trivialised) and v in parameters, (nv, names) each, by complex steps; None
+        with nodes of geometrically exact beams, which are placed in real numbers."""
+        if self._bodies is None:
+            return None
+        scene, factors = _changed(self._scene, parameters), self._derivation.tree.factors
+        tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
+        values = _defaults(scene)["p"]
+        q = np.array(_absolute_start(self._derivation, self._bodies, {"p": values})[0])
+        slopes = np.zeros((2, self._derivation.tree.nv, len(names)))
+        for column, name in enumerate(names):
+            moved = values.astype(complex)
+            moved[tunable.index(name)] += 1j * _TINY
+            at, v = _absolute_start(self._derivation, self._bodies, {"p": moved})
+            slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
+        return slopes[0], slopes[1]
+
+
+def _changed(scene: Scene, parameters: Mapping[str, float]) -> Scene:
+    """Return a scene with other values of parameters."""
+    changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
+    return replace(scene, parameters=changed)
 
 
 def _absolute_start(

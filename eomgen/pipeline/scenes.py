@@ -5,10 +5,10 @@ from __future__ import annotations
 import re
 import weakref
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import dataclass
 from eomgen.base.extensions import code_stamp
 from eomgen.errors import ModelError, Problem
 from eomgen.pipeline.front_end import Build, FrontEnd, Programs
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from eomgen.base.arrays import Array
     from eomgen.codegen.program import Program
     from eomgen.compiled.model import Gains, Start
-    from eomgen.mechanics.scene_tape import Derivation
+    from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations
     from eomgen.scene.scene import Scene
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
@@ -128,23 +128,18 @@ class AbsoluteStart:
 
     def __call__(self, parameters: Mapping[str, float]) -> tuple[Sequence[float], Sequence[float]]:
         """Return q and v."""
-        from eomgen.mechanics.initial_coordinates import absolute_start  # noqa: PLC0415  # imports SymPy
-
-        return absolute_start(self._derivation(parameters))
+        return self._equations.at(parameters)
 
     def slopes(self, parameters: Mapping[str, float], names: Sequence[str]) -> tuple[Array, Array] | None:
         """Return the partials of q (left-trivialised) and v in parameters, (nv, names) each; None if there are none
         here."""
-        from eomgen.mechanics.initial_coordinates import absolute_start_slopes  # noqa: PLC0415  # imports SymPy
+        return self._equations.slopes(parameters, names)
 
-        return absolute_start_slopes(self._derivation(parameters), names)
+    @cached_property
+    def _equations(self) -> AbsoluteStartEquations:
+        from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations  # noqa: PLC0415  # imports SymPy
 
-    def _derivation(self, parameters: Mapping[str, float]) -> Derivation:
-        from eomgen.mechanics.scene_tape import Derivation  # noqa: PLC0415  # imports SymPy
-
-        scene = self.scene
-        changed = tuple(replace(item, value=parameters.get(item.name, item.value)) for item in scene.parameters)
-        return Derivation(replace(scene, parameters=changed))
+        return AbsoluteStartEquations(self.scene)
 
 
 def _start(scene: Scene | StoredScene) -> Start | None:

@@ -12,7 +12,9 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import method_named
+from eomgen.mechanics import initial_coordinates
 from eomgen.pipeline.model import Model
+from eomgen.pipeline.scenes import AbsoluteStart
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from tests.models.cache import shared_cache
@@ -350,3 +352,15 @@ def test_absolute_bodies_start_where_the_joints_have_them() -> None:
     slopes_kept = model.sensitivities(STEPS * STEP, STEP, by=by, initial=kept, **options)._run.asked
     assert not np.any(slopes_kept.dq[factor.v]) and np.any(slopes_kept.dv[factor.v])
     assert np.any(found._run.asked.dq[factor.v])
+
+
+def test_starts_of_absolute_bodies_are_derived_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = raised().build()
+    wanted = [AbsoluteStart(scene)({"length": value}) for value in (0.4, 0.7)]
+    start = AbsoluteStart(scene)
+    assert start({"length": 0.4}) == wanted[0] != wanted[1]
+    slopes = start.slopes({"length": 0.4}, ["length"])
+    monkeypatch.setattr(initial_coordinates, "Derivation", None)
+    assert start({"length": 0.7}) == wanted[1]
+    again = start.slopes({"length": 0.4}, ["length"])
+    assert slopes is not None and again is not None and all(map(np.array_equal, slopes, again))
