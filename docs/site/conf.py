@@ -24,6 +24,7 @@ extensions = [
     "numpydoc",
     "docs.site.docstrings",
     "docs.site.mathml",
+    "docs.site.narrow",
     "docs.site.navigation",
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}

@@ -13,7 +13,7 @@ from typing import Any
 from click.testing import CliRunner
 
 from docs.site.docstrings import escaped
-from docs.site.pages import Page
+from docs.site.pages import Page, headings, read
 from eomgen.base import message_codes
 from eomgen.base.message_codes import Row
 from eomgen.base.products import OF_THE_CORE, public_modules
@@ -281,7 +281,8 @@ def message_pages() -> Iterator[Page]:
             pages.setdefault(topic_name(row.room), []).append(row)
     for name, listed in sorted(pages.items()):
         page = pages_by_room()[name]
-        text = f"# Messages: {name}\n\nMessages of `{name}` by code. See [{page}]({page}).\n\n"
+        title = headings(read(f"docs/{page}"))[0]
+        text = f"# Messages: {name}\n\nMessages of `{name}` by code. See [{title}]({page}).\n\n"
         text += "| code | kind | message | remedy |\n|---|---|---|---|\n"
         for row in listed:
             parts = explanation(row)

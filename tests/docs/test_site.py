@@ -214,6 +214,8 @@ def test_sphinx_builds_pages_of_each_kind_without_a_warning(tmp_path: Path) -> N
     modes = (tmp_path / "html" / "reference" / "python" / "results" / "Modes" / "index.html").read_text(
         encoding="utf-8"
     )
+    springs = (tmp_path / "html" / "reference" / "scene" / "springs" / "index.html").read_text(encoding="utf-8")
+    assert " stacked" in springs and '<span class="cell-head">meaning: </span>' in springs
     assert 'id="eomgen.linear.modes.Modes"' in modes and "Participation" not in modes.partition("<body")[0]
 
 
