@@ -215,7 +215,7 @@ def test_sphinx_builds_pages_of_each_kind_without_a_warning(tmp_path: Path) -> N
         encoding="utf-8"
     )
     springs = (tmp_path / "html" / "reference" / "scene" / "springs" / "index.html").read_text(encoding="utf-8")
-    assert " stacked" in springs and '<span class="cell-head">meaning: </span>' in springs
+    assert "stacked docutils" in springs and '<span class="cell-head">meaning: </span>' in springs
     assert 'id="eomgen.linear.modes.Modes"' in modes and "Participation" not in modes.partition("<body")[0]
 
 

@@ -44,6 +44,7 @@ ELSEWHERE = {
     "self._no_controller()": "a Problem",
     "_circle(derivation, sampled, levels)": "a Problem",
     "'; '.join(clauses)": "notes of the scene",
+    "replace(problem, hint=f'fewer names in hold, {problem.hint}')": "solvers.consistency",
     "fault": "a text of a caller, of a C function or of Python",
     "fault[1]": "products.laws.code",
     "bound[1]": "rules of values",
