@@ -53,6 +53,7 @@ class Redundancy:
     hardly: dict[int, float]
 
 
+@np.errstate(over="ignore", invalid="ignore")  # lengths whose squares have no value: steps from there fail by name
 def redundancy(
     system: ConstrainedSystem, q: Array, t: float = 0.0, samples: int = 3, rows: Sequence[int] | None = None
 ) -> Redundancy:

@@ -92,6 +92,11 @@ class Element:
             element._text_read = True
 
     @property
+    def attributes(self) -> Sequence[tuple[str, str]]:
+        """Names and values of all attributes, which count as read or not as before."""
+        return tuple(self._attributes.items())
+
+    @property
     def asked(self) -> Sequence[str]:
         """The attributes that were asked for, there or not."""
         return tuple(self._asked)
@@ -111,7 +116,7 @@ class Element:
         return tuple(name for name in names if name != "xmlns" and not name.startswith("xmlns:"))
 
 
-def read_xml(text: str, file: str) -> Element:
+def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
     """Return the root element of an XML text; ``file`` is the name for messages.
 
     An XML declaration may follow a byte order mark, white space and comments, although XML requires the declaration at
@@ -120,15 +125,15 @@ def read_xml(text: str, file: str) -> Element:
     Raises
     ------
     DescriptionError
-        If the text is not well formed, nested more than 100 deep, or has a document type (which could define entities).
+        If the text is not well formed, nested deeper than ``deepest``, or has a document type (which could define entities).
     """
     late = _late_declaration(text)
     # the declaration is parsed separately and replaced by blanks, so that lines and columns stay the same
     if late:
         before, declaration, after = text[: late.start], text[late], text[late.stop :]
-        _parsed(f"{declaration}<a/>", file, lines_before=before.count("\n"))
+        _parsed(f"{declaration}<a/>", file, deepest, lines_before=before.count("\n"))
         text = before + re.sub(r"[^\n]", " ", declaration) + after
-    return _parsed(text, file)
+    return _parsed(text, file, deepest)
 
 
 def root_tag(text: str) -> str:
@@ -163,7 +168,7 @@ def _late_declaration(text: str) -> slice | None:
     return slice(place, end + 2) if place > first and end >= 0 else None
 
 
-def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
+def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Element:
     parser = expat.ParserCreate()
     roots: list[Element] = []
     stack: list[Element] = []
@@ -172,8 +177,8 @@ def _parsed(text: str, file: str, *, lines_before: int = 0) -> Element:
         return DescriptionError(Problem(f"{file}:{lines_before + line}", fault, hint))
 
     def start(tag: str, attributes: dict[str, str]) -> None:
-        if len(stack) >= DEPTH:
-            raise refused(parser.CurrentLineNumber, f"elements are nested more than {DEPTH} deep", "")
+        if len(stack) >= deepest:
+            raise refused(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep", "")
         element = Element(tag, attributes, parser.CurrentLineNumber)
         if stack:
             stack[-1].add(element)

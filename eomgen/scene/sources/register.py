@@ -102,7 +102,10 @@ def source_of(path: Path) -> Source | None:
     ending = path.suffix.lower()
     own = [source for source in BUILT_IN if ending in source.endings]
     if len(own) > 1:
-        return next((source for source in own if source.root == _root_of(path)), own[0])
+        root = _root_of(path)
+        if root == "mujocoinclude":  # a part of an MJCF file
+            return MJCF
+        return next((source for source in own if source.root == root), own[0])
     return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import shown
-from eomgen.errors import DescriptionError, EomgenError, Problem, UsageError
+from eomgen.base.messages import nearest, shown
+from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.scene.reading.xml import Element, read_xml
 from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.source import read_text, shown_file
@@ -19,7 +20,20 @@ from eomgen.scene.sources.source import read_text, shown_file
 _SECTIONS = {"actuator": "actuator", "equality": "equality", "tendon": "tendon", "sensor": "sensor", "keyframe": "key"}
 #: Elements below bodies, by the name of the kind.
 _OF_BODIES = {"body": "body", "joint": "joint", "freejoint": "joint", "site": "site", "geom": "geom"}
-_DEEPEST = 20
+#: Depth at which MuJoCo's own reader of XML ends.
+_DEEPEST = 500
+#: Numbers beyond this one, or below its inverse, whose powers may have no value.
+_LARGE = 1e60
+#: Remedies for parts of MuJoCo's messages.
+_REMEDIES = {
+    "Error opening file": "a path from the folder of the file, or assetdir, meshdir and texturedir of <compiler>",
+    "already included": "one <include> of each file, and none of a file that includes it",
+    "unrecognized": "pip install -U mujoco, if the file is for a newer MuJoCo",
+    "repeated name": "another name for one of them",
+    "mjMINVAL": "a geom with mass in the body, or <inertial>",
+    "engthrange": "lengthrange of the actuator, or limits of the joints that it moves",
+}
+_UNKNOWN = re.compile(r"(?:unknown element|unrecognized name) '([^']+)'|'([^']+)' (?:is )?not found")
 _COMMENT = re.compile(r"(?<=<!--).*?(?=-->)", re.DOTALL)
 #: An attribute without a blank before the next attribute.
 _TIGHT = re.compile(r"""(=\s*(?:"[^"<>]*"|'[^'<>]*'))(?=[A-Za-z_])""")
@@ -34,11 +48,15 @@ class Elements:
     every : all elements with their files, sections of the top level with their paths
     named : place by kind and name
     ordered : places by kind, in the order of the file
+    includes : place of the last ``<include>`` of each file
+    files : that are read
     """
 
     every: list[tuple[str, Element, str]] = field(default_factory=list)
     named: dict[tuple[str, str], Place] = field(default_factory=dict)
     ordered: dict[str, list[Place]] = field(default_factory=dict)
+    includes: dict[str, Place] = field(default_factory=dict)
+    files: set[Path] = field(default_factory=set)
 
     def place(self, kind: str, name: str, number: int, count: int, file: str) -> Place:
         """Return the place of an element by its name, of one without a name by its number among ``count``."""
@@ -52,16 +70,40 @@ class Elements:
         places = (Place(name, element.line) for _, element, name in self.every if element.tag.startswith(tag))
         return next(places, Place(file, 1))
 
+    def mentioning(self, word: str) -> Place | None:
+        """Return the place of the only element with an attribute of that name or value; None without one."""
+        if word in self.includes:
+            return self.includes[word]
+        found = {
+            Place(file, element.line)
+            for _, element, file in self.every
+            for name, value in element.attributes
+            if word in (name, value) or (name == "file" and word.endswith(value))
+        }
+        return found.pop() if len(found) == 1 else None
+
+    def extreme(self) -> tuple[Place, str] | None:
+        """Return the first number that is large, small or none, with its place; None without one."""
+        for _, element, file in self.every:
+            for _, value in element.attributes:
+                for word in value.split():
+                    with suppress(ValueError):
+                        size = abs(float(word))
+                        if not (size == 0.0 or 1.0 / _LARGE < size < _LARGE):
+                            return Place(file, element.line), word
+        return None
+
 
 def elements_of(text: str, file: str, path: Path | None) -> Elements:
     """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
     result = Elements()
-    root = read_xml(_strict(text), file)
+    root = read_xml(_strict(text), file, _DEEPEST)
     if root.tag != "mujoco":
-        problem = Problem(f"{file}:{root.line}", f"the outermost element is {shown(root.tag)}, not 'mujoco'", "")
-        raise DescriptionError(problem)
-    folder = None if path is None else path.parent
-    _walk(result, root, "", file, folder, 0)
+        fault = f"the outermost element is {shown(root.tag)}, not 'mujoco'"
+        raise DescriptionError(Problem(f"{file}:{root.line}", fault, "the file that includes this one"))
+    if path is not None:
+        result.files.add(path.absolute())
+    _walk(result, root, "", file, None if path is None else path.parent)
     return result
 
 
@@ -71,12 +113,13 @@ def _strict(text: str) -> str:
     return _TIGHT.sub(r"\1 ", _COMMENT.sub(lambda comment: comment[0].replace("-", "="), text))
 
 
-def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None, depth: int) -> None:
+def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None) -> None:
     """Record the children of an element, with the elements of included files in their places."""
     for child in element.children():
         if child.tag == "include":
-            for included, name in _included(child, folder, depth):
-                _walk(result, included, path, name, folder, depth + 1)
+            result.includes[child.get("file")] = Place(file, child.line)
+            for included, name in _included(result, child, folder):
+                _walk(result, included, path, name, folder)
             continue
         own = f"{path}/{child.tag}" if path else child.tag
         result.every.append((own, child, file))
@@ -86,7 +129,7 @@ def _walk(result: Elements, element: Element, path: str, file: str, folder: Path
             result.ordered.setdefault(kind, []).append(place)
             if child.get("name"):
                 result.named.setdefault((kind, child.get("name")), place)
-        _walk(result, child, own, file, folder, depth)
+        _walk(result, child, own, file, folder)
 
 
 def _kind(path: str, tag: str) -> str:
@@ -95,15 +138,14 @@ def _kind(path: str, tag: str) -> str:
     return _OF_BODIES.get(tag, "") if path.startswith("worldbody") else ""
 
 
-def _included(element: Element, folder: Path | None, depth: int) -> Iterator[tuple[Element, str]]:
-    """Yield the root of an included file with its name; none if it cannot be read here: MuJoCo says why."""
-    if folder is None or depth >= _DEEPEST or not element.get("file"):
+def _included(result: Elements, element: Element, folder: Path | None) -> Iterator[tuple[Element, str]]:
+    """Yield the root of an included file with its name; none of a file that is missing or that is read already: MuJoCo
+    refuses these. Raises DescriptionError for a file that is not XML."""
+    path = None if folder is None else (folder / element.get("file")).absolute()
+    if path is None or path in result.files or not path.is_file():
         return
-    path = folder / element.get("file")
-    try:
-        yield read_xml(_strict(read_text(path)), shown_file(path)), shown_file(path)
-    except EomgenError:
-        return
+    result.files.add(path)
+    yield read_xml(_strict(read_text(path)), shown_file(path), _DEEPEST), shown_file(path)
 
 
 def mujoco_module() -> Any:
@@ -119,7 +161,22 @@ def mujoco_module() -> Any:
     return mujoco
 
 
-def compiled(text: str, file: str, path: Path | None) -> tuple[Any, list[str]]:
+@contextmanager
+def _caught(mujoco: Any) -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, of which it would print some, and write them to a file in the current folder."""
+    texts: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(texts.append)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield texts
+            texts += [str(warning.message) for warning in caught]
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def compiled(text: str, file: str, path: Path | None, elements: Elements) -> tuple[Any, list[str]]:
     """Return the ``mujoco.MjModel`` of a file, static bodies kept, and MuJoCo's warnings.
 
     Raises
@@ -129,18 +186,45 @@ def compiled(text: str, file: str, path: Path | None) -> tuple[Any, list[str]]:
     """
     mujoco = mujoco_module()
     try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
+        with _caught(mujoco) as texts:
             spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
             spec.compiler.fusestatic = False
-            return spec.compile(), [f"MuJoCo: {' '.join(str(warning.message).split())}" for warning in caught]
+            model = spec.compile()
+        return model, [f"MuJoCo: {' '.join(text.split())}" for text in texts]
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
-        raise DescriptionError(_problem(str(error), file)) from None
+        raise DescriptionError(_problem(str(error), file, elements)) from None
 
 
-def _problem(message: str, file: str) -> Problem:
-    """Return MuJoCo's message as one line, with the line of the file that it names."""
+def out_of_range(file: str, elements: Elements) -> DescriptionError:
+    """Return the error for a file whose numbers cannot be multiplied or divided."""
+    place, word = elements.extreme() or (Place(file, 1), "")
+    fault = f"the number {shown(word)} is too large or too small to calculate with" if word else "a number is too large"
+    return DescriptionError(Problem(str(place), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
+
+
+def _problem(message: str, file: str, elements: Elements) -> Problem:
+    """Return MuJoCo's message as one line, with the line that it names, or else the place of an element that it names:
+    MuJoCo has line 0 for included files."""
     line = re.search(r"\bline (\d+)", message)
+    element = re.search(r"Element name '([^']*)', id \d+", message)
     words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
-    words = " ".join(re.sub(r"^(?:XML )?Error:\s*", "", words).split())
-    return Problem(f"{file}:{line[1]}" if line else file, f"MuJoCo refuses the file: {words}", "")
+    words = re.sub(r"\s*Element name '[^']*', id \d+,?", "", words)
+    words = " ".join(re.sub(r"^(?:(?:XML )?Error:\s*)+", "", words).split()).removeprefix("Schema violation: ")
+    if element and element[1] and f"'{element[1]}'" not in words:
+        words += f" ({shown(element[1])})"
+    number_of = re.search(r"\b(actuator|equality|key|sensor|tendon) (\d+)", message)
+    ordered = elements.ordered.get(number_of[1], []) if number_of else []
+    named = (elements.mentioning(word) for word in re.findall(r"'([^']+)'", message))
+    place = next(filter(None, named), None)
+    if line and int(line[1]):
+        where = f"{file}:{line[1]}"
+    elif place is None and number_of and int(number_of[2]) < len(ordered):
+        where = str(ordered[int(number_of[2])])
+    else:
+        where = str(place) if place else file
+        words += " (in a file that it includes)" if line and not place else ""
+    unknown = _UNKNOWN.search(words)
+    known = [name for _, name in elements.named]
+    hint = nearest(unknown[1] or unknown[2], known) if unknown and known else ""
+    hint = hint or next((remedy for part, remedy in _REMEDIES.items() if part in words), "")
+    return Problem(where, f"MuJoCo refuses the file: {words}", hint)

@@ -14,7 +14,7 @@ from eomgen.base.messages import listed, nearest, shown
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.mjcf.actuators import convert_actuators
-from eomgen.scene.sources.mjcf.compiled import compiled, elements_of, mujoco_module
+from eomgen.scene.sources.mjcf.compiled import compiled, elements_of, mujoco_module, out_of_range
 from eomgen.scene.sources.mjcf.coverage import note_unknown_attributes
 from eomgen.scene.sources.mjcf.draft import Draft
 from eomgen.scene.sources.mjcf.equalities import convert_equalities, site_place
@@ -26,6 +26,8 @@ from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.scene.sources.urdf.reading import legal_name
 
+#: Sections of the entries that efforts and forces act on.
+_OWNERS = {"joint": "joints", "body": "bodies"}
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
@@ -66,7 +68,7 @@ def mjcf_data(
     """
     mujoco = mujoco_module()
     elements = elements_of(text, file, path)
-    model, warnings = compiled(text, file, path)
+    model, warnings = compiled(text, file, path, elements)
     name = legal_name(_name_of(mujoco, model) or "model", ())
     data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
     draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
@@ -76,16 +78,22 @@ def mjcf_data(
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
     data["gravity"] = [0.0] * 3 if draft.disabled("GRAVITY") else model.opt.gravity.tolist()
+    draft.lines["gravity"] = str(elements.first("option", file))
     _refuse_other_physics(draft)
-    convert_tree(draft, limits=limits, friction=friction)
-    _add_sites(draft)
-    convert_tendons(draft)
-    convert_equalities(draft)
-    convert_actuators(draft)
-    add_pulls(draft)
-    convert_fluid(draft)
-    convert_sensors(draft)
-    convert_geoms(draft)
+    try:
+        with np.errstate(all="ignore"):  # numbers without a value are refused where the scene takes them
+            convert_tree(draft, limits=limits, friction=friction)
+            _add_sites(draft)
+            convert_tendons(draft)
+            convert_equalities(draft)
+            convert_actuators(draft)
+            add_pulls(draft)
+            convert_fluid(draft)
+            convert_sensors(draft)
+            convert_geoms(draft)
+    except ArithmeticError:
+        raise out_of_range(file, elements) from None
+    _add_lines(draft)
     _drop_unused_definitions(data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)
@@ -136,6 +144,15 @@ def _add_sites(draft: Draft) -> None:
         name = draft.name("body", written, "")
         draft.section("frames")[name] = site_place(draft, site).entry
         draft.lines[f"frames.{name}"] = str(draft.place("site", site, draft.model.nsite))
+
+
+def _add_lines(draft: Draft) -> None:
+    """Give entries without a line of their own the one of their joint or body."""
+    for section in ("efforts", "forces"):
+        for name, entry in draft.data.get(section, {}).items():
+            owner = next(f"{kind}.{entry[word]}" for word, kind in _OWNERS.items() if word in entry)
+            if owner in draft.lines:
+                draft.lines.setdefault(f"{section}.{name}", draft.lines[owner])
 
 
 def _drop_unused_definitions(data: dict[str, Any]) -> None:

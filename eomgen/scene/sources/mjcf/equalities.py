@@ -31,14 +31,14 @@ def convert_equalities(draft: Draft) -> None:
             variables = [f"q.{draft.joints[joint]}" for joint in _objects(draft, index)]
             turning = int(model.jnt_type[_objects(draft, index)[0]]) == HINGE
             _couple(draft, index, name, variables, _reference_angles(draft, index), "rad" if turning else "m")
-        elif kind == kinds.mjEQ_TENDON and all(number in draft.tendons for number in _objects(draft, index)):
-            lengths = [draft.tendons[number] for number in _objects(draft, index)]
+        elif kind == kinds.mjEQ_TENDON and all(tendon in draft.tendon_joints for tendon in _objects(draft, index)):
+            lengths = [draft.tendons[tendon] for tendon in _objects(draft, index)]
             zeros = [float(model.tendon_length0[tendon]) for tendon in _objects(draft, index)]
             joints = [joint for joint, _ in draft.tendon_joints[_objects(draft, index)[0]]]
             turning = all(int(model.jnt_type[joint]) == HINGE for joint in joints)
             _couple(draft, index, name, lengths, zeros, "rad" if turning else "m")
         else:
-            fault = f"an equality of type {word} is not supported"
+            fault = f"an equality of {'a spatial tendon' if word == 'tendon' else f'type {word}'} is not supported"
             draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
 
 

@@ -3,6 +3,7 @@ around geoms; springs and dampers along both."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -35,7 +36,7 @@ def convert_tendons(draft: Draft) -> None:
         first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
         wraps = range(first, first + count)
         if int(model.wrap_type[first]) != wrap_joint:
-            if _acts(draft, index) or index in driven or _is_equated(draft, index):
+            if _acts(draft, index) or index in driven:
                 _spatial(draft, index, written)
             else:
                 draft.leave_out(place, f"not modelled: the spatial tendon {written or index + 1}, which has no force")
@@ -112,12 +113,6 @@ def _acts(draft: Draft, index: int) -> bool:
     return any(np.any(getattr(model, f"tendon_{name}")[index]) for name in names)
 
 
-def _is_equated(draft: Draft, index: int) -> bool:
-    model = draft.model
-    of_tendons = model.eq_type == int(draft.mujoco.mjtEq.mjEQ_TENDON)
-    return bool(np.any(of_tendons & ((model.eq_obj1id == index) | (model.eq_obj2id == index))))
-
-
 def _spatial(draft: Draft, index: int, written: str) -> None:
     """Add the branches of a spatial tendon as tendons of the scene, and definitions of length and rate."""
     model, kinds = draft.model, draft.mujoco.mjtWrap
@@ -135,7 +130,7 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
             branches.append((entry, divisor))
             entry, divisor = {"points": []}, float(model.wrap_prm[k])
         elif kind == kinds.mjWRAP_SITE:
-            entry["points"].append(_point(draft, target))
+            entry["points"].append(_point(draft, target, entry["points"]))
         else:
             wrap = _obstacle(draft, index, title, k)
             if wrap is not None:
@@ -156,9 +151,9 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
     _forces(draft, index, name)
 
 
-def _point(draft: Draft, site: int) -> str:
-    """Return the name of a point at a site, which is added."""
-    if site not in draft.points:
+def _point(draft: Draft, site: int, passed: Sequence[str] = ()) -> str:
+    """Return the name of a point at a site, which is added; of a site that a path has passed, a point of its own."""
+    if site not in draft.points or draft.points[site] in passed:
         written = draft.written("site", site) or f"site_{site + 1}"
         name = draft.name("point", "", f"at_{written}")
         at = site_place(draft, site)
