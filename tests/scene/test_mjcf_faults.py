@@ -30,8 +30,14 @@ _PATH = "try: a path from the folder of the file, or assetdir, meshdir and textu
 _ONCE = "try: one <include> of each file, and none of a file that includes it"
 #: Text of a.xml and the message about it; b.xml is included by some.
 FAULTS = {
-    "no moving body": ("<mujoco><worldbody/></mujoco>", "a.xml (joints): no joint can move; try: a revolute, prismatic"),
-    "a part": ("<mujocoinclude/>", "a.xml:1: the outermost element is 'mujocoinclude', not 'mujoco'; try: the file that"),
+    "no moving body": (
+        "<mujoco><worldbody/></mujoco>",
+        "a.xml (joints): no joint can move; try: a revolute, prismatic",
+    ),
+    "a part": (
+        "<mujocoinclude/>",
+        "a.xml:1: the outermost element is 'mujocoinclude', not 'mujoco'; try: the file that",
+    ),
     "not closed": ("<mujoco>\n<worldbody>", "a.xml:2: this is not XML: no element found (column 12)"),
     "infinite stiffness": (arm(joint='stiffness="inf"'), f"a.xml:4 (joints.j.stiffness[0]): {_NO_NUMBER}inf"),
     "gravity": (arm(rest='<option gravity="nan 0 0"/>'), f"a.xml:8 (gravity[0]): {_NO_NUMBER}nan"),
@@ -47,8 +53,8 @@ FAULTS = {
     ),
     "no mass": (
         arm(geom='mass="0"'),
-        "a.xml:3: MuJoCo refuses the file: mass and inertia of moving bodies must be larger than mjMINVAL ('a'); try: a "
-        "geom with mass in the body, or <inertial>",
+        "a.xml:3: MuJoCo refuses the file: mass and inertia of moving bodies must be larger than mjMINVAL ('a'); try: "
+        "a geom with mass in the body, or <inertial>",
     ),
     "attribute": (
         arm(geom='mas="1"'),

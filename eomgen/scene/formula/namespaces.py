@@ -129,14 +129,16 @@ def mentions_any(text: str, names: Collection[str]) -> bool:
 def in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]:
     """Return the names of definitions, each after the definitions in its formula, unless in a circle."""
     order: dict[str, None] = {}
+    own = {name: name for name in definitions}
     for first in definitions:
         path = [first]
         seen = {first}
         while path:
             name = path[-1]
-            inner = names_of_file(definitions[name].text, "definitions", definitions)
-            words = re.findall(r"[A-Za-z_]\w*", definitions[name].text)
-            ahead = next((inner[word] for word in words if inner.get(word, name) not in (*order, *seen)), None)
+            text = definitions[name].text
+            inner = names_of_file(text, "definitions", definitions) if spaces_of(text) else own
+            others = (inner.get(word, name) for word in re.findall(r"[A-Za-z_]\w*", text))
+            ahead = next((other for other in others if other not in order and other not in seen), None)
             if ahead is None:
                 order[path.pop()] = None
             else:

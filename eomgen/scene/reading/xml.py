@@ -125,7 +125,8 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
     Raises
     ------
     DescriptionError
-        If the text is not well formed, nested deeper than ``deepest``, or has a document type (which could define entities).
+        If the text is not well formed, nested deeper than ``deepest``, or has a document type (which could define
+        entities).
     """
     late = _late_declaration(text)
     # the declaration is parsed separately and replaced by blanks, so that lines and columns stay the same

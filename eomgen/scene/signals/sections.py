@@ -36,7 +36,6 @@ from eomgen.scene.reading.formula_units import (
     dimension_of_formula,
     disagreement,
     labelled_dimension,
-    unit_of,
     unit_of_symbol,
 )
 from eomgen.scene.reading.report import Report
@@ -286,7 +285,8 @@ class _Definitions(Section):
         if formula is UNKNOWN:
             values.refused = {*values.refused, name}
             return None
-        known, dimension = unit_of(formula, reading.names), dimension_of_formula(formula, reading.names)
+        dimension = dimension_of_formula(formula, reading.names)
+        known = "" if dimension is None else str(dimension)
         if entry.unit and (terms := disagreement(formula, reading.names)):
             reading.report.add(f"{where}.formula", terms.text, FACTOR)
         elif entry.unit and dimension and (fault := _unit_fault(entry.unit, dimension)):
