@@ -101,7 +101,7 @@ FAULTS = {
     ),
     "included geom without a name": (
         '<mujoco>\n<include file="b.xml"/></mujoco>',
-        "a.xml: MuJoCo refuses the file: mass, inertia or density are negative in geom (in a file that it includes)",
+        "a.xml: MuJoCo refuses the file: mass, inertia or density are negative in geom (in an included file)",
         arm(geom='mass="-1"'),
     ),
     "keyframe": (

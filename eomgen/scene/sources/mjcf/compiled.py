@@ -33,6 +33,7 @@ _REMEDIES = {
     "mjMINVAL": "a geom with mass in the body, or <inertial>",
     "engthrange": "lengthrange of the actuator, or limits of the joints that it moves",
 }
+_LINE = re.compile(r"\bline (\d+)")
 _UNKNOWN = re.compile(r"(?:unknown element|unrecognized name) '([^']+)'|'([^']+)' (?:is )?not found")
 _COMMENT = re.compile(r"(?<=<!--).*?(?=-->)", re.DOTALL)
 #: An attribute without a blank before the next attribute.
@@ -74,13 +75,13 @@ class Elements:
         """Return the place of the only element with an attribute of that name or value; None without one."""
         if word in self.includes:
             return self.includes[word]
-        found = {
+        places = {
             Place(file, element.line)
             for _, element, file in self.every
             for name, value in element.attributes
             if word in (name, value) or (name == "file" and word.endswith(value))
         }
-        return found.pop() if len(found) == 1 else None
+        return places.pop() if len(places) == 1 else None
 
     def extreme(self) -> tuple[Place, str] | None:
         """Return the first number that is large, small or none, with its place; None without one."""
@@ -163,7 +164,7 @@ def mujoco_module() -> Any:
 
 @contextmanager
 def _caught(mujoco: Any) -> Iterator[list[str]]:
-    """Collect MuJoCo's warnings, of which it would print some, and write them to a file in the current folder."""
+    """Collect MuJoCo's warnings, which MuJoCo would print, and write to a file in the current folder."""
     texts: list[str] = []
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(texts.append)
@@ -203,28 +204,37 @@ def out_of_range(file: str, elements: Elements) -> DescriptionError:
 
 
 def _problem(message: str, file: str, elements: Elements) -> Problem:
-    """Return MuJoCo's message as one line, with the line that it names, or else the place of an element that it names:
-    MuJoCo has line 0 for included files."""
-    line = re.search(r"\bline (\d+)", message)
+    """Return MuJoCo's message as one line, with its place and a remedy."""
     element = re.search(r"Element name '([^']*)', id \d+", message)
     words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
     words = re.sub(r"\s*Element name '[^']*', id \d+,?", "", words)
     words = " ".join(re.sub(r"^(?:(?:XML )?Error:\s*)+", "", words).split()).removeprefix("Schema violation: ")
     if element and element[1] and f"'{element[1]}'" not in words:
         words += f" ({shown(element[1])})"
-    number_of = re.search(r"\b(actuator|equality|key|sensor|tendon) (\d+)", message)
-    ordered = elements.ordered.get(number_of[1], []) if number_of else []
-    named = (elements.mentioning(word) for word in re.findall(r"'([^']+)'", message))
-    place = next(filter(None, named), None)
+    place = _place_of(message, file, elements)
+    if not place and _LINE.search(message):
+        words += " (in an included file)"
+    return Problem(place or file, f"MuJoCo refuses the file: {words}", _remedy(words, elements))
+
+
+def _place_of(message: str, file: str, elements: Elements) -> str:
+    """Return the place of MuJoCo's message, by the line there, which is 0 in included files, or by the element that the
+    message names; empty for an unknown place."""
+    line = _LINE.search(message)
     if line and int(line[1]):
-        where = f"{file}:{line[1]}"
-    elif place is None and number_of and int(number_of[2]) < len(ordered):
-        where = str(ordered[int(number_of[2])])
-    else:
-        where = str(place) if place else file
-        words += " (in a file that it includes)" if line and not place else ""
+        return f"{file}:{line[1]}"
+    for word in re.findall(r"'([^']+)'", message):
+        if place := elements.mentioning(word):
+            return str(place)
+    counted = re.search(r"\b(actuator|equality|key|sensor|tendon) (\d+)", message)
+    ordered = elements.ordered.get(counted[1], []) if counted else []
+    return str(ordered[int(counted[2])]) if counted and int(counted[2]) < len(ordered) else ""
+
+
+def _remedy(words: str, elements: Elements) -> str:
+    """Return the names nearest to an unknown one, or the remedy for the fault; empty without one."""
     unknown = _UNKNOWN.search(words)
     known = [name for _, name in elements.named]
-    hint = nearest(unknown[1] or unknown[2], known) if unknown and known else ""
-    hint = hint or next((remedy for part, remedy in _REMEDIES.items() if part in words), "")
-    return Problem(where, f"MuJoCo refuses the file: {words}", hint)
+    if unknown and known:
+        return nearest(unknown[1] or unknown[2], known)
+    return next((remedy for part, remedy in _REMEDIES.items() if part in words), "")

@@ -81,7 +81,7 @@ def mjcf_data(
     draft.lines["gravity"] = str(elements.first("option", file))
     _refuse_other_physics(draft)
     try:
-        with np.errstate(all="ignore"):  # numbers without a value are refused where the scene takes them
+        with np.errstate(all="ignore"):  # the scene refuses numbers without a value
             convert_tree(draft, limits=limits, friction=friction)
             _add_sites(draft)
             convert_tendons(draft)
