@@ -73,16 +73,19 @@ def _operations_of_groups(data: Mapping[str, Any]) -> tuple[int, int]:
         sums = sum(len(row.get("within", ())) + sum(len(of) - 1 for _, of in row["others"]) for row in rows)
         factors = sum(len(row["lower"]) + len(row["upper"]) + ("kept" in row) for row in rows)
         return updates + sums, updates + factors
-    start, diagonal, column, group = (data[name] for name in ("start", "diagonal", "column", "groups"))
+    group, begin, left, distance = (data[name] for name in ("groups", "begin", "left", "distance"))
+    sides = []  # columns to the left and to the right of the diagonal of each row
+    for row, kind in enumerate(data["kind_of"]):
+        across, own = [row + step for step in distance[begin[kind] : begin[kind + 1]]], left[kind]
+        sides.append((across[:own], across[own + 1 :]))
     additions = multiplications = 0
-    for row in range(data["size"]):
-        right = range(diagonal[row] + 1, start[row + 1])
-        for earlier in column[start[row] : diagonal[row]]:
-            updated = column[diagonal[earlier] + 1 : start[earlier + 1]]
+    for row, (lower, upper) in enumerate(sides):
+        for earlier in lower:
+            updated = sides[earlier][1]
             additions += len(updated) + sum(group[k] == group[row] for k in updated) + 1
             multiplications += len(updated) + 2
-        additions += sum(group[column[k]] == group[row] for k in right) if group[row] >= 0 else 0
-        multiplications += len(right) + 1
+        additions += sum(group[k] == group[row] for k in upper) if group[row] >= 0 else 0
+        multiplications += len(upper) + 1
     return additions, multiplications
 
 

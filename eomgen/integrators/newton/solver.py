@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import partial
+from itertools import accumulate, chain
 from typing import Any
 
 import numpy as np
@@ -354,14 +356,13 @@ def _ordered(indices: Iterable[MatrixIndex], elimination: Elimination | None) ->
 
 def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], growth: float) -> dict[str, Any]:
     """Number the factors row by row: L, reciprocal pivot, U."""
-    start, diagonal, columns = [0], [], []
+    start, diagonal = [0], []
     slots: list[dict[int, int]] = []
     for position in range(elimination.size):
         across = [*elimination.lower[position], position, *elimination.upper[position]]
         diagonal.append(start[-1] + len(elimination.lower[position]))
         slots.append({column: start[-1] + k for k, column in enumerate(across)})
-        columns += across
-        start.append(len(columns))
+        start.append(start[-1] + len(across))
     column_at = {column: position for position, column in enumerate(elimination.columns)}
     row_at = {row: position for position, row in enumerate(elimination.rows)}
     entry_columns = [column_at[column] for _, column in indices]
@@ -373,18 +374,16 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
         "size": elimination.size,
         "rows": list(elimination.rows),
         "columns": list(elimination.columns),
-        "start": start,
-        "diagonal": diagonal,
-        "column": columns,
-        "factors": len(columns),
+        "factors": start[-1],
         "operations": elimination.operations,
-        "entry_start": entry_start,
-        "entry_column": entry_columns,
     }
     written_out = _is_written_out(elimination, growth)
+    if not written_out:
+        data |= {"start": start} | _kinds_of_rows(elimination, entry_start, entry_columns)
     if elimination.groups:
         data["groups"] = list(elimination.groups)
-        return data | _elimination_of_groups(elimination, data, slots, written_out=written_out)
+        entries = partial(_entry, entry_start=entry_start, entry_columns=entry_columns)
+        return data | _elimination_of_groups(elimination, data, slots, entries, written_out=written_out)
     if written_out:
         data["unrolled"] = [
             {
@@ -411,8 +410,38 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
     return data
 
 
+def _kinds_of_rows(
+    elimination: Elimination, entry_start: Sequence[int], entry_columns: Sequence[int]
+) -> dict[str, list[int]]:
+    """Return the kind of each row: rows of one kind have equal distances from the diagonal to their factors and entries.
+
+    ``begin`` and ``entry_begin`` are the places of the first distance of each kind, with the numbers of all distances at
+    the end; ``left`` is the number of factors to the left of the diagonal.
+    """
+    kinds: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}
+    kind_of = []
+    for row, (lower, upper) in enumerate(zip(elimination.lower, elimination.upper, strict=True)):
+        own = entry_columns[entry_start[row] : entry_start[row + 1]]
+        distances = tuple([column - row for column in (*lower, row, *upper)]), tuple([column - row for column in own])
+        kind_of.append(kinds.setdefault(distances, len(kinds)))
+    factors, entries = ([kind[part] for kind in kinds] for part in (0, 1))
+    return {
+        "kind_of": kind_of,
+        "left": [sum(distance < 0 for distance in kind) for kind in factors],
+        "begin": [0, *accumulate(map(len, factors))],
+        "distance": [*chain.from_iterable(factors)],
+        "entry_begin": [0, *accumulate(map(len, entries))],
+        "entry_distance": [*chain.from_iterable(entries)],
+    }
+
+
 def _elimination_of_groups(
-    elimination: Elimination, data: Mapping[str, Any], slots: Sequence[Mapping[int, int]], *, written_out: bool
+    elimination: Elimination,
+    data: Mapping[str, Any],
+    slots: Sequence[Mapping[int, int]],
+    entry: Callable[[int, int], int],
+    *,
+    written_out: bool,
 ) -> dict[str, Any]:
     """Return the further data of an elimination with groups: places of sums after the factors, and rows of sums.
 
@@ -437,7 +466,7 @@ def _elimination_of_groups(
     for position, own in enumerate(elimination.groups):
         at = slots[position]
         row: dict[str, Any] = {
-            "loads": _loads_of_row(elimination, position, data, at, sums[position]),
+            "loads": _loads_of_row(elimination, position, entry, at, sums[position]),
             "taken": _rows_taken(elimination, position, slots, sums),
             "lower": [[at[column], column] for column in elimination.lower[position]],
             "upper": [[at[column], column] for column in elimination.upper[position]],
@@ -473,14 +502,18 @@ def _columns_of(elimination: Elimination, position: int, number: int) -> list[in
 
 
 def _loads_of_row(
-    elimination: Elimination, position: int, data: Mapping[str, Any], at: Mapping[int, int], sums: Mapping[int, int]
+    elimination: Elimination,
+    position: int,
+    entry: Callable[[int, int], int],
+    at: Mapping[int, int],
+    sums: Mapping[int, int],
 ) -> list[list[int]]:
     """Return slots of a row with the entries of the matrix that they hold first; a group keeps a sum for a diagonal."""
     own = elimination.groups[position]
     summed = [column for column in at if column != position or own < 0]
-    loads = [[at[column], _entry(position, column, data["entry_start"], data["entry_column"])] for column in summed]
+    loads = [[at[column], entry(position, column)] for column in summed]
     if own >= 0:
-        loads.append([sums[own], _entry(position, position, data["entry_start"], data["entry_column"])])
+        loads.append([sums[own], entry(position, position)])
     return loads
 
 

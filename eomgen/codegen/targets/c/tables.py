@@ -50,6 +50,8 @@ def chosen(ranges: Sequence[tuple[int, str]], counter: str = "k") -> str:
     return text
 
 
+#: Characters in a line of a table.
+_WIDTH = 120
 #: Tables of fewer entries stay tables.
 _LONG = 72
 #: Least number of equal items at equally spaced places for a loop.
@@ -119,14 +121,11 @@ class Lookup:
         indent, result = "    " * depth, ""
         behind = f" /* {note} */" if note else ""
         for name, values in self.tables:
-            texts = [str(value) for value in values]
-            if not self.batch:
-                result += f"{indent}static const int {name}[{len(texts)}] = {{ {', '.join(texts)} }};{behind}\n"
-                continue
-            result += f"{indent}static const int {name}[{len(texts)}] = {{\n"
-            for k in range(0, len(texts), self.batch):
-                result += f"{indent}    {', '.join(texts[k : k + self.batch])},\n"
-            result += f"{indent}}};\n"
+            if self.batch:
+                result += integers(name, values, depth)
+            else:
+                texts = ", ".join(map(str, values))
+                result += f"{indent}static const int {name}[{len(values)}] = {{ {texts} }};{behind}\n"
         return result
 
     def at(self, index: str = "i") -> str:
@@ -137,6 +136,14 @@ class Lookup:
             return str(self.values[int(index)])
         text = chosen(self.ranges, "@").replace("@", index)
         return text if text.isdigit() else f"({text})"
+
+
+def integers(name: str, values: Sequence[int], depth: int = 0) -> str:
+    """Return the lines that declare a table of integers, each ended."""
+    indent, texts = "    " * depth, [*map(str, values)]
+    batch = max(1, (_WIDTH - len(indent) - 4) // (2 + max(map(len, texts), default=1)))
+    rows = [f"{indent}    {', '.join(texts[k : k + batch])},\n" for k in range(0, len(texts), batch)]
+    return "".join([f"{indent}static const int {name}[{len(texts)}] = {{\n", *rows, f"{indent}}};\n"])
 
 
 def nonzeros(places: Sequence[Sequence[int]]) -> list[dict[str, Any]]:

@@ -21,7 +21,7 @@ from eomgen.base.version import __version__
 from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.targets.c.naming import c_string, comment, file_name
 from eomgen.codegen.targets.c.printer import Printer, indented, number
-from eomgen.codegen.targets.c.tables import Lookup, nonzeros, offset, place, places_of_fronts, repeated
+from eomgen.codegen.targets.c.tables import Lookup, integers, nonzeros, offset, place, places_of_fronts, repeated
 from eomgen.integrators.families.register import family_named
 from eomgen.symbolic.operations import NAMES
 from eomgen.system.description import LARGEST_ANGLE
@@ -123,6 +123,7 @@ def environment() -> jinja2.Environment:
     env.globals["circular"] = ("sin", "cos")  # taken together by ``EG_SINCOS``
     env.globals["own_functions"] = ("exp", "log")  # of ``real_functions.h.jinja``, which compilers vectorise
     env.globals["lookup"] = Lookup
+    env.globals["integers"] = integers
     env.globals["place"] = place
     env.globals["repeated"] = repeated
     env.globals["nonzeros"] = nonzeros
