@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
-from textwrap import wrap
 
 from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.stretches import ranges
-from eomgen.codegen.targets.c.tables import chosen, moved, place
+from eomgen.codegen.targets.c.tables import Lookup, RowLookup, chosen, moved, place
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.system.system import base_component
@@ -156,6 +155,7 @@ class CNames:
     def __init__(self, program: Program) -> None:
         self.program = program
         self.prefix = program.prefix
+        self._rows: dict[tuple[tuple[int, ...], ...], RowLookup] = {}
 
     def input_type(self, block: str) -> str:
         """Return the declaration of an input argument: ``const real *q``."""
@@ -316,17 +316,23 @@ class CNames:
         """Return the components of the base's state that are zero at all times, ``omega[0]``, in words."""
         return ", ".join(map(base_component, self.program.base_zeros))
 
-    @staticmethod
-    def loop_inputs(loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
+    def places(self, loop: ProgramLoop) -> RowLookup:
+        """Return the table of the places of gathered values; several loops have the same."""
+        if loop.places not in self._rows:
+            self._rows[loop.places] = RowLookup(loop.places)
+        return self._rows[loop.places]
+
+    def loop_inputs(self, loop: ProgramLoop) -> dict[str, str | Sequence[str]]:
         """Return the texts of the inputs of an element of a loop."""
         column = iter(range(len(loop.index)))
+        at = "h[at[{}]]" if loop.places and self.places(loop).row else "g[places[element][{}]]"
         return {
             "element": f"K(constants[{{}}][element{' + lane' if loop.lanes > 1 else ''}])",
             "shared": [f"g[{index}]" for index in loop.shared],
             "gather": [
                 f"g[{chosen([(end, place(start, step, 'element')) for end, start, step in result], 'element')}]"
                 if result
-                else f"g[places[element][{next(column)}]]"
+                else at.format(next(column))
                 for result in loop.index
             ],
             "carry": "carry[{}]",
@@ -339,21 +345,15 @@ class CNames:
         return ", ".join([f"const {real} *restrict g", *(f"{real} *restrict {name}" for name in names)])
 
     @staticmethod
-    def addition_tables(items: Sequence[Addition]) -> list[str]:
+    def addition_tables(items: Sequence[Addition]) -> str:
         """Return the tables of inputs and targets of additions; none if these are equally spaced."""
         tables: dict[str, tuple[int, ...]] = {}
         for number, item in enumerate(items):
             tables |= {f"column{number}": item.columns, f"place{number}": item.places}
         tables = {name: values for name, values in tables.items() if len(ranges(values)) > 1}
         tables |= {f"start{number}": starts for starts, number in _starts(items).items()}
-        lines: list[str] = []
-        for name, values in tables.items():
-            begin, numbers = f"static const int {name}[{len(values)}] = {{", ", ".join(map(str, values))
-            if len(values) <= _IN_ONE_LINE:
-                lines.append(f"{begin} {numbers} }};")
-            else:
-                lines += [begin, *(f"    {line}" for line in wrap(f"{numbers} }};", 108))]
-        return lines
+        lookups = (Lookup(name, values, len(values) > _IN_ONE_LINE) for name, values in tables.items())
+        return "".join(item.declaration() for item in lookups)
 
     @staticmethod
     def addition(items: Sequence[Addition], number: int, count: int) -> str:
@@ -362,14 +362,14 @@ class CNames:
 
         def at(name: str, values: Sequence[int]) -> str:
             (_, start, step), *more = ranges(values)
-            return f"{name}{number}[j]" if more else place(start, step, "j")
+            return Lookup(f"{name}{number}", values).at("j") if more else place(start, step, "j")
 
         conditions = [f"element >= {item.first}"] if item.first else []
         conditions += [f"element < {item.end}"] if item.end < count else []
         element = f"(element - {item.first})" if item.first else "element"
         at_place = at("place", item.places)
         if item.starts:
-            start = f"start{_starts(items)[item.starts]}[element]"
+            start = Lookup(f"start{_starts(items)[item.starts]}", item.starts).at("element")
             at_place = start if at_place == "0" else f"{start} + {at_place}"
         target = f"r{item.output}[{moved(at_place, item.step, element)}]"
         value = f"row[{at('column', item.columns)}]"

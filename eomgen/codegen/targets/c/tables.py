@@ -69,11 +69,11 @@ class Lookup:
     ----------
     name : of the table in C
     values : entries of the table
-    batch : entries in a separate line at most; 0 for all in one
+    apart : whether the entries of a table stand in lines of their own
     """
 
-    def __init__(self, name: str, values: Sequence[int], batch: int = 0) -> None:
-        self.name, self.values, self.batch = name, tuple(values), batch
+    def __init__(self, name: str, values: Sequence[int], apart: bool = False) -> None:
+        self.name, self.values, self.apart = name, tuple(values), apart
         self.tables: list[tuple[str, tuple[int, ...]]] = []
         self.ranges: list[tuple[int, str]] = []
         if len(self.values) >= _LONG:
@@ -108,7 +108,7 @@ class Lookup:
         if is_even:
             text = place(first[0], first[1] - first[0], inner)
         else:
-            name = f"{self.name}{len(self.tables) or ''}"
+            name = f"{self.name}_{len(self.tables)}" if self.tables else self.name
             self.tables.append((name, first))
             text = f"{name}[{inner}]"
         if stretch.count == 1:
@@ -121,7 +121,7 @@ class Lookup:
         indent, result = "    " * depth, ""
         behind = f" /* {note} */" if note else ""
         for name, values in self.tables:
-            if self.batch:
+            if self.apart:
                 result += integers(name, values, depth)
             else:
                 texts = ", ".join(map(str, values))
@@ -136,6 +136,43 @@ class Lookup:
             return str(self.values[int(index)])
         text = chosen(self.ranges, "@").replace("@", index)
         return text if text.isdigit() else f"({text})"
+
+
+class RowLookup:
+    """Rows of places in an array, one for each element; rows that repeat, moved by a step each period, are stored once.
+
+    Parameters
+    ----------
+    rows : places of each element
+
+    Attributes
+    ----------
+    rows : the stored rows
+    row, moved : as texts of ``element``, the stored row of an element and the distance by which its places are moved;
+        empty if each element has a row of its own
+    """
+
+    def __init__(self, rows: Sequence[Sequence[int]]) -> None:
+        self.rows, self.row, self.moved = rows, "", ""
+        if len(rows) < _LONG:
+            return
+        repeats = stretches([*zip(*rows, strict=True)], [True] * len(rows[0]))
+        if len(repeats) > _RANGES or 4 * sum(stretch.period for stretch in repeats) > len(rows):
+            return
+        kept: list[Sequence[int]] = []
+        at: list[tuple[int, str]] = []
+        by: list[tuple[int, str]] = []
+        for stretch in repeats:
+            start, period, before = stretch.start, stretch.period, len(kept)
+            kept += rows[start : start + period]
+            counter = f"(element - {start})" if start else "element"
+            after = rows[start + period] if stretch.count > 1 else rows[start]
+            steps = {there - here for there, here in zip(after, rows[start], strict=True)}
+            if len(steps) > 1:
+                return
+            at.append((stretch.stop, place(before, 1, f"{counter} % {period}" if stretch.count > 1 else counter)))
+            by.append((stretch.stop, place(0, *steps, f"({counter} / {period})")))
+        self.rows, self.row, self.moved = kept, chosen(at, "element"), chosen(by, "element")
 
 
 def integers(name: str, values: Sequence[int], depth: int = 0) -> str:
