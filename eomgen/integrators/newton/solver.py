@@ -142,7 +142,7 @@ def make_solver(
         return Solver(unknowns, samples.packing, terms, elimination, None, growth)
     operations = growth * elimination.operations
     most = min(FRONTS_UNROLLED, operations / 2)
-    if fewest_operations(elimination) <= most:
+    if fewest_operations(elimination, list(values)) <= most:
         fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
         repetitions = REPETITIONS if operations <= UNROLLED / 2 else 2
         repeated = operations > UNROLLED or growth * len(fronts.kind_of) >= repetitions * len(fronts.kinds)
@@ -374,6 +374,7 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
         "size": elimination.size,
         "rows": list(elimination.rows),
         "columns": list(elimination.columns),
+        "diagonal": diagonal,
         "factors": start[-1],
         "operations": elimination.operations,
     }

@@ -15,7 +15,7 @@ tree this is the elimination of one body after the other from the tips to the ro
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import Any
 
@@ -255,19 +255,33 @@ class Fronts:
         )
 
 
-def fewest_operations(elimination: Elimination) -> int:
-    """Return a lower bound of ``Fronts.operations``, which is found without fronts.
+def fewest_operations(elimination: Elimination, entries: Iterable[MatrixIndex]) -> int:
+    """Return a lower bound of ``Fronts.operations``, which is found without fronts; ``entries`` as of ``make_fronts``.
 
-    Fronts of one kind agree in the numbers of rows and columns of their pivots; each such shape is counted once.
+    Fronts of one kind agree in the numbers of rows and columns of their pivots, and in the matrix' entries among these;
+    each such shape is counted once.
     """
     starts = [start for start in elimination.stages if start < elimination.size]
-    below = [0] * elimination.size
-    for across in elimination.lower:
-        for column in across:
-            below[column] += 1
-    pivots = list(zip(below, map(len, elimination.upper), strict=True))
-    shapes = {tuple(pivots[start:end]) for start, end in zip(starts, [*starts[1:], elimination.size], strict=True)}
-    return sum(rows * columns for shape in shapes for rows, columns in shape)
+    below = _rows_below(elimination)
+    there = _at_positions(elimination, entries)
+    shapes: dict[Hashable, int] = {}
+    for start, end in zip(starts, [*starts[1:], elimination.size], strict=True):
+        lines = [(pivot, elimination.upper[pivot], below[pivot]) for pivot in range(start, end)]
+        shape = tuple(
+            [
+                (tuple([(pivot, k) in there for k in across]), tuple([(k, pivot) in there for k in rows]))
+                for pivot, across, rows in lines
+            ]
+        )
+        shapes[shape] = sum(len(across) * len(rows) for _, across, rows in lines)
+    return sum(shapes.values())
+
+
+def _at_positions(elimination: Elimination, entries: Iterable[MatrixIndex]) -> dict[MatrixIndex, MatrixIndex]:
+    """Return entries of the matrix by their positions in the elimination."""
+    row_at = {row: position for position, row in enumerate(elimination.rows)}
+    column_at = {column: position for position, column in enumerate(elimination.columns)}
+    return {(row_at[row], column_at[column]): (row, column) for row, column in entries}
 
 
 def _rows_below(elimination: Elimination) -> list[list[int]]:
@@ -315,9 +329,7 @@ def make_fronts(elimination: Elimination, entries: Sequence[MatrixIndex], sided:
     ends = [*starts[1:], elimination.size]
     front_of = [number for number, (start, end) in enumerate(zip(starts, ends, strict=True)) for _ in range(start, end)]
     below = _rows_below(elimination)
-    row_at = {row: position for position, row in enumerate(elimination.rows)}
-    column_at = {column: position for position, column in enumerate(elimination.columns)}
-    at_positions = {(row_at[row], column_at[column]): (row, column) for row, column in entries}
+    at_positions = _at_positions(elimination, entries)
     live = _with_right_side(elimination, below, sided)
     fronts = [
         _Front(start, range(start, end), elimination, below, at_positions, starts, front_of, live)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from functools import lru_cache
 
 from eomgen.codegen.program import Addition, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.stretches import ranges
@@ -147,6 +148,11 @@ def _starts(items: Sequence[Addition]) -> dict[tuple[int, ...], int]:
         if item.starts:
             result.setdefault(item.starts, number)
     return result
+
+
+@lru_cache(64)  # of the additions of a loop, declared before they are read
+def _lookup(name: str, values: tuple[int, ...]) -> Lookup:
+    return Lookup(name, values, len(values) > _IN_ONE_LINE)
 
 
 class CNames:
@@ -352,24 +358,23 @@ class CNames:
             tables |= {f"column{number}": item.columns, f"place{number}": item.places}
         tables = {name: values for name, values in tables.items() if len(ranges(values)) > 1}
         tables |= {f"start{number}": starts for starts, number in _starts(items).items()}
-        lookups = (Lookup(name, values, len(values) > _IN_ONE_LINE) for name, values in tables.items())
-        return "".join(item.declaration() for item in lookups)
+        return "".join(_lookup(name, values).declaration() for name, values in tables.items())
 
     @staticmethod
     def addition(items: Sequence[Addition], number: int, count: int) -> str:
         """Return the statements that add a part of the row of an element to an output."""
         item = items[number]
 
-        def at(name: str, values: Sequence[int]) -> str:
+        def at(name: str, values: tuple[int, ...]) -> str:
             (_, start, step), *more = ranges(values)
-            return Lookup(f"{name}{number}", values).at("j") if more else place(start, step, "j")
+            return _lookup(f"{name}{number}", values).at("j") if more else place(start, step, "j")
 
         conditions = [f"element >= {item.first}"] if item.first else []
         conditions += [f"element < {item.end}"] if item.end < count else []
         element = f"(element - {item.first})" if item.first else "element"
         at_place = at("place", item.places)
         if item.starts:
-            start = Lookup(f"start{_starts(items)[item.starts]}", item.starts).at("element")
+            start = _lookup(f"start{_starts(items)[item.starts]}", item.starts).at("element")
             at_place = start if at_place == "0" else f"{start} + {at_place}"
         target = f"r{item.output}[{moved(at_place, item.step, element)}]"
         value = f"row[{at('column', item.columns)}]"

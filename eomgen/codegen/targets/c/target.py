@@ -408,9 +408,9 @@ def _numbers(context: _Context, files: Mapping[str, str]) -> tuple[str, tuple[st
     """Return the fingerprint of the files with the numbers, and name and text of the file of the numbers."""
     name, template = f"{context.program.prefix}_numbers.c", "c/model/numbers.c.jinja"
     tables = [table for table in context.number_tables.values() if table.values]
-    texts: dict[str, Any] = {"first": True, "number_tables": tables}
-    mark = fingerprint({**files, name: context.render(template, mark="", **texts)})
-    return mark, (name, context.render(template, mark=mark, **texts))
+    text = context.render(template, mark="", first=True, number_tables=tables)
+    mark = fingerprint({**files, name: text})
+    return mark, (name, text.replace('fingerprint[] = ""', f'fingerprint[] = "{mark}"', 1))
 
 
 def _of_part(function: ProgramFunction, part: int) -> str:
