@@ -13,7 +13,7 @@ from eomgen.codegen.program import Statement
 from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.scheduling.stretches import counted, ranges, stretches
 from eomgen.codegen.targets.c.printer import Printer
-from eomgen.codegen.targets.c.tables import Lookup, nonzeros, places_of_fronts, repeated
+from eomgen.codegen.targets.c.tables import Lookup, RowLookup, nonzeros, places_of_fronts, repeated
 from eomgen.codegen.targets.c.templates import environment
 
 #: Places of six entries in each of 40 elements, where the ends of the chain differ.
@@ -190,3 +190,20 @@ def test_rows_of_fronts_count_where_they_are_regular() -> None:
     ]
     assert places_of_fronts([[k, place] for k, place in enumerate(WILD)]) == []
     assert places_of_fronts([[0, k] for k in range(9)]) == []
+
+
+def test_rows_of_places_are_stored_for_one_period(tmp_path: Path) -> None:
+    """A head, 30 periods of three rows moved by 10, and an end, against each of the given rows; others keep theirs."""
+    periods = [(10 * k + a, 10 * k + b) for k in range(30) for a, b in ((5, 8), (1, 4), (9, 2))]
+    rows = [(7, 3), (2, 2), *periods, (900, 17)]
+    made = RowLookup(rows)
+    assert len(made.rows) <= 8
+    stored = ", ".join(f"{{ {one}, {other} }}" for one, other in made.rows)
+    head = "#include <stdio.h>\nint main(void)\n{\n    int element;\n"
+    text = f"{head}    static const int places[{len(made.rows)}][2] = {{ {stored} }};\n"
+    text += f"    for (element = 0; element < {len(rows)}; ++element) {{\n"
+    text += f"        const int *const at = places[{made.row}], by = {made.moved};\n"
+    text += '        printf("%d %d\\n", at[0] + by, at[1] + by);\n    }'
+    assert printed(text, tmp_path) == [float(place) for row in rows for place in row]
+    uneven = [(k, 2 * k) for k in range(100)]
+    assert (RowLookup(uneven).rows, RowLookup(uneven).row) == (uneven, "")
