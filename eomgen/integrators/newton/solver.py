@@ -414,9 +414,9 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
 def _kinds_of_rows(
     elimination: Elimination, entry_start: Sequence[int], entry_columns: Sequence[int]
 ) -> dict[str, list[int]]:
-    """Return the kind of each row: rows of one kind have equal distances from the diagonal to their factors and entries.
+    """Return the kind of each row: rows of one kind have factors and entries at equal distances from the diagonal.
 
-    ``begin`` and ``entry_begin`` are the places of the first distance of each kind, with the numbers of all distances at
+    ``begin`` and ``entry_begin`` are the places of the first distance of each kind, and the number of all distances at
     the end; ``left`` is the number of factors to the left of the diagonal.
     """
     kinds: dict[tuple[tuple[int, ...], tuple[int, ...]], int] = {}

@@ -167,11 +167,11 @@ class RowLookup:
             kept += rows[start : start + period]
             counter = f"(element - {start})" if start else "element"
             after = rows[start + period] if stretch.count > 1 else rows[start]
-            steps = {there - here for there, here in zip(after, rows[start], strict=True)}
-            if len(steps) > 1:
+            step = after[0] - rows[start][0]
+            if any(there - here != step for there, here in zip(after, rows[start], strict=True)):
                 return
             at.append((stretch.stop, place(before, 1, f"{counter} % {period}" if stretch.count > 1 else counter)))
-            by.append((stretch.stop, place(0, *steps, f"({counter} / {period})")))
+            by.append((stretch.stop, place(0, step, f"({counter} / {period})")))
         self.rows, self.row, self.moved = kept, chosen(at, "element"), chosen(by, "element")
 
 
