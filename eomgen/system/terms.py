@@ -269,6 +269,13 @@ _PLAIN = (
         on_request=True,
     ),
     Term(
+        "reaction_partials",
+        ("p", "t", "q", "v", "lam", "u", "base"),
+        "partials of the constraint forces B^T lam in q (left-trivialised), and in the tunable parameters",
+        exists=_CONSTRAINED,
+        on_request=True,
+    ),
+    Term(
         "joint_velocities",
         ("p", "t", "q", "v", "a", "base"),
         "velocities and accelerations of joints between absolute bodies, and their partials in q (left-trivialised)"

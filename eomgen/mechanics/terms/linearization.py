@@ -91,6 +91,18 @@ def acceleration_partials(derivation: Derivation) -> list[Block]:
         return _by_state(derivation, rows, ("Aq", "Av"), "d(B a + g)", "left-trivialised, a held")
 
 
+def reaction_partials(derivation: Derivation) -> list[Block]:
+    """Return N, the left-trivialised partials of B^T lam in q; Np, in the tunable parameters, if B depends on these."""
+    calculus, nv = derivation.calculus(), derivation.tree.nv
+    forces = calculus.forces()
+    with derivation.tape.block("partials of the constraint forces"):
+        entries = [value for row in calculus.by_configuration(forces) for value in row]
+    blocks = [derivation.block("N", (nv, nv), entries, "d(B^T lam)/dq, left-trivialised, lam held")]
+    partials = ParameterDirections(derivation)
+    of_parameters = partials.of([value.ref for value in forces], "Np", "d(B^T lam)")
+    return [*blocks, of_parameters] if set(of_parameters.refs) - {ZERO} else blocks
+
+
 def constraint_acceleration(derivation: Derivation) -> list[Block]:
     """Return B a + g, (rows,), m/s^2 or 1/s^2."""
     (B,), (g,) = derivation.constraint_jacobian(), derivation.constraint_bias()

@@ -20,6 +20,7 @@ from eomgen.mechanics.terms.linearization import (
     output_parameter_partials,
     output_partials,
     parameter_partials,
+    reaction_partials,
     second_partials,
 )
 from eomgen.mechanics.terms.regressor import regressor_blocks, regressor_parameters
@@ -92,6 +93,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "output_parameter_partials": output_parameter_partials,
     "input_derivatives": input_derivatives,
     "second_partials": second_partials,
+    "reaction_partials": reaction_partials,
     "joint_velocities": joint_velocity_partials,
     "regressor": regressor_blocks,
     "regressor_parameters": regressor_parameters,

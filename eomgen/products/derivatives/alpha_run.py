@@ -66,9 +66,9 @@ def step_matrices(
     B = (equations.of("constraint_jacobian", values)["B"] if begun is None else begun.B)[:, :nh]
     moved = _predicted_exponents(before, after, a, coefficients) - theta / coefficients[0]  # W B^T eta
     G, eta, reaction = reactions(B, inverse_inertia, moved)
-    N, Np = equations.reaction_partials(values, eta, begun)
+    N, Np = equations.reaction_partials(values, eta)
     W = np.broadcast_to(inverse_inertia, (count, nv))[:, :, np.newaxis]
-    N *= W
+    N = W * N
     if any(Np.strides):
         Np = W * Np
     return StepMatrices(**blocks, A=A, T=T, G=G, N=N, Np=Np, reaction=reaction), eta

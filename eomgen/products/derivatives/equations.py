@@ -24,6 +24,7 @@ _TERMS = (
         "constraint_bias",
         "velocity_partials",
         "acceleration_partials",
+        "reaction_partials",
         "outputs",
         "output_partials",
     ),
@@ -442,39 +443,27 @@ class Equations:
 
     def acceleration_parameters(self, values: Mapping[str, Array]) -> Array:
         """Return the partials of the constraints' accelerations in the parameters, (n, rows, parameters)."""
-        count = len(values["t"])
-        result = self._parameters(self.of("parameter_partials", values), "Ap", self.nl, count)
-        return np.concatenate([result, np.zeros((count, self.nl, self.driven))], axis=2)
+        result = self.parameter_rows(values, "Ap", self.nl)
+        return np.concatenate([result, np.zeros((len(result), self.nl, self.driven))], axis=2)
 
-    def reaction_partials(
-        self, values: Mapping[str, Array], eta: Array, known: EquationBlocks | None = None
-    ) -> tuple[Array, Array]:
+    def parameter_rows(self, values: Mapping[str, Array], name: str, rows: int) -> Array:
+        """Return a block of ``parameter_partials`` in the chosen parameters, (n, rows, parameters)."""
+        found = self.of("parameter_partials", values) if self.chosen else {}
+        return self._parameters(found, name, rows, len(values["t"]))
+
+    def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
-        parameters): differences of the partials of the residual, which is linear in the multipliers; ``known``: the
-        partials of e at the same states, if they have been evaluated."""
-        nv, count, lam = self.nv, len(eta), np.zeros_like(values["lam"])
+        parameters)."""
+        lam = np.zeros_like(values["lam"])
         lam[:, : self.holonomic] = eta
-        still, share = {**values, "v": np.zeros_like(values["v"]), "a": np.zeros_like(values["a"])}, 1.0
-        if known is not None:  # as large as the multipliers, which leaves no digits less
-            sizes = [float(np.max(np.abs(array), initial=0.0)) for array in (values["lam"], eta)]
-            share = sizes[0] / sizes[1] if all(sizes) else 1.0
-            still, lam = dict(values), values["lam"] + share * lam
-        none = np.zeros_like(lam)
-        first = self.of("partials", {**still, "lam": lam})["K"]
-        last = self.of("partials", {**still, "lam": none})["K"] if known is None else known.Rq
-        of_parameters = self._zeros(count, nv, self.parameters)
-        if "lam" in self.model.functions.inputs("parameter_partials") if self.chosen else False:
-            pair = [self._parameters(self.of("parameter_partials", {**still, "lam": lam}), "Rp", nv, count)]
-            if known is None:
-                pair.append(self._parameters(self.of("parameter_partials", {**still, "lam": none}), "Rp", nv, count))
-            else:
-                pair.append(known.Rp[:, :, : len(self.chosen)])
-            of_parameters = (pair[0] - pair[1]) / share
-            if self.driven:
-                of_parameters = np.concatenate([of_parameters, self._zeros(count, nv, self.driven)], axis=2)
-        of_q = first - last
-        of_q /= share
-        return of_q, of_parameters
+        found = self.of("reaction_partials", {**values, "lam": lam})
+        of_parameters = self._parameters(found, "Np", self.nv, len(eta))
+        if self.driven and any(of_parameters.strides):
+            none = self._zeros(len(eta), self.nv, self.driven)
+            of_parameters = np.concatenate([of_parameters, none], axis=2)
+        elif self.driven:
+            of_parameters = self._zeros(len(eta), self.nv, self.parameters)
+        return found["N"], of_parameters
 
     def output_values(self, values: Mapping[str, Array]) -> Array:
         """Return the outputs, (n, outputs)."""

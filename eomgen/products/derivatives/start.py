@@ -20,6 +20,7 @@ begin with their rates alone.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -132,13 +133,12 @@ def moved_positions(
         partials = equations.partials(values)
         rows = slice(equations.nv + equations.nz, equations.nv + equations.nz + nh)
         B = partials.Jq[0, rows]
-        off = equations.of("constraint", values)["Phi"][0, :nh]
-        change = B @ dq + partials.P[0, rows] @ dp
-        c, dc = _correction(equations, values, partials.Ja[0, : equations.nv], B, (off, change), (dq, dp))
-        size = float(np.max(np.abs(c), initial=0.0))
+        step = _Correction.of(partials, B, equations.of("constraint", values)["Phi"][0, :nh])
+        c, size = step.c, float(np.max(np.abs(step.c), initial=0.0))
         largest = max(largest, size)
         if size <= _LAST * max(largest, 1.0):
             break
+        dc = step.changes(equations, values, partials, B @ dq + partials.P[0, rows] @ dp, (dq, dp))
         turns = c * [unit == "rad/s" for unit in equations.model.v_units]
         k = int(np.argmax(np.abs(turns)))
         if (turn := abs(turns[k])) > 1.0:  # steps turn by 1 rad at most
@@ -165,42 +165,54 @@ def moved_velocities(
     B = partials.Jv[0, rows]
     w = equations.of("constraint_velocity", values)["w"][0, :nl]
     change = partials.Jq[0, rows] @ dq + B @ dv + partials.P[0, rows] @ dp
-    _, dc = _correction(equations, values, partials.Ja[0, :nv], B, (w, change), (dq, dp))
-    moved: Array = dv - dc
+    moved: Array = dv - _Correction.of(partials, B, w).changes(equations, values, partials, change, (dq, dp))
     return moved
 
 
-def _correction(
-    equations: Equations,
-    values: dict[str, Array],
-    M: Array,
-    B: Array,
-    off: tuple[Array, Array],
-    along: tuple[Array, Array],
-) -> tuple[Array, Array]:
-    """Return c with M c = B^T sigma, B c = off, and the changes of c; ``off``: with changes; ``along``: dq, dp."""
-    nv, count = len(M), len(B)
-    matrix = np.block([[M, -B.T], [B, np.zeros((count, count))]])
-    solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off[0]]))
-    c, sigma = solution[:nv], solution[nv:]
-    rows = {name: array if name == "p" else np.repeat(array, 3, axis=0) for name, array in values.items()}
-    at_rest, pushed, moving = 0, 1, 2
-    rows |= {"v": np.zeros((3, nv)), "a": np.zeros((3, nv)), "lam": np.zeros((3, equations.nl))}
-    rows["a"][pushed], rows["lam"][pushed, :count], rows["v"][moving] = c, -sigma, c
-    partials = equations.partials(rows)
-    forces = _difference(partials, pushed, at_rest, along)[:nv]
-    first = nv + equations.nz + equations.holonomic
-    rates = _difference(partials, moving, at_rest, along)[first : first + count]
-    right = np.concatenate([-forces, off[1] - rates])
-    changes = np.linalg.solve(matrix, right)
-    return c, changes[:nv]
+@dataclass(frozen=True)
+class _Correction:
+    """A step c onto constraints, with M c = B^T sigma and B c = off; ``matrix``: of these equations."""
 
+    c: Array
+    sigma: Array
+    matrix: Array
 
-def _difference(partials: EquationPartials, one: int, other: int, along: tuple[Array, Array]) -> Array:
-    """Return changes of e at one row minus changes at another, along dq and dp."""
-    of_q, of_p = partials.Jq[one] - partials.Jq[other], partials.P[one] - partials.P[other]
-    result: Array = of_q @ along[0] + of_p @ along[1]
-    return result
+    @classmethod
+    def of(cls, partials: EquationPartials, B: Array, off: Array) -> _Correction:
+        """Return the step by which the rows B change by ``off``."""
+        count, nv = B.shape
+        matrix = np.block([[partials.Ja[0, :nv], -B.T], [B, np.zeros((count, count))]])
+        solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off]))
+        return cls(solution[:nv], solution[nv:], matrix)
+
+    def changes(
+        self,
+        equations: Equations,
+        values: dict[str, Array],
+        partials: EquationPartials,
+        of_off: Array,
+        along: tuple[Array, Array],
+    ) -> Array:
+        """Return the changes of c; ``values``: with accelerations and multipliers 0, ``along``: dq, dp.
+
+        The residual is affine in accelerations and multipliers, and rates of constraints in velocities.
+        """
+        (nv, count), (dq, dp) = (len(self.c), len(self.sigma)), along
+        lam = np.zeros((1, equations.nl))
+        lam[0, :count] = -self.sigma
+        pushed = {**values, "a": self.c[np.newaxis], "lam": lam}
+        moving = {**values, "v": values["v"] + self.c}
+        first = nv + equations.nz + equations.holonomic
+        rates = slice(first, first + count)
+        forces = (equations.of("partials", pushed)["K"][0] - partials.Jq[0, :nv]) @ dq
+        moved = (equations.of("velocity_partials", moving)["Z"][0, :count] - partials.Jq[0, rates]) @ dq
+        if equations.chosen:  # inputs push alike with and without the step
+            own = len(equations.chosen)
+            forces = forces + (equations.parameter_rows(pushed, "Rp", nv)[0] - partials.P[0, :nv, :own]) @ dp[:own]
+            by_p = equations.parameter_rows(moving, "Zp", equations.nl)[0, :count] - partials.P[0, rates, :own]
+            moved = moved + by_p @ dp[:own]
+        solution: Array = np.linalg.solve(self.matrix, np.concatenate([-forces, of_off - moved]))
+        return solution[:nv]
 
 
 def _values(
@@ -381,14 +393,8 @@ class LinearizedStart:
         """Return the accelerations at a state some share of the step ahead, with changes."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
-        zeros = np.zeros((1, nv)), np.zeros((1, nl))
-        times = np.array([self.t + share * self.step])
-        given = self.prescribed_at(share)
-        states = States(times, q[None], v[None], zeros[0], zeros[1], self.z[None])
-        values = equations.values(states, given, self.moved_inputs(times))
-        vdot, lam = self._solved(values)
-        values["a"], values["lam"] = vdot[None], lam[None]
-        partials = equations.partials(values)
+        values, partials = self._accelerated(share, q, v) if share else self.first
+        vdot = values["a"][0]
         right = partials.Jq[0] @ along.dq + partials.Jv[0] @ along.dv + partials.Jz[0] @ along.dz
         right = right + partials.P[0] @ along.dp
         dzdot = -right[nv : nv + nz]
@@ -397,7 +403,7 @@ class LinearizedStart:
             dvdot = np.linalg.solve(M, -right[:nv])
             none = np.zeros((0, right.shape[1]))
             return Stage(values, partials, along, vdot, dvdot, none, dzdot, theta, dtheta, M, *np.zeros((2, 0, nv)))
-        B = equations.of("constraint_jacobian", values)["B"][0]
+        B = partials.Jv[0, nv + nz + equations.holonomic :]
         by_state = equations.of("acceleration_partials", values)
         below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
         below = below + equations.acceleration_parameters(values)[0] @ along.dp
@@ -407,11 +413,26 @@ class LinearizedStart:
         dvdot, dlam = solution[:nv], solution[nv:]
         return Stage(values, partials, along, vdot, dvdot, dlam, dzdot, theta, dtheta, matrix, *of_constraints)
 
+    @cached_property
+    def first(self) -> tuple[dict[str, Array], EquationPartials]:
+        """Input blocks at the start, with its accelerations and multipliers, and the partials of e there."""
+        return self._accelerated(0.0, self.q, self.v)
+
+    def _accelerated(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
+        equations = self.equations
+        zeros = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
+        times = np.array([self.t + share * self.step])
+        states = States(times, q[None], v[None], *zeros, self.z[None])
+        values = equations.values(states, self.prescribed_at(share), self.moved_inputs(times))
+        vdot, lam = self._solved(values)
+        values["a"], values["lam"] = vdot[None], lam[None]
+        return values, equations.partials(values)
+
     def _solved(self, values: dict[str, Array]) -> tuple[Array, Array]:
         """Return vdot and the multipliers at one state."""
         if self.equations.nl:
-            vdot, lam = accelerations(self.equations.model.functions, values)
-            return vdot[0], lam[0]
+            one = {name: array if name == "p" else array[0] for name, array in values.items()}
+            return accelerations(self.equations.model.functions, one)
         (residual,) = self.equations.of("residual", values).values()
         (M,) = self.equations.of("mass", values).values()
         return np.linalg.solve(M[0], -residual[0]), np.zeros(0)
@@ -428,22 +449,17 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     """
     equations = start.equations
     nv, nz, nh = equations.nv, equations.nz, equations.holonomic
-    states = States(
-        np.array([start.t]), start.q[None], start.v[None], np.zeros((1, nv)), np.zeros((1, equations.nl)), start.z[None]
-    )
-    given = start.prescribed_at(0.0)
-    values = equations.values(states, given)
-    partials = equations.partials(values)
+    times, given, (_, partials) = np.array([start.t]), start.prescribed_at(0.0), start.first
     M = partials.Ja[0][:nv]
     by_q, by_v, by_p = partials.Jq[0][nv + nz :], partials.Jv[0][nv + nz :], partials.P[0][nv + nz :]
     dq, dv, far = along.dq, along.dv, start.moved_far
     if nh:
         if far:
-            dq = moved_positions(equations, start.asked, states.t, given, dq, along.dp)
+            dq = moved_positions(equations, start.asked, times, given, dq, along.dp)
         dq = dq - _nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
     if far:
         behind = InitialState(start.q, start.asked.v, start.z)
-        dv = moved_velocities(equations, behind, states.t, given, dq, dv, along.dp)
+        dv = moved_velocities(equations, behind, times, given, dq, dv, along.dp)
     rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
     dv = dv - _nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:
@@ -468,9 +484,10 @@ def inertia_partials(start: LinearizedStart) -> tuple[Array, Array]:
     )
     given = start.prescribed_at(0.0)
     repeated = PrescribedInputs(*(None if array is None else np.repeat(array, nv + 1, axis=0) for array in given))
-    moving = equations.partials(equations.values(many, repeated))
-    by_q, by_p = ((array[1:] - array[:1])[unit, unit] for array in (moving.Jq, moving.P))
-    return by_q, by_p
+    moving = equations.values(many, repeated)
+    of_residual = [equations.of("partials", moving)["K"], equations.parameter_rows(moving, "Rp", nv)]
+    by_q, by_p = ((array[1:] - array[:1])[unit, unit] for array in of_residual)
+    return by_q, np.concatenate([by_p, np.zeros((nv, equations.driven))], axis=1)
 
 
 def _nearest(M: Array, B: Array, off: Array) -> Array:

@@ -305,7 +305,11 @@ class _Recorder:
     @cached_property
     def residual(self) -> list[Scalar]:
         """M a + h - Q + B^T lam."""
-        result = list(self.inverse_dynamics)
+        return self._with_reactions(self.inverse_dynamics)
+
+    def _with_reactions(self, values: Sequence[Scalar]) -> list[Scalar]:
+        """Return values + B^T lam."""
+        result = list(values)
         for multiplier, tangent in zip(self.lam, self.slopes, strict=True):
             for place, ref in tangent.items():
                 result[place] = result[place] + Scalar(self.tape, ref) * multiplier
@@ -463,6 +467,13 @@ class _Recorder:
         rows = self.row_accelerations
         return [self.in_block("Aq", rows, self.q, "a held"), self.in_block("Av", rows, self.v, "a held")]
 
+    def reaction_partials(self) -> list[Block]:
+        """Partials of B^T lam in q and in the parameters."""
+        forces = [item.ref for item in self._with_reactions([Scalar(self.tape, ZERO)] * self.count)]
+        p = self.algebra.block("p", len(self.document.parameters))
+        blocks = [self.in_block("N", forces, self.q, "d(B^T lam) / dq")]
+        return [*blocks, self.in_block("Np", forces, p, "d(B^T lam) / dp")] if p else blocks
+
     # -- parameters ---------------------------------------------------------------------------------------------------
 
     def parameter_partials(self) -> list[Block]:
@@ -510,6 +521,7 @@ _TERMS: Mapping[str, Callable[[_Recorder], list[Block]]] = {
     "outputs": lambda made: [Block("y", (len(made.document.speeds),), made.document.outputs)],
     "linearization": _Recorder.linearization,
     "acceleration_partials": _Recorder.acceleration_partials,
+    "reaction_partials": _Recorder.reaction_partials,
     "output_partials": _Recorder.output_partials,
     "parameter_partials": _Recorder.parameter_partials,
     "output_parameter_partials": _Recorder.output_parameter_partials,
