@@ -26,6 +26,8 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.tape import Ref
 from eomgen.system.description import BASE
 
 _SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -165,6 +167,12 @@ class AbsoluteStartEquations:
         self._scene, self._derivation = scene, Derivation(scene)
         self._with_beams = any(isinstance(element, CosseratBeam) for element in scene.elements)
         self._bodies = None if self._with_beams else BodiesAtStart(scene)
+        #: Numbers of the parameters that move the bodies; masses do not.
+        self._moving: set[int] = set()
+        if self._bodies is not None:
+            places = _places(self._derivation)
+            inputs = self._derivation.tape.depends_on(places) | self._bodies.depends_on()
+            self._moving = {symbol.index for symbol in inputs if symbol.block == "p"}
 
     def at(self, parameters: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return q, (nq,), and v, (nv,)."""
@@ -183,11 +191,13 @@ class AbsoluteStartEquations:
         scene, factors = _changed(self._scene, parameters), self._derivation.tree.factors
         tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
         values = _defaults(scene)["p"]
-        q = np.array(_absolute_start(self._derivation, self._bodies, {"p": values})[0])
         slopes = np.zeros((2, self._derivation.tree.nv, len(names)))
-        for column, name in enumerate(names):
+        moving = [(column, tunable.index(name)) for column, name in enumerate(names)]
+        moving = [(column, number) for column, number in moving if number in self._moving]
+        q = np.array(_absolute_start(self._derivation, self._bodies, {"p": values})[0]) if moving else slopes[0]
+        for column, number in moving:
             moved = values.astype(complex)
-            moved[tunable.index(name)] += 1j * _TINY
+            moved[number] += 1j * _TINY
             at, v = _absolute_start(self._derivation, self._bodies, {"p": moved})
             slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
         return slopes[0], slopes[1]
@@ -205,8 +215,7 @@ def _absolute_start(
     """Return q and v of the absolute bodies with real or complex parameters p."""
     poses, twists, angles = bodies(p)
     numbers = {body.name: number for number, body in enumerate(derivation.scene.bodies)}
-    places = [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]
-    offsets = -evaluate(derivation.tape, places, p).reshape(-1, 3)
+    offsets = -evaluate(derivation.tape, _places(derivation), p).reshape(-1, 3)
     nq = sum(factor.q_size for factor in derivation.tree.factors)
     q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv, dtype=angles.dtype)
     for link, factor, offset in zip(derivation.tree.links, derivation.tree.factors, offsets, strict=True):
@@ -223,6 +232,11 @@ def _absolute_start(
             case _:
                 q[position][:3], v[speed][:3] = pose[4:] + R @ offset, R @ velocity
     return q, v
+
+
+def _places(derivation: Derivation) -> list[Ref]:
+    """Return the positions of the links' mounts, three numbers each."""
+    return [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]
 
 
 def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:
@@ -244,6 +258,10 @@ class BodiesAtStart:
         self._base = None
         if scene.base is not None:
             self._base = [value.ref for value in base_law(tree.algebra, scene.base, tree.tree.parameters)]
+
+    def depends_on(self) -> set[InputSymbol]:
+        """Return the inputs on which poses, twists and angles depend."""
+        return self._tape.depends_on([ref for part in (*self._parts, self._base or ()) for ref in part])
 
     def __call__(self, p: Mapping[str, NDArray[Any]]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any]]:
         """Return poses (bodies, 7), twists (bodies, 6) and counted angles with real or complex parameters."""

@@ -522,14 +522,15 @@ static int eg_vanishes(const double *x)
 
 /* Multipliers eta of velocities in steps: (B W B^T) eta = B moved. B of step k begins at B + k stride; W, (nv), is the same
  * for all steps or, with w_stride = nv, each step's own. moved: (nv) of each step. Fills G = B W (nh, nv), eta (nh) and
- * B^T eta (nv) of each step. room: (nh nh + 2 nh nv + nh + nv) EG_LANES. Returns the number of the first step without a
+ * B^T eta (nv) of each step. room: (nh nh + 2 nh nv + 2 nh + nv) EG_LANES. Returns the number of the first step without a
  * solution, else the number of steps. */
 EG_SEEN long eomgen_step_reactions(long steps, long nv, long nh, const double *B, long stride, const double *W,
     long w_stride, const double *moved, double *G, double *eta, double *reaction, double *room)
 {
     double *S = room, *X = S + nh * nh * EG_LANES, *Y = X + nh * nv * EG_LANES, *x = Y + nh * nv * EG_LANES,
         *r = x + nh * EG_LANES;
-    long k, i, j, t, w;
+    long *some = (long *)(void *)(r + nv * EG_LANES); /* of a row or column the places that are not zero */
+    long k, i, j, t, w, m, n;
     for (k = 0; k < steps; k += EG_LANES) {
         const long count = k + EG_LANES <= steps ? EG_LANES : steps - k;
         for (w = 0; w < EG_LANES; ++w) {
@@ -545,14 +546,17 @@ EG_SEEN long eomgen_step_reactions(long steps, long nv, long nh, const double *B
         }
         memset(S, 0, (size_t)(nh * nh * EG_LANES) * sizeof *S);
         memset(x, 0, (size_t)(nh * EG_LANES) * sizeof *x);
-        for (i = 0; i < nh; ++i)
-            for (t = 0; t < nv; ++t) {
-                if (eg_vanishes(Y + (i * nv + t) * EG_LANES))
-                    continue;
-                for (j = i; j < nh; ++j)
-                    eg_lanes_add(S + (i * nh + j) * EG_LANES, 1.0, Y + (i * nv + t) * EG_LANES, X + (j * nv + t) * EG_LANES);
-                eg_lanes_add(x + i * EG_LANES, 1.0, X + (i * nv + t) * EG_LANES, r + t * EG_LANES);
+        for (t = 0; t < nv; ++t) {
+            for (i = 0, n = 0; i < nh; ++i)
+                if (!eg_vanishes(Y + (i * nv + t) * EG_LANES))
+                    some[n++] = i;
+            for (m = 0; m < n; ++m) {
+                const double *y = Y + (some[m] * nv + t) * EG_LANES;
+                for (j = m; j < n; ++j)
+                    eg_lanes_add(S + (some[m] * nh + some[j]) * EG_LANES, 1.0, y, X + (some[j] * nv + t) * EG_LANES);
+                eg_lanes_add(x + some[m] * EG_LANES, 1.0, X + (some[m] * nv + t) * EG_LANES, r + t * EG_LANES);
             }
+        }
         for (i = 0; i < nh; ++i) { /* rows of the upper factor, with the inverses of their pivots */
             double *pivot = S + (i * nh + i) * EG_LANES;
             for (w = 0; w < count; ++w)
@@ -560,15 +564,17 @@ EG_SEEN long eomgen_step_reactions(long steps, long nv, long nh, const double *B
                     return k + w;
             for (w = 0; w < EG_LANES; ++w)
                 pivot[w] = 1.0 / pivot[w];
-            for (j = i + 1; j < nh; ++j) {
+            for (j = i + 1, n = 0; j < nh; ++j)
+                if (!eg_vanishes(S + (i * nh + j) * EG_LANES))
+                    some[n++] = j;
+            for (m = 0; m < n; ++m) {
                 double factor[EG_LANES];
                 for (w = 0; w < EG_LANES; ++w)
-                    factor[w] = S[(i * nh + j) * EG_LANES + w] * pivot[w];
-                if (eg_vanishes(factor))
-                    continue;
-                for (t = j; t < nh; ++t)
-                    eg_lanes_add(S + (j * nh + t) * EG_LANES, -1.0, factor, S + (i * nh + t) * EG_LANES);
-                eg_lanes_add(x + j * EG_LANES, -1.0, factor, x + i * EG_LANES);
+                    factor[w] = S[(i * nh + some[m]) * EG_LANES + w] * pivot[w];
+                for (t = m; t < n; ++t)
+                    eg_lanes_add(S + (some[m] * nh + some[t]) * EG_LANES, -1.0, factor,
+                        S + (i * nh + some[t]) * EG_LANES);
+                eg_lanes_add(x + some[m] * EG_LANES, -1.0, factor, x + i * EG_LANES);
             }
         }
         for (i = nh - 1; i >= 0; --i) {

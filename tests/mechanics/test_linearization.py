@@ -131,6 +131,25 @@ def test_accelerations_of_constraints(coordinates: str, rng: np.random.Generator
         assert np.max(np.abs(expected)) > 0.1
 
 
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_constraint_forces(coordinates: str, rng: np.random.Generator) -> None:
+    """Against complex steps of the Jacobian times the multipliers."""
+    system, evaluate, state = state_of(
+        drone(coordinates, looped=True), ["constraint_jacobian", "reaction_partials"], rng
+    )
+
+    def forces(function: str, at: dict[str, Array]) -> dict[str, Array]:
+        B = evaluate("constraint_jacobian", at)["B"]
+        return {"force": (np.swapaxes(B, -1, -2) @ at["lam"][..., np.newaxis])[..., 0]}
+
+    found = evaluate("reaction_partials", state)
+    expected = jacobian(forces, system.factors, "", "force", state, "q")
+    assert relative_error(found["N"], expected, 2) <= 1e-12
+    assert np.max(np.abs(expected)) > 0.1
+    by_parameters = columns(forces, "", "force", state, "p", range(state["p"].shape[-1]))
+    assert relative_error(found["Np"], by_parameters, 2) <= 1e-12
+
+
 @pytest.mark.slow_except("0", "7")
 @pytest.mark.parametrize("seed", range(8))
 def test_random_trees(seed: int, rng: np.random.Generator) -> None:

@@ -95,6 +95,7 @@ def test_what_a_rigid_tree_on_a_base_at_rest_has_no_use_for() -> None:
     """By name, since the rows themselves decide what the other tests expect."""
     of_constraints = {name for name in TERMS if name.startswith("constraint")} | {"equations", "iteration"}
     of_constraints |= {"velocity_partials", "acceleration_partials", "jacobian_values", "joint_velocities"}
+    of_constraints |= {"reaction_partials"}
     of_others = {"internal_rate", "internal_partials", "outputs", "output_partials", "elastic"}
     of_others |= {"parameter_partials", "output_parameter_partials"}
     of_others |= {

@@ -68,7 +68,7 @@ def step_matrices(
     G, eta, reaction = reactions(B, inverse_inertia, moved)
     N, Np = equations.reaction_partials(values, eta)
     W = np.broadcast_to(inverse_inertia, (count, nv))[:, :, np.newaxis]
-    N = W * N
+    N = np.multiply(N, W, out=N if N.flags.writeable else None)
     if any(Np.strides):
         Np = W * Np
     return StepMatrices(**blocks, A=A, T=T, G=G, N=N, Np=Np, reaction=reaction), eta

@@ -150,7 +150,7 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
     W, moved = np.ascontiguousarray(W), np.ascontiguousarray(moved)
     from_start = ffi.cast("const double *", B.ctypes.data)
     pointers = [ffi.cast("double *", array.ctypes.data) for array in (W, moved, G, eta, reaction)]
-    room = ffi.from_buffer("double[]", np.empty(_LANES * (nh * nh + 2 * nh * nv + nh + nv)))
+    room = ffi.from_buffer("double[]", np.empty(_LANES * (nh * nh + 2 * nh * nv + 2 * nh + nv)))
     own = nv if W.ndim == 2 else 0
     done = lib.eomgen_step_reactions(
         count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room

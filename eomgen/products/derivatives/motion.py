@@ -22,7 +22,7 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.stepper import Stepper
 
 #: Bytes of rows that are kept; bytes of the matrices of a part; least and largest number of steps of a part.
-KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**24, 32, 2048
+KEPT_BYTES, PART_BYTES, SHORTEST, LONGEST = 2**25, 2**26, 32, 2048
 
 
 @dataclass(frozen=True)
