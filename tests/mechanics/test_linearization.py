@@ -147,7 +147,8 @@ def test_constraint_forces(coordinates: str, rng: np.random.Generator) -> None:
     assert relative_error(found["N"], expected, 2) <= 1e-12
     assert np.max(np.abs(expected)) > 0.1
     by_parameters = columns(forces, "", "force", state, "p", range(state["p"].shape[-1]))
-    assert relative_error(found["Np"], by_parameters, 2) <= 1e-12
+    assert not np.any(by_parameters)
+    assert "Np" not in found  # its rows hold places of frames, which no parameter moves
 
 
 @pytest.mark.slow_except("0", "7")

@@ -448,22 +448,22 @@ class Equations:
 
     def parameter_rows(self, values: Mapping[str, Array], name: str, rows: int) -> Array:
         """Return a block of ``parameter_partials`` in the chosen parameters, (n, rows, parameters)."""
-        found = self.of("parameter_partials", values) if self.chosen else {}
-        return self._parameters(found, name, rows, len(values["t"]))
+        partials = self.of("parameter_partials", values) if self.chosen else {}
+        return self._parameters(partials, name, rows, len(values["t"]))
 
     def reaction_partials(self, values: Mapping[str, Array], eta: Array) -> tuple[Array, Array]:
         """Return partials of B^T eta, holonomic rows alone, in q, (n, nv, nv), and in the parameters, (n, nv,
         parameters)."""
         lam = np.zeros_like(values["lam"])
         lam[:, : self.holonomic] = eta
-        found = self.of("reaction_partials", {**values, "lam": lam})
-        of_parameters = self._parameters(found, "Np", self.nv, len(eta))
+        forces = self.of("reaction_partials", {**values, "lam": lam})
+        of_parameters = self._parameters(forces, "Np", self.nv, len(eta))
         if self.driven and any(of_parameters.strides):
             none = self._zeros(len(eta), self.nv, self.driven)
             of_parameters = np.concatenate([of_parameters, none], axis=2)
         elif self.driven:
             of_parameters = self._zeros(len(eta), self.nv, self.parameters)
-        return found["N"], of_parameters
+        return forces["N"], of_parameters
 
     def output_values(self, values: Mapping[str, Array]) -> Array:
         """Return the outputs, (n, outputs)."""

@@ -180,8 +180,8 @@ class _Correction:
     @classmethod
     def of(cls, partials: EquationPartials, B: Array, off: Array) -> _Correction:
         """Return the step by which the rows B change by ``off``."""
-        count, nv = B.shape
-        matrix = np.block([[partials.Ja[0, :nv], -B.T], [B, np.zeros((count, count))]])
+        nv = B.shape[1]
+        matrix = _bordered(partials.Ja[0, :nv], B, -B.T)
         solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off]))
         return cls(solution[:nv], solution[nv:], matrix)
 
@@ -213,6 +213,14 @@ class _Correction:
             moved = moved + by_p @ dp[:own]
         solution: Array = np.linalg.solve(self.matrix, np.concatenate([-forces, of_off - moved]))
         return solution[:nv]
+
+
+def _bordered(M: Array, B: Array, across: Array) -> Array:
+    """Return M with B below and ``across`` to the right."""
+    count, nv = B.shape
+    matrix = np.zeros((nv + count, nv + count))
+    matrix[:nv, :nv], matrix[nv:, :nv], matrix[:nv, nv:] = M, B, across
+    return matrix
 
 
 def _values(
@@ -407,7 +415,7 @@ class LinearizedStart:
         by_state = equations.of("acceleration_partials", values)
         below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
         below = below + equations.acceleration_parameters(values)[0] @ along.dp
-        matrix = np.block([[M, B.T], [B, np.zeros((nl, nl))]])
+        matrix = _bordered(M, B, B.T)
         solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
         of_constraints = by_state["Aq"][0], by_state["Av"][0]
         dvdot, dlam = solution[:nv], solution[nv:]
