@@ -169,6 +169,7 @@ def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None =
     order = [body["name"] for body in bodies]
     numbers = {name: number for number, name in enumerate(order)}
     used = {end for spring in scenery["springs"] for end in (spring["first"], spring["second"])}
+    used |= {point for spring in scenery["springs"] for point in spring.get("path", ())}
 
     points = {
         item["name"]: {
@@ -202,9 +203,7 @@ def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None =
             for joint in scenery["joints"]
         ],
         "points": list(points.values()),
-        "springs": [
-            {**item, "first": points[item["first"]], "second": points[item["second"]]} for item in scenery["springs"]
-        ],
+        "springs": [carriers.line(item, points) for item in scenery["springs"]],
         "rods": [
             {"name": rod["name"], "ends": [carriers.place(end["body"], end["position"]) for end in rod["ends"]]}
             for rod in scenery["rods"]
@@ -249,6 +248,17 @@ class _Carriers:
             number, within = nearest_station(axis, position)
             return {"carrier": self.along[body][number], "position": within}
         return {"carrier": self.of(body), "position": position}
+
+    def line(self, line: Mapping[str, Any], points: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the data of a force between points, with all points and obstacles of one that is not straight."""
+        ends = {**line, "first": points[line["first"]], "second": points[line["second"]]}
+        if "path" not in line:
+            return ends
+        obstacles = [
+            {**item, **self.place(item["body"], item["position"]), "side": points[item["side"]] if item["side"] else None}
+            for item in line["obstacles"]
+        ]
+        return {**ends, "path": [points[name] for name in line["path"]], "obstacles": obstacles}
 
     def body(self, body: Mapping[str, Any]) -> dict[str, Any]:
         """Return the data of a body; a beam has the frames along its ``axis``, and ``ties`` from these frames."""

@@ -16,7 +16,7 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.results.beam_curves import axes_of, drawn_beams
 from eomgen.results.roads import heights_of, roads_of, surfaces_of
 from eomgen.results.solids import drawn_shape
-from eomgen.system.description import BASE, WORLD, Description, Drawing
+from eomgen.system.description import BASE, WORLD, Description, Drawing, Line
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -222,10 +222,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         "bodies": bodies,
         "joints": joints,
         "points": [{"name": name, **point, "trace": name in shown} for name, point in points.items()],
-        "springs": [
-            {"name": item.name, "first": item.first, "second": item.second, "elastic": item.elastic}
-            for item in drawing.lines
-        ],
+        "springs": [_line(item, vector) for item in drawing.lines],
         "rods": rods,
         "tyres": tyres,
         **({"shapes": shapes} if shapes else {}),
@@ -275,6 +272,26 @@ def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[
         whole = not shape.implied or away <= near
         result += [{**part, "whole": whole} for part in drawn_shape(shape, sizes, position)]
     return result
+
+
+def _line(line: Line, vector: Evaluated) -> dict[str, Any]:
+    """Return a force between points; one that is not straight with the names of its points, and its obstacles."""
+    where = f"tendons.{line.name}"
+    obstacles = [
+        {
+            "after": item.after,
+            "cylinder": item.cylinder,
+            "inside": item.inside,
+            "body": item.body,
+            "position": vector(where, item.position),
+            "axes": [list(row) for row in item.axes],
+            "radius": vector(where, [item.radius])[0],
+            "side": item.side,
+        }
+        for item in line.obstacles
+    ]
+    straight = {"name": line.name, "first": line.first, "second": line.second, "elastic": line.elastic}
+    return straight | ({"path": list(line.path), "obstacles": obstacles} if line.path else {})
 
 
 def _lengths(description: Description) -> list[float]:

@@ -272,14 +272,43 @@ class Link:
 
 
 @dataclass(frozen=True)
+class Obstacle:
+    """A sphere or a cylinder around which a line wraps.
+
+    Attributes
+    ----------
+    after : index of the point of the line before the obstacle
+    cylinder : whether it is a cylinder about the z axis
+    body, position, axes : carrier; origin, m, and axes in the carrier, as of ``Shape``
+    radius : m
+    side : name of a point on the side on which the line passes; empty for the shorter way
+    inside : whether the line goes through a ring of this radius
+    """
+
+    after: int
+    cylinder: bool
+    body: str
+    position: Vector
+    axes: tuple[tuple[float, ...], ...]
+    radius: Formula
+    side: str
+    inside: bool
+
+
+@dataclass(frozen=True)
 class Line:
-    """A force between two named points: a spring if ``elastic``, with the length at rest in m."""
+    """A force between two named points: a spring if ``elastic``, with the length at rest in m.
+
+    ``path``: names of all points of a line over more points, or with obstacles; empty for a straight line.
+    """
 
     name: str
     first: str
     second: str
     elastic: bool = True
     length: Formula = ZERO
+    path: tuple[str, ...] = ()
+    obstacles: tuple[Obstacle, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -235,6 +235,11 @@ function draw() {
   }
 
   for (const spring of scene.springs) {
+    if (spring.path) {
+      const places = pathOf(spring, pose);
+      places.slice(1).forEach((place, k) => addLine(camera.segment(places[k], place), (both) => [both], small, (piece) => line(piece, style.steel, 2.5, state.lit === null ? 1 : 0.4)));
+      continue;
+    }
     const ends = camera.segment(placed(pose(spring.first.carrier), spring.first.position), placed(pose(spring.second.carrier), spring.second.position));
     const amplitude = (2 * small * camera.focal) / (ends ? ends[0][2] : 1);
     const shape = spring.elastic ? (both) => zigzag(both, amplitude) : (both) => [both];

@@ -85,6 +85,82 @@ function outlineOf(rings) {
   return [...left, ...ends[1], ...right.reverse(), ...ends[0].reverse()];
 }
 
+/** Whether a straight line in the plane meets a circle about zero. */
+function meets([ax, ay], [bx, by], radius) {
+  const [dx, dy] = [bx - ax, by - ay];
+  const share = Math.max(0, Math.min(1, -(dx * ax + dy * ay) / (dx * dx + dy * dy || 1)));
+  return Math.hypot(ax + share * dx, ay + share * dy) <= radius;
+}
+
+/** Whether a straight line in the plane crosses a ray from zero. */
+function crosses(a, b, ray) {
+  const [first, second] = [a, b].map((p) => ray[0] * p[1] - ray[1] * p[0]);
+  const [near, far] = [a, b].map((p) => ray[0] * p[0] + ray[1] * p[1]);
+  return first * second < 0 && (first * far - second * near) * (first - second) > 0;
+}
+
+/** Angles of the points of a path in the plane around a circle about zero, from contact to contact; none without contact. */
+function aroundCircle(a, b, side, radius) {
+  const long = side !== null && crosses(a, b, [-side[0], -side[1]]);
+  if (!long && !meets(a, b, radius)) return [];
+  const turn = (a[0] * b[1] < a[1] * b[0]) !== long ? -1 : 1;
+  const tilt = (p) => turn * Math.acos(radius / Math.hypot(p[0], p[1]));
+  const start = Math.atan2(a[1], a[0]) + tilt(a);
+  const round = 2 * Math.PI;
+  const angle = (((turn * (Math.atan2(b[1], b[0]) - tilt(b) - start)) % round) + round) % round;
+  const count = 1 + Math.ceil(angle / 0.1);
+  return [...Array(count + 1).keys()].map((k) => start + (turn * angle * k) / count);
+}
+
+/** The angle at which a path through a ring about zero touches the ring: both lines have equal angles to the radius. */
+function throughRing(a, b, radius) {
+  if (meets(a, b, radius)) return [];
+  const shares = [a, b].map((p) => radius / Math.hypot(p[0], p[1]));
+  const turn = a[0] * b[1] - a[1] * b[0];
+  const opening = Math.atan2(Math.abs(turn), a[0] * b[0] + a[1] * b[1]);
+  let x = Math.PI / 2;
+  for (let k = 0; k < 8; k++) {
+    const parts = shares.map((share) => share * Math.sin(x));
+    const slope = parts.reduce((sum, part, i) => sum + (shares[i] * Math.cos(x)) / Math.sqrt(1 - part * part), -2);
+    x -= (opening - 2 * x + parts.reduce((sum, part) => sum + Math.asin(part), 0)) / slope;
+  }
+  return [Math.atan2(a[1], a[0]) + Math.sign(turn) * (x - Math.asin(shares[0] * Math.sin(x)))];
+}
+
+/** The points of a path on an obstacle between two places, as in the module `mechanics.forces.tendons`. */
+function pointsOn(obstacle, first, second, pose) {
+  const frame = pose(obstacle.carrier);
+  const origin = placed(frame, obstacle.position);
+  const [x, y, z] = [0, 1, 2].map((k) => turned(frame.R, obstacle.axes.map((row) => row[k])));
+  const [from, to] = [first, second].map((place) => minus(place, origin));
+  const u = obstacle.cylinder ? x : unit(from);
+  const normal = cross(from, to);
+  const v = obstacle.cylinder ? y : norm(normal) ? unit(cross(normal, from)) : across(from)[0];
+  const flat = (place) => [dot(place, u), dot(place, v)];
+  const [a, b, radius] = [flat(from), flat(to), obstacle.radius];
+  if (Math.min(Math.hypot(...a), Math.hypot(...b)) <= radius) return [];
+  const side = obstacle.side && flat(minus(placed(pose(obstacle.side.carrier), obstacle.side.position), origin));
+  const angles = obstacle.inside ? throughRing(a, b, radius) : aroundCircle(a, b, side, radius);
+  const contacts = angles.map((angle) => [radius * Math.cos(angle), radius * Math.sin(angle)]);
+  const line = [a, ...contacts, b];
+  const lengths = line.slice(1).map((p, k) => Math.hypot(p[0] - line[k][0], p[1] - line[k][1]));
+  const rise = obstacle.cylinder ? dot(minus(to, from), z) / lengths.reduce((sum, part) => sum + part) : 0;
+  let height = obstacle.cylinder ? dot(from, z) : 0;
+  return contacts.map(([p, q], k) => {
+    height += rise * lengths[k];
+    return plus(origin, plus(plus(times(p, u), times(q, v)), times(height, z)));
+  });
+}
+
+/** The points of a line of force over points and around obstacles. */
+function pathOf(line, pose) {
+  const places = line.path.map((point) => placed(pose(point.carrier), point.position));
+  return places.flatMap((place, k) => {
+    const obstacle = line.obstacles.find((item) => item.after === k);
+    return obstacle ? [place, ...pointsOn(obstacle, place, places[k + 1], pose)] : [place];
+  });
+}
+
 /** The corners of the convex polygon around points of the plane (Andrew's monotone chain). */
 function hullOf(points) {
   const sorted = points.slice().sort((a, b) => a[0] - b[0] || a[1] - b[1]);

@@ -20,7 +20,7 @@ from eomgen.scene.joints.schema import Frame as FrameEntry
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.requirements import above_zero, not_below_zero
-from eomgen.system.description import Line
+from eomgen.system.description import Line, Obstacle
 
 
 class WrapEntry(Table):
@@ -109,7 +109,21 @@ class Tendon(ForceElement):
         return replace(self, wraps=tuple(wraps))
 
     def drawn(self) -> Line:
-        return Line(self.name, self.points[0], self.points[-1], False, self.length)
+        obstacles = tuple(
+            Obstacle(
+                wrap.after,
+                wrap.cylinder,
+                wrap.frame.body,
+                wrap.frame.position,
+                wrap.frame.orientation,
+                wrap.radius,
+                wrap.side,
+                wrap.inside,
+            )
+            for wrap in self.wraps
+        )
+        path = self.points if len(self.points) > 2 or obstacles else ()
+        return Line(self.name, self.points[0], self.points[-1], False, self.length, path, obstacles)
 
 
 def _place(index: int) -> tuple[str, ...]:
