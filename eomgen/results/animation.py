@@ -169,7 +169,6 @@ def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None =
     order = [body["name"] for body in bodies]
     numbers = {name: number for number, name in enumerate(order)}
     used = {end for spring in scenery["springs"] for end in (spring["first"], spring["second"])}
-    used |= {point for spring in scenery["springs"] for point in spring.get("path", ())}
 
     points = {
         item["name"]: {
@@ -255,7 +254,11 @@ class _Carriers:
         if "path" not in line:
             return ends
         obstacles = [
-            {**item, **self.place(item["body"], item["position"]), "side": points[item["side"]] if item["side"] else None}
+            {
+                **item,
+                **self.place(item["body"], item["position"]),
+                "side": points[item["side"]] if item["side"] else None,
+            }
             for item in line["obstacles"]
         ]
         return {**ends, "path": [points[name] for name in line["path"]], "obstacles": obstacles}
