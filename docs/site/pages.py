@@ -284,6 +284,7 @@ def parts(site: Site) -> list[Part]:
         "python/index",
         "command_line/index",
         "methods/index",
+        "c_interface",
         "messages/index",
         "glossary",
         "glossary_of_methods",
@@ -301,7 +302,7 @@ def parts(site: Site) -> list[Part]:
         (
             "reference/index",
             "Reference",
-            "Every key, name, verb and method.",
+            "Every key, name, verb, method, C function and message.",
             tuple(f"reference/{name}" for name in reference),
         ),
         ("theory/index", "Theory", "The equations and algorithms, with their sources.", under("theory", *THEORY)),

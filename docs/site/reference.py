@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import inspect
 import re
+import tomllib
 from collections.abc import Iterator
 from functools import cache
 from importlib import import_module
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import FunctionType
 from typing import Any
 
@@ -21,8 +24,12 @@ from eomgen.base.verbs import methods
 from eomgen.cli import VERBS, commands
 from eomgen.cli.explain import examples, explanation, topic_name
 from eomgen.cli.explain import pages as pages_by_room
+from eomgen.codegen.targets.c.uniform import MEANINGS
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import BUILT_IN, method_named
+from eomgen.pipeline.pipeline import generate
+from eomgen.scene.load import load_toml
+from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS
 
 #: Classes of results that callers get from public functions, and do not make: name -> module.
 RESULTS = {
@@ -273,6 +280,36 @@ def method_pages() -> Iterator[Page]:
         yield Page(f"{folder}/{name}", f"# {name.replace('_', ' ').capitalize()}\n\n" + "\n".join(sections))
 
 
+def c_pages() -> Iterator[Page]:
+    """Yield the page of the C interface: arguments in their order, and the header of the example of scene files."""
+    (scene,) = re.findall(r"^```toml\n(.*?)^```$", read("docs/scene/an_example.md"), re.DOTALL | re.MULTILINE)
+    name = tomllib.loads(scene)["name"]
+    with TemporaryDirectory() as folder:
+        generate(load_toml(scene), folder, method="rk4")
+        header = (Path(folder) / f"{name}.h").read_text(encoding="utf-8")
+    declared = header.partition('extern "C" {\n#endif\n')[2].rpartition("#ifdef __cplusplus")[0]
+    model, mark, stepper = declared.partition("/* ---- time integration")
+    parts = {"Sizes": "#define", "Data": "typedef struct", "Functions of the equations": ""}
+    shown: dict[str, list[str]] = {title: [] for title in parts}
+    for block in filter(None, map(str.strip, model.split("\n\n"))):
+        shown[next(title for title, word in parts.items() if word in block)].append(block)
+    shown["Time integration"] = [(mark + stepper).strip()]
+    text = (
+        "# C interface\n\nEach folder of `eomgen generate` has a header with all functions of its scene; their names begin"
+        " with the name of the scene. All functions are reentrant: they read and write their arguments alone, allocate no"
+        " memory and know no globals. A function has the arguments that it reads, in this order, and then its results."
+        " Uses are described in [C code](../guide/c_code.md).\n\n| argument | meaning |\n|---|---|\n"
+    )
+    text += "".join(f"| `{block}` | {MEANINGS[block]} |\n" for block in INPUT_BLOCKS)
+    text += "\nThe state `base` of the base:\n\n| member | numbers | meaning |\n|---|---:|---|\n"
+    text += "".join(f"| `{member}` | {size} | {meaning} |\n" for member, size, meaning in BASE_LAYOUT)
+    text += f"\nThe header of [the example of scene files](scene/an_example.md), `{name}`, with the method `rk4`:\n"
+    for title, listed in shown.items():
+        joined = "\n\n".join(listed)
+        text += f"\n## {title}\n\n```c\n{joined}\n```\n"
+    yield Page("reference/c_interface", text)
+
+
 def message_pages() -> Iterator[Page]:
     """Yield a list of the parts that make messages, and for each part a page with its messages by code and examples."""
     folder, pages = "reference/messages", dict[str, list[Row]]()
@@ -318,4 +355,5 @@ def reference_pages() -> Iterator[Page]:
     yield from python_pages()
     yield from command_pages()
     yield from method_pages()
+    yield from c_pages()
     yield from message_pages()

@@ -34,6 +34,7 @@ from docs.site.reference import INTERNAL, MODULES, RESULTS, members, public_obje
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
 from eomgen.scene.document.schema import Document
+from eomgen.system.system import INPUT_BLOCKS
 
 
 @cache
@@ -80,6 +81,9 @@ def test_every_verb_method_and_section_has_its_page() -> None:
         assert f"$ eomgen {verb} --help\nUsage: eomgen {verb}" in pages[f"reference/command_line/{verb}"].text
     table = pages["reference/methods/index"].text
     assert all(f"`{name}`" in table for name in method_names())
+    interface = pages["reference/c_interface"].text
+    assert all(f"| `{block}` |" in interface for block in INPUT_BLOCKS) and "#endif" not in interface
+    assert "## Time integration" in interface and "arm_status arm_simulator_step(" in interface
     assert {f"reference/scene/{row.key}" for row in Document.rows} - pages.keys() == set()
 
 
