@@ -295,10 +295,10 @@ def c_pages() -> Iterator[Page]:
         shown[next(title for title, word in parts.items() if word in block)].append(block)
     shown["Time integration"] = [(mark + stepper).strip()]
     text = (
-        "# C interface\n\nEach folder of `eomgen generate` has a header with all functions of its scene; their names begin"
-        " with the name of the scene. All functions are reentrant: they read and write their arguments alone, allocate no"
-        " memory and know no globals. A function has the arguments that it reads, in this order, and then its results."
-        " Uses are described in [C code](../guide/c_code.md).\n\n| argument | meaning |\n|---|---|\n"
+        "# C interface\n\nEach folder of `eomgen generate` has a header with all functions of its scene; their names"
+        " begin with the name of the scene. All functions are reentrant: they read and write their arguments alone,"
+        " allocate no memory and know no globals. A function has the arguments that it reads, in this order, and then"
+        " its results. Uses are described in [C code](../guide/c_code.md).\n\n| argument | meaning |\n|---|---|\n"
     )
     text += "".join(f"| `{block}` | {MEANINGS[block]} |\n" for block in INPUT_BLOCKS)
     text += "\nThe state `base` of the base:\n\n| member | numbers | meaning |\n|---|---:|---|\n"
