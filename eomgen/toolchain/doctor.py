@@ -26,7 +26,6 @@ PACKAGES = (
     "scipy",
     "jinja2",
     "cffi",
-    "pydantic",
     "click",
     "rich",
     "platformdirs",
