@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import shutil
 from collections.abc import Iterable
 from pathlib import Path
@@ -103,9 +104,10 @@ def _say_next(folder: Path, files: Iterable[str]) -> None:
     scenes = [file for file in files if file.endswith((".toml", ".urdf", ".xml", ".sdf", ".yaml"))]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:
-        say(f"next: eomgen simulate {folder / scenes[0]} --out {folder / 'out'}")
+        scene, out = (shlex.quote(str(folder / name)) for name in (scenes[0], "out"))
+        say(f"next: eomgen simulate {scene} --out {out}")
     elif programs:
-        say(f"next: python {folder / programs[0]}")
+        say(f"next: python {shlex.quote(str(folder / programs[0]))}")
 
 
 @click.command()

@@ -150,7 +150,7 @@ def _notes(source: Source) -> Iterable[Site]:
 #: Names of functions that return or yield notes.
 _OF_NOTES = re.compile(
     r"_?notes?(_of_\w+)?|\w+_(notes|warnings|doubts)|_?doubtful_\w+|(left_)?out(_of_scale)?|_?unused_\w+|angles_\w+|"
-    r"lengths_\w+|negative_laws|springs_within_\w+|shapes_that_\w+|efforts_on_\w+|tyres_in_\w+|passed"
+    r"lengths_\w+|negative_laws|springs_within_\w+|shapes_that_\w+|efforts_on_\w+|loads_without_\w+|springs_without_\w+|tyres_in_\w+|passed"
 )
 
 

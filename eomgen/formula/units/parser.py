@@ -255,6 +255,11 @@ def in_formula(number: str, word: str) -> tuple[str, str]:
     return f"the number {shown(number)} runs into a name", f"a * after {number[:20]}"
 
 
+def of_product(number: str, unit: str) -> str:
+    """Return the remedy of a number times a unit, as ``2*kg``; empty for a name that is not a unit."""
+    return f'"{number[:20]} {unit}": a number, a space and its unit, alone' if unit in names() else ""
+
+
 def _parameter(number: str, unit: str) -> str:
     return f'a parameter, name = "{number[:20]} {unit[:20]}", and its name here'
 

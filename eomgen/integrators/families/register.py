@@ -219,6 +219,8 @@ def _made(name: str, parameters: tuple[tuple[str, float | None], ...]) -> Method
     return row_of(name)[1].make(**dict(parameters))
 
 
+#: Parameters of scenes that some methods take, and that no scene has unless it gives them.
+_FOR_SOME = ("tolerance", "order", "alpha", "beta", "gamma")
 #: Parameters with equivalent meanings.
 _SAYING_THE_SAME = ({"rho_inf", "alpha", "beta", "gamma"}, {"order", "tolerance"})
 
@@ -247,6 +249,23 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     said = {key for group in _SAYING_THE_SAME if group & set(specified) for key in group}
     left = {key: value for key in row.parameters if key not in said and (value := scene.get(key)) is not None}
     return {**left, **specified}
+
+
+def without_effect(name: str, scene: Simulation) -> list[str]:
+    """Return one sentence for each parameter of a scene that the scene's own method does not take.
+
+    Parameters
+    ----------
+    name : of the method of the run; other methods than the scene's take what they can
+    """
+    if scene.method != AUTO and canonical_name(scene.method, scene.tolerance) != name:
+        return []
+    row = row_of(name)[1]
+    idle = {key: value for key in _FOR_SOME if (value := getattr(scene, key)) is not None and key not in row.parameters}
+    hint = f"; try: {row.fixed_steps[1]}" if "tolerance" in idle and row.fixed_steps else ""
+    return [
+        f"the scene's {key} of {value:.6g} has no effect: {name} takes no {key}{hint}" for key, value in idle.items()
+    ]
 
 
 def terms_of(name: str, constrained: bool = False, internal: bool = False, mass: bool = True) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ times load smoothly. The normal force over deflection and its rate follows ``con
 from __future__ import annotations
 
 from eomgen.base.data import dataclass
+from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.forces.contacts import Contact, contact
@@ -136,7 +137,11 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     to_world = multiply(kinematics.base.orientation, kinematics.pose(mount.link)[0])
     axis = apply(to_world, apply(mount.orientation, algebra.vector(slip.axis)))
     sideways = minus(axis, scaled(dot(axis, up), up))
-    sideways = scaled(algebra.one / algebra.call(Op.SQRT, dot(sideways, sideways)), sideways)
+    level = algebra.call(Op.SQRT, dot(sideways, sideways))
+    if level.is_zero:
+        fault = "the spin axis is normal to the road for all coordinates, so the wheel has no heading"
+        raise ModelError(Problem(f"tyres.{tyre.name}.slip.axis", fault, "a level axis, as [0, 1, 0]"))
+    sideways = scaled(algebra.one / level, sideways)
     forward = cross(sideways, up)
     arm = scaled(state.deflection - quantities.formula(tyre.radius), up)
     omega, _ = kinematics.inertial_twist(mount.link)

@@ -81,7 +81,9 @@ def compare(
     if second is None and reader is None:
         raise UsageError(
             Problem(
-                "second", "one description has no second one to be compared with", 'a second one, or reader="mujoco"'
+                "second",
+                "one description has no second one to be compared with",
+                'a second one, or reader="mujoco" (--with mujoco)',
             )
         )
     given = first if second is None else second

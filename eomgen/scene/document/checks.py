@@ -175,6 +175,21 @@ def efforts_on_drives(document: Document) -> list[str]:
     ]
 
 
+def loads_without_size(document: Document) -> list[str]:
+    """Return a note on each force without a size, and on each effort on a joint of several components that names
+    none."""
+    notes, joints = [], document.section("joints")
+    for name, force in document.section("forces").items():
+        if not {"force", "torque"} & force.model_fields_set:
+            notes.append(f"{key_of('forces', name)}: it has neither force nor torque, and does nothing")
+    for name, effort in document.section("efforts").items():
+        kind = JOINTS.get(joints[effort.joint].type) if effort.joint in joints else None
+        if kind is not None and kind.v_size > 1 and "index" not in effort.model_fields_set:
+            first = f"without an index it acts on component 0 of {kind.v_size} of {effort.joint}, v.{effort.joint}[0]"
+            notes.append(f"{key_of('efforts', name)}: {first}; angular components come first")
+    return notes
+
+
 #: Checks across sections, in order: before sections are read that observe a motion, and at the end.
 CHECKS: tuple[Callable[[Document, Reading], None], ...] = (
     _check_task_frames,

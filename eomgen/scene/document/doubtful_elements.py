@@ -3,7 +3,9 @@ or damping, springs within one body, tyres that start in the road."""
 
 from __future__ import annotations
 
+import contextlib
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -11,7 +13,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Symbol, Vector
+from eomgen.formula.nodes import ZERO, Formula, Symbol, Vector
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.bodies.beam_schema import Section
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
@@ -21,6 +23,8 @@ from eomgen.scene.design_poses import UnknownPoseError
 from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.forces.springs import Spring, TorsionSpring
+from eomgen.scene.forces.tendons import Tendon
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
@@ -36,6 +40,8 @@ _BESIDE = 0.25
 #: Rounding of lengths, as a part of the lengths, and the part of a beam's loads that forces due to this rounding may
 #: be.
 _ROUNDING, _NOISE = 1e-16, 1e-3
+#: Vertical part of the unit vector along a wheel's axis from which on the wheel is taken to lie: 64 degrees of camber.
+_UPRIGHT = 0.9
 #: m/s^2, for the order of magnitude of loads.
 _GRAVITY = 9.81
 
@@ -145,32 +151,53 @@ def _rigid_arms(
                 yield f"{key}: {note}: a rigid arm reaches from its sections to there"
 
 
-_SPRUNG = ("joints", "springs", "torsion_springs")
-
-
-def negative_laws(document: Document) -> list[str]:
-    """Return a note on each joint and spring whose damping or stiffness is a number below zero."""
+def negative_laws(joints: Iterable[Joint], elements: Iterable[ForceElement], values: Values) -> list[str]:
+    """Return a note on each joint and spring whose damping or stiffness is below zero at the default parameters."""
+    elements = [element for element in elements if isinstance(element, Spring | TorsionSpring)]
+    dampings, stiffnesses = (
+        [
+            *((key_of("joints", joint.name), law) for joint in joints for law in joint.each(getattr(joint, field))),
+            *((key_of(element.section, element.name), getattr(element, field)) for element in elements),
+        ]
+        for field in ("damping", "stiffness")
+    )
     return [
         *(
             f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion;"
             f" {-value:.6g} takes it away"
-            for key, value in _below_zero(document, "damping")
+            for key, value in _below_zero(dampings, values)
         ),
         *(
             f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack;"
             f" {-value:.6g} pulls back"
-            for key, value in _below_zero(document, "stiffness")
+            for key, value in _below_zero(stiffnesses, values)
         ),
     ]
 
 
-def _below_zero(document: Document, field: str) -> Iterator[tuple[str, float]]:
-    for section in _SPRUNG:
-        for name, entry in document.section(section).items():
-            written = getattr(entry, field)
-            for value in written if isinstance(written, tuple) else (written,):
-                if isinstance(value, int | float) and value < 0.0:
-                    yield key_of(section, name), value
+def _below_zero(laws: Iterable[tuple[str, Formula]], values: Values) -> Iterator[tuple[str, float]]:
+    for key, law in dict.fromkeys(laws):  # a coefficient of all coordinates of a joint once
+        if law == ZERO:
+            continue
+        with contextlib.suppress(ArithmeticError):
+            if (value := values.value(law)) < 0.0:
+                yield key, value
+
+
+def springs_without_laws(elements: Iterable[ForceElement], written: str) -> list[str]:
+    """Return a note on each spring with neither stiffness nor damping nor force, unless a formula reads it.
+
+    Parameters
+    ----------
+    written : text of the scene
+    """
+    return [
+        f"{key_of(element.section, element.name)}: it has neither stiffness nor damping nor force, and does nothing"
+        for element in elements
+        if isinstance(element, Spring | Tendon)
+        and element.stiffness == element.damping == element.force == ZERO
+        and not re.search(rf"(length|rate|tension)\.{re.escape(element.name)}\b", written)
+    ]
 
 
 def springs_within_bodies(document: Document) -> list[str]:
@@ -198,6 +225,12 @@ def tyres_in_the_road(
             continue
         turned, origin = places[point.body]
         place = origin + turned @ np.array([values.value(part) for part in point.position])
+        if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > _UPRIGHT:
+            key = f"{key_of('tyres', tyre.name)}.slip.axis"
+            notes.append(
+                f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side; the"
+            )
+            notes[-1] += " axis of a wheel is level, as [0, 1, 0] of a wheel that rolls along x"
 
         def value_of(symbol: Symbol, place: Array = place) -> float:
             if symbol.kind == "position":

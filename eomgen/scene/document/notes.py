@@ -16,13 +16,14 @@ from eomgen.base.products import placed, rows_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import law_and_rate
-from eomgen.scene.document.checks import efforts_on_drives, unused_names
+from eomgen.scene.document.checks import efforts_on_drives, loads_without_size, unused_names
 from eomgen.scene.document.doubtful_elements import (
     doubtful_beams,
     initial_places,
     negative_laws,
     shapes_that_leave_points,
     springs_within_bodies,
+    springs_without_laws,
     tyres_in_the_road,
 )
 from eomgen.scene.document.out_of_scale import (
@@ -255,11 +256,16 @@ NOTES: tuple[Note, ...] = (
     Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data)),
     Note("plain lengths in formulas", lambda facts: lengths_against_numbers(facts.data, lambda: facts.size)),
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
-    Note("negative stiffness or damping", lambda facts: negative_laws(facts.document)),
+    Note(
+        "negative stiffness or damping",
+        lambda facts: negative_laws(facts.scene["joints"], facts.scene["elements"], facts.values),
+    ),
+    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], repr(facts.data))),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
     Note("shapes that leave their points", lambda facts: shapes_that_leave_points(facts.document, facts.reading)),
     Note("values out of scale", _out_of_scale),
     Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
+    Note("loads without a size or a component", lambda facts: loads_without_size(facts.document)),
     Note("doubtful beams", _doubtful_beams),
     Note("tyres in the road", _tyres_in_the_road),
     Note("bodies below planes of contact", _below_planes),

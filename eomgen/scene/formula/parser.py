@@ -17,7 +17,8 @@ from eomgen.base.messages import counted, is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.formula.evaluate import apply, symbols
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, quantity_of
-from eomgen.formula.words import FUNCTIONS, Word, added_word, own_words
+from eomgen.formula.units.parser import of_product
+from eomgen.formula.words import FUNCTIONS, WORDS, Word, added_word, own_words
 from eomgen.scene.formula.definitions import NamedExpression
 from eomgen.scene.formula.scope import (
     DERIVATIVES,
@@ -62,6 +63,19 @@ _OF_SCOPES = {
 _COMPARISONS = {ast.Lt: ("lt", False), ast.LtE: ("le", False), ast.Gt: ("lt", True), ast.GtE: ("le", True)}
 
 
+#: A function before its argument without brackets, as in ``sin q.arm``.
+_WITHOUT_BRACKETS = re.compile(rf"\b({'|'.join(sorted(FUNCTIONS))})\s+([A-Za-z_][\w.\[\]]*)")
+
+
+def _of_broken(text: str, fault: str) -> str:
+    """Return the remedy of a text that is no formula, with the fault that the parser of Python names."""
+    if "expected 'else'" in fault:
+        return "both branches: 5 if t > 1 else 0"
+    if (call := _WITHOUT_BRACKETS.search(text)) and call[2] not in WORDS:
+        return f"{call[1]}({call[2][:40]})"
+    return "operators between terms and matching brackets"
+
+
 def read_formula(text: str, names: SceneNames, scope: Scope) -> Formula:
     """Read a formula.
 
@@ -98,7 +112,7 @@ class _FormulaReader:
             fault = f"the formula is not well formed {near}"
             word = re.match(r"[A-Za-z_0-9]*", rest)
             in_degrees = word is not None and word[0] in DEGREES
-            hint = IN_RADIANS if in_degrees else "operators between terms and matching brackets"
+            hint = IN_RADIANS if in_degrees else _of_broken(self.text.text, error.msg)
             raise FormulaError(fault, column, hint) from None
         except (RecursionError, MemoryError, ValueError):
             raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
@@ -422,6 +436,8 @@ class _FormulaReader:
                 return self.error(node, f"{shown(name)} is a {noun}, not a number", hint)
         known = [*self.declared(), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
+        if unit := re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text):
+            hint = of_product(unit[1], unit[2]) or hint
         return self.error(node, f"unknown name {shown(name)}", hint)
 
     def declared(self) -> list[str]:

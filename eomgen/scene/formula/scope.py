@@ -299,6 +299,8 @@ class SceneNames:
 _STEP = "1 if t > 1 else 0"
 _LIMITS = "min(max(x, low), high)"
 _TABLE = "a curve through points: [curves.NAME], and NAME(x)"
+#: Of functions that jump periodically.
+_PERIODIC = 'a curve with outside = "periodic", or an input with a wave, whose jumps have known times'
 _RATE = "v.joint of a coordinate, or derivative.curve(t) of a curve"
 #: Functions of other languages, with the expression for each.
 _FUNCTIONS: Mapping[str, str] = {
@@ -310,6 +312,7 @@ _FUNCTIONS: Mapping[str, str] = {
     **dict.fromkeys(("delay", "lag"), "a sampled state: [states.NAME] with sample, formula and delay"),
     **dict.fromkeys(("interp", "interp1", "lookup", "table", "spline"), _TABLE),
     **dict.fromkeys(("random", "rand", "randn", "noise"), "an input with a table of random numbers, or a road"),
+    **dict.fromkeys(("mod", "fmod", "rem", "remainder", "floor", "ceil", "round", "int"), _PERIODIC),
     **dict.fromkeys(("sgn", "signum"), "sign"),
     **dict.fromkeys(("ln",), "log"),
     **dict.fromkeys(("log10", "log2"), "log(x) / log(10), where log is the natural logarithm"),

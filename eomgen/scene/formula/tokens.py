@@ -40,6 +40,8 @@ _SIGNS: Mapping[str, str] = {
     "\u00b3": "**3",
     "\u2264": "<=",
     "\u2265": ">=",
+    "\u221a": "sqrt(x)",
+    "%": 'a curve with outside = "periodic" for t % T',
     "?": "2 if t > 1 else 0, for t > 1 ? 2 : 0",
 }
 #: Words for angles in degrees or radians, which have special hints.

@@ -21,6 +21,7 @@ from eomgen.base.messages import counted, listed
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
+from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.simulation.judgement.doubts import LARGE_ERROR
@@ -390,7 +391,9 @@ def _model_limits(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _method_limits(run: FinishedRun) -> Iterator[Finding]:
-    yield from map(Finding.of, run.run.method.warnings(bool(run.run.model.multipliers)))
+    owner = run.run
+    yield from map(Finding.of, owner.method.warnings(bool(owner.model.multipliers)))
+    yield from map(Finding.of, without_effect(owner.name, owner.model.description.simulation))
 
 
 def _steep_law(run: FinishedRun) -> Iterator[Finding]:
