@@ -114,6 +114,14 @@ static void print_row(const active_vehicle_state *state)
     printf("\n");
 }
 
+/* Return the number that an argument consists of; not a number for any other text, as "1ms". */
+static double number_of(const char *text)
+{
+    char *end;
+    const double value = strtod(text, &end);
+    return end != text && *end == '\0' ? value : (double)NAN;
+}
+
 /* active_vehicle [duration [step [every]]] [name=value ...]: integrate from the scene's initial state; print t, q, v,
  * vdot as CSV after each `every` steps and at the end. A last step that would pass the end is shortened to end
  * there. */
@@ -125,7 +133,7 @@ int main(int argc, char **argv)
     active_vehicle_settings settings;
     active_vehicle_status status;
     const char *words[3] = {NULL, NULL, NULL};
-    double duration, rest;
+    double duration, rest, rows;
     long every, steps, k;
     int i, count = 0;
     active_vehicle_default_parameters(&p);
@@ -140,17 +148,19 @@ int main(int argc, char **argv)
             return 2;
         }
     }
-    duration = words[0] != NULL ? atof(words[0]) : 1.0;
+    duration = words[0] != NULL ? number_of(words[0]) : 1.0;
     if (words[1] != NULL)
-        settings.step = (real)atof(words[1]);
-    every = words[2] != NULL ? atol(words[2]) : 1;
-    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || every < 1
-        || duration / (double)settings.step > 1e15) {
+        settings.step = (real)number_of(words[1]);
+    rows = words[2] != NULL ? number_of(words[2]) : 1.0;
+    if (count > 3 || !(duration > 0.0) || !(settings.step > K(0.0)) || !(rows >= 1.0 && rows <= 1e9)
+        || rows != floor(rows) || !(duration / (double)settings.step <= 1e15)) {
         fprintf(stderr,
-            "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...], numbers positive\n",
+            "usage: %s [duration in s [step in s [print every so many steps]]] [name=value ...],"
+            " numbers positive and without units\n",
             argv[0]);
         return 2;
     }
+    every = (long)rows;
     steps = (long)(duration / (double)settings.step + 0.5);
     rest = duration - (double)settings.step * (double)steps;
     if (steps > 0 && fabs(rest) <= 1e-9 * (duration > (double)settings.step ? duration : (double)settings.step))

@@ -86,7 +86,10 @@ def test_program_refuses_what_it_cannot_take(tmp_path: Path) -> None:
         (["push="], "usage error: push: '' is not a finite number"),
         (["drag=nan"], "usage error: drag: 'nan' is not a finite number"),
         (["1", "1e-3", "1", "1"], "[name=value ...], numbers positive"),
-        (["-1"], "[name=value ...], numbers positive"),
+        (["-1"], "[name=value ...], numbers positive and without units"),
+        (["1s", "1ms"], "numbers positive and without units"),
+        (["1,5"], "numbers positive and without units"),
+        (["1", "1e-3", "2.5"], "numbers positive and without units"),
     ):
         result = run(program, *words)
         assert (result.returncode, result.stdout) == (2, "")
