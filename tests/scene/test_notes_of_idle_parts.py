@@ -1,6 +1,5 @@
-"""Notes on parts that do nothing or the opposite of their name: springs without a law, negative coefficients given as
-formulas, wheels that lie on their side, loads without a size, parameters of other methods; and remedies of formulas with words of
-other languages."""
+"""Notes on idle or doubtful parts (springs without a law, negative coefficients given as formulas, wheels on their side,
+loads without a size, parameters of other methods), and remedies of formulas with words of other languages."""
 
 from __future__ import annotations
 
