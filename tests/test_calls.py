@@ -98,6 +98,14 @@ def builder() -> eomgen.SceneBuilder:
             ),
         ),
         (lambda: eomgen.derive(CART, terms=["mass"]).sympy("Q"), "was derived with mass; try: force"),
+        (
+            lambda: eomgen.generate("folder", CART),
+            "folder: the path of a folder is needed, not dict; try: generate(scene, folder), the scene first",
+        ),
+        (
+            lambda: pendulum().attach("run.npz"),
+            "a solution is needed, not str; try: model.attach(eomgen.Solution.load(path))",
+        ),
     ],
 )
 def test_calls_that_cannot_be_taken(call: Callable[[], object], text: str) -> None:
@@ -120,6 +128,7 @@ def test_calls_that_cannot_be_taken(call: Callable[[], object], text: str) -> No
             "a System has no 'linearize'; try: eomgen.build(scene).linearize",
         ),
         (pendulum, "crba", "a Model has no 'crba'; try: mass"),
+        (pendulum, "identify", "a Model has no 'identify'; try: eomgen.identify(scene, ...)"),
         (pendulum, "intial_q", "a Model has no 'intial_q'; try: initial_q"),
         (lambda: pendulum().simulate(0.01, 1e-2), "output", "a Solution has no 'output'; try: outputs"),
     ],

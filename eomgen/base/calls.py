@@ -97,6 +97,10 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("plot", "animate"), "simulate(...).plot() or .animate(path)"),
         "export": "save(path), simulate(...).save(path), or eomgen.generate(scene, folder) for C",
         **dict.fromkeys(("generate", "to_c", "codegen"), "eomgen.generate(scene, folder)"),
+        **{
+            name: f"eomgen.{name}(scene, ...)"
+            for name in ("compare", "extremes", "fmu", "identify", "tradeoff", "tune")
+        },
     },
     "Solution": {
         **dict.fromkeys(("y", "x", "X", "Y", "states", "state"), _STATES),

@@ -365,7 +365,10 @@ def _check_scene(document: Any, only: str | None) -> None:
 
 
 def _check_folder(folder: str | Path) -> None:
-    """Raise UsageError if a folder that is to be made has the name of a file of code."""
+    """Raise UsageError for a folder that is not a path, or that has the name of a file of code."""
+    if not isinstance(folder, str | os.PathLike):
+        fault = f"the path of a folder is needed, not {type(folder).__name__}"
+        raise UsageError(Problem("folder", fault, "generate(scene, folder), the scene first"))
     path = Path(folder)
     if path.suffix.lower() in _OF_FILES and not path.is_dir():
         fault = f"{path.name} is the name of a file, and a folder of several files is written"

@@ -192,6 +192,9 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     >>> run.outputs_at(0.05)["tip"].shape
     (3,)
     """
+    if not isinstance(solution, Solution):
+        fault = f"a solution is needed, not {type(solution).__name__}"
+        raise UsageError(Problem("attach", fault, "model.attach(eomgen.Solution.load(path))"))
     data = solution.metadata
     missing = [name for name in ("scene", "fingerprint", "method_parameters", "inputs") if name not in data]
     if missing:

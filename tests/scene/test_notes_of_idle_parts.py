@@ -1,5 +1,5 @@
-"""Notes on idle or doubtful parts (springs without a law, negative coefficients given as formulas, wheels on their side,
-loads without a size, parameters of other methods), and remedies of formulas with words of other languages."""
+"""Notes on idle or doubtful parts (springs without a law, negative coefficients given as formulas, wheels on their
+side, loads without a size, parameters of other methods), and remedies of formulas with words of other languages."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_negative_damping_is_noted_in_formulas_too(damping: str) -> None:
 
 def test_a_spring_without_a_law_is_noted_unless_a_formula_reads_it() -> None:
     scene = {**ARM, "springs": {"stay": {"first": "tip", "second": "wall"}}}
-    note = "springs.stay: it has neither stiffness nor damping nor force, and does nothing"
+    note = "springs.stay: a spring without stiffness, damping and force has no effect"
     assert note in eomgen.load(scene).notes
     assert note not in eomgen.load({**scene, "outputs": {"span": {"formula": "length.stay"}}}).notes
 
@@ -91,10 +91,8 @@ def test_loads_without_a_size_or_a_component_are_noted() -> None:
     floating = {"hinge": {"type": "free", "parent": "base", "child": "arm"}}
     bodies = {"arm": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}}
     scene = {**ARM, "bodies": bodies, "joints": floating, "forces": {"wind": {"body": "arm"}}}
-    assert "forces.wind: it has neither force nor torque, and does nothing" in eomgen.load(scene).notes
-    note = (
-        "efforts.lift: without an index it acts on component 0 of 6 of hinge, v.hinge[0]; angular components come first"
-    )
+    assert "forces.wind: a load without force and torque has no effect" in eomgen.load(scene).notes
+    note = "efforts.lift: without an index the effort acts on v.hinge[0] of 6 components; angular ones come first"
     lift = {"joint": "hinge", "effort": 9.81}
     assert note in eomgen.load({**scene, "efforts": {"lift": lift}}).notes
     assert note not in eomgen.load({**scene, "efforts": {"lift": {**lift, "index": 5}}}).notes

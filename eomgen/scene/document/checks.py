@@ -181,12 +181,12 @@ def loads_without_size(document: Document) -> list[str]:
     notes, joints = [], document.section("joints")
     for name, force in document.section("forces").items():
         if not {"force", "torque"} & force.model_fields_set:
-            notes.append(f"{key_of('forces', name)}: it has neither force nor torque, and does nothing")
+            notes.append(f"{key_of('forces', name)}: a load without force and torque has no effect")
     for name, effort in document.section("efforts").items():
         kind = JOINTS.get(joints[effort.joint].type) if effort.joint in joints else None
         if kind is not None and kind.v_size > 1 and "index" not in effort.model_fields_set:
-            first = f"without an index it acts on component 0 of {kind.v_size} of {effort.joint}, v.{effort.joint}[0]"
-            notes.append(f"{key_of('efforts', name)}: {first}; angular components come first")
+            first = f"without an index the effort acts on v.{effort.joint}[0] of {kind.v_size} components"
+            notes.append(f"{key_of('efforts', name)}: {first}; angular ones come first")
     return notes
 
 

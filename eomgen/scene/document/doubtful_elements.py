@@ -192,7 +192,7 @@ def springs_without_laws(elements: Iterable[ForceElement], written: str) -> list
     written : text of the scene
     """
     return [
-        f"{key_of(element.section, element.name)}: it has neither stiffness nor damping nor force, and does nothing"
+        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
         for element in elements
         if isinstance(element, Spring | Tendon)
         and element.stiffness == element.damping == element.force == ZERO

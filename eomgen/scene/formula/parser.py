@@ -68,7 +68,7 @@ _WITHOUT_BRACKETS = re.compile(rf"\b({'|'.join(sorted(FUNCTIONS))})\s+([A-Za-z_]
 
 
 def _of_broken(text: str, fault: str) -> str:
-    """Return the remedy of a text that is no formula, with the fault that the parser of Python names."""
+    """Return the remedy of a malformed formula from the fault that the parser of Python names."""
     if "expected 'else'" in fault:
         return "both branches: 5 if t > 1 else 0"
     if (call := _WITHOUT_BRACKETS.search(text)) and call[2] not in WORDS:
