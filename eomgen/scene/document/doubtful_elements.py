@@ -24,7 +24,6 @@ from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.springs import Spring, TorsionSpring
-from eomgen.scene.forces.tendons import Tendon
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
@@ -194,7 +193,7 @@ def springs_without_laws(elements: Iterable[ForceElement], written: str) -> list
     return [
         f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
         for element in elements
-        if isinstance(element, Spring | Tendon)
+        if isinstance(element, Spring)
         and element.stiffness == element.damping == element.force == ZERO
         and not re.search(rf"(length|rate|tension)\.{re.escape(element.name)}\b", written)
     ]
