@@ -436,7 +436,8 @@ class _FormulaReader:
                 return self.error(node, f"{shown(name)} is a {noun}, not a number", hint)
         known = [*self.declared(), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
-        if unit := re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text):
+        unit = re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text)
+        if unit and name not in DEGREES:
             hint = of_product(unit[1], unit[2]) or hint
         return self.error(node, f"unknown name {shown(name)}", hint)
 
