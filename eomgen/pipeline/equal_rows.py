@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, cast
 
 import numpy as np
@@ -187,10 +187,8 @@ class EqualRows:
             return value if place is None else (shape, own[:place], own[place] - row, own[place + 1 :])
         if kind is tuple or kind is list:
             return tuple([self._data(item, row, numbers) for item in value])
-        if is_dataclass(value):
-            names = [item.name for item in fields(value) if item.name not in _START]
-            return (kind, *[self._data(getattr(value, name), row, numbers) for name in names])
-        return value
+        names = _names(kind)
+        return (kind, *[self._data(getattr(value, name), row, numbers) for name in names]) if names else value
 
     @cached_property
     def regular(self) -> bool:
@@ -221,6 +219,16 @@ class EqualRows:
 
     def _grows(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
         """Return a flag for each number of the entries of a kind: whether it grows from row to row."""
+        known = self._flags  # by the identity of entries, which stay alive
+        if id(rows) not in known:
+            known[id(rows)] = self._growth(rows)
+        return known[id(rows)]
+
+    @cached_property
+    def _flags(self) -> dict[int, NDArray[np.bool_]]:
+        return {}
+
+    def _growth(self, rows: Mapping[int, _Row]) -> NDArray[np.bool_]:
         inner = [rows[row].numbers for row in self.inner if row in rows]
         if not inner:
             return np.zeros(len(next(iter(rows.values())).numbers), dtype=bool)
@@ -338,6 +346,12 @@ class EqualRows:
         if np.any(np.abs(exact - blocks) > _EVEN * np.max(np.abs(self.growing))):
             return None
         return [*third.tolist(), *exact.ravel().tolist()]
+
+
+@cache
+def _names(kind: type) -> tuple[str, ...]:
+    """Return the fields of a class of data that equations follow from, none of any other class."""
+    return tuple(item.name for item in fields(kind) if item.name not in _START) if is_dataclass(kind) else ()
 
 
 def _reach(data: object) -> int:

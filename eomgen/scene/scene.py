@@ -81,6 +81,10 @@ def _add(value: Any, parts: _Parts, known: Known) -> None:
         parts.append(f"of {len(value)}".encode())
         for item in value:
             _add(item, parts, known)
+    elif names := _field_names(cast("Hashable", kind)):
+        parts.append(kind.__qualname__.encode())
+        for name in names:
+            _add_field(getattr(value, name), parts, known)
     elif value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
         parts.append(f"{kind.__name__}:{value!r}".encode())
     elif isinstance(value, np.ndarray):
@@ -92,19 +96,18 @@ def _add(value: Any, parts: _Parts, known: Known) -> None:
         _add(list(value), parts, known)
     elif isinstance(value, frozenset | set):
         _add_sorted(value, parts, known)
-    elif is_dataclass(value) and not isinstance(value, type):
-        parts.append(kind.__qualname__.encode())
-        for name in _field_names(cast("Hashable", kind)):
-            _add_field(getattr(value, name), parts, known)
     elif callable(value) and hasattr(value, "__qualname__"):  # rules of requirements, values of words of formulas
         parts.append(f"{value.__module__}.{value.__qualname__}{code_stamp(value)}".encode())
+    elif is_dataclass(kind):  # without fields
+        parts.append(kind.__qualname__.encode())
     else:
         raise TypeError(f"a {kind.__qualname__} in a scene has no digest")
 
 
 def _add_field(value: Any, parts: _Parts, known: Known) -> None:
     """Add the bytes of a field; equal parts of a scene share most fields."""
-    if type(value) is not tuple and not is_dataclass(value):
+    kind = type(value)
+    if kind is not tuple and not _field_names(cast("Hashable", kind)):
         _add(value, parts, known)
         return
     if id(value) not in known:
@@ -126,8 +129,8 @@ def _add_sorted(values: Iterable[Any], parts: _Parts, known: Known) -> None:
 
 @cache
 def _field_names(kind: Hashable) -> tuple[str, ...]:
-    """Return the names of the fields of a class of data."""
-    return tuple(item.name for item in fields(cast("Any", kind)))
+    """Return the names of the fields of a class of data, none of any other class."""
+    return tuple(item.name for item in fields(cast("Any", kind))) if is_dataclass(kind) else ()
 
 
 #: Parts of a scene in the order of the summary, with singular and plural nouns.

@@ -460,18 +460,14 @@ def _is_length(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
     return _unit_of_coordinate(node, units) == "m"
 
 
-def _texts_with_positions(data: object, *key: str | int) -> Iterator[tuple[str, str]]:
-    """Yield the key and the text of each text within data that names a position or a coordinate."""
-    if isinstance(data, str):
-        if "q." in data or "position." in data:
-            yield key_of(*key), data
-    elif isinstance(data, Mapping):
-        for name, entry in data.items():
-            if name != "description":
-                yield from _texts_with_positions(entry, *key, name)
-    elif isinstance(data, list | tuple):
-        for number, entry in enumerate(data):
-            yield from _texts_with_positions(entry, *key, number)
+def _texts_with_positions(data: Any, *key: str | int) -> Iterator[tuple[str, str]]:
+    """Yield the key and the text of each text within nested data that names a position or a coordinate."""
+    for name, entry in data.items() if isinstance(data, Mapping) else enumerate(data):
+        if isinstance(entry, str):
+            if ("q." in entry or "position." in entry) and name != "description":
+                yield key_of(*key, name), entry
+        elif not isinstance(entry, int | float) and isinstance(entry, list | tuple | Mapping) and name != "description":
+            yield from _texts_with_positions(entry, *key, name)
 
 
 def _pairs(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
