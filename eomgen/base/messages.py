@@ -13,7 +13,6 @@ from typing import Any
 
 NAME_LENGTH = 64
 NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digit first"
-_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]{0,63}")
 #: A name, or names joined by dots, with numbers of components: ``q.drive``, ``output.tip[2]``.
 _PATH = re.compile(r"[A-Za-z_]\w{0,63}(\.\w{1,64}|\[\d{1,6}\])*", re.ASCII)
 _SHOWN = 48
@@ -63,7 +62,7 @@ class Log:
 @lru_cache(2**16)
 def is_legal(name: str) -> bool:
     """Return whether a name is an ASCII identifier of at most 64 characters."""
-    return _NAME.fullmatch(name) is not None
+    return name.isascii() and name.isidentifier() and len(name) <= NAME_LENGTH
 
 
 def shown(text: object) -> str:

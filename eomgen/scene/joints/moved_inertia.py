@@ -10,7 +10,7 @@ import numpy as np
 from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.inertia import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
@@ -308,9 +308,11 @@ def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], pla
 
 
 def _formulas_of(joint: Joint, bodies: Mapping[str, Body]) -> tuple[object, ...]:
-    """Return axes and formulas of a joint that carries one body, formulas by identity: nodes of a beam share these."""
+    """Return axes and formulas of a joint that carries one body, formulas by identity: nodes of a beam share these;
+    numbers by value."""
     formulas = (*_values_of(bodies[joint.child]), joint.pitch, *joint.each(joint.rotor_inertia))
-    return (joint.type, joint.axis, joint.second_axis, *map(id, formulas))
+    alike = [(formula.value,) if isinstance(formula, Number) else id(formula) for formula in formulas]
+    return (joint.type, joint.axis, joint.second_axis, *alike)
 
 
 _ABSOLUTE_HINT = "inertia = [xx, yy, zz] above zero, or joint coordinates"

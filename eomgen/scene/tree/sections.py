@@ -14,6 +14,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
+from eomgen.formula.nodes import Number
 from eomgen.scene.bodies import schema as bodies
 from eomgen.scene.bodies.beam_reading import read_beam
 from eomgen.scene.bodies.beam_schema import Beam
@@ -66,12 +67,16 @@ def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
 
 
 def check_inertias(bodies: Iterable[Body], values: Values) -> None:
-    """Require of rigid bodies inertias that bodies can have."""
+    """Require of rigid bodies inertias that bodies can have; equal numbers are judged once."""
+    sound: set[tuple[float, ...]] = set()
     for body in bodies:
         key = key_of("bodies", body.name)
-        if body.beam is None and not body.node_of and not values.report.concerns(key):
+        numbers = tuple([entry.value for entry in body.inertia if isinstance(entry, Number)])
+        known = len(numbers) == len(body.inertia) and numbers in sound
+        if body.beam is None and not body.node_of and not known and not values.report.concerns(key):
             hint = f"the values of {body.name} about its centre of mass, in its own axes"
-            values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia)
+            if values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia):
+                sound.add(numbers)
 
 
 @dataclass(frozen=True)
