@@ -9,7 +9,7 @@ rows, or grow evenly.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from functools import cache, cached_property
 from typing import Any, cast
 
@@ -187,7 +187,7 @@ class EqualRows:
             return value if place is None else (shape, own[:place], own[place] - row, own[place + 1 :])
         if kind is tuple or kind is list:
             return tuple([self._data(item, row, numbers) for item in value])
-        names = _names(kind)
+        names = _names(cast("Hashable", kind))
         return (kind, *[self._data(getattr(value, name), row, numbers) for name in names]) if names else value
 
     @cached_property
@@ -349,9 +349,11 @@ class EqualRows:
 
 
 @cache
-def _names(kind: type) -> tuple[str, ...]:
+def _names(kind: Hashable) -> tuple[str, ...]:
     """Return the fields of a class of data that equations follow from, none of any other class."""
-    return tuple(item.name for item in fields(kind) if item.name not in _START) if is_dataclass(kind) else ()
+    return (
+        tuple(item.name for item in fields(cast("Any", kind)) if item.name not in _START) if is_dataclass(kind) else ()
+    )
 
 
 def _reach(data: object) -> int:
