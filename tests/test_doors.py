@@ -484,7 +484,7 @@ LATE: dict[str, dict[str, str]] = {
         "results.spectrum": "spectra of excitations come with it; most solutions are not analysed by frequency",
     },
     "scene.sources.register": {
-        "scene.sources.toml": "a scene of a record is not read",
+        "scene.sources.renamed_keys": "a scene of a record is not read",
         "scene.sources.directives.conversion": "most scenes are others",
         "scene.reading.xml": "for endings that several formats share",
     },

@@ -24,6 +24,7 @@ from eomgen.base.messages import shown
 from eomgen.errors import FileError, Problem
 
 if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
     from zipfile import ZipFile
 
 
@@ -284,9 +285,15 @@ def template_folder() -> Path:
     return _data_folder("templates", "c")
 
 
-def example_folder() -> Path:
-    """Return the folder of the examples, each a folder with a ``README.md`` and scenes or a program."""
-    return _data_folder("examples", "four_bar")
+def example_folder() -> Traversable:
+    """Return the folder of the examples, each a folder with a ``README.md`` and scenes or a program; of an installed
+    package it is an archive."""
+    archive = Path(__file__).resolve().parents[1] / "_examples.zip"
+    if not archive.is_file():
+        return _data_folder("examples", "four_bar")
+    import zipfile  # noqa: PLC0415  # for examples of installed packages only
+
+    return zipfile.Path(archive)
 
 
 def _data_folder(name: str, part: str) -> Path:

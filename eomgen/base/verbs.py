@@ -139,6 +139,12 @@ CORE: tuple[Verb, ...] = (
     Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
     Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema", takes_scene=False),
     Verb(
+        "migrate",
+        "Write the present names of keys into scene files.",
+        "eomgen.cli.schema:migrate",
+        takes_scene=False,
+    ),
+    Verb(
         "doctor",
         "Examine the machine: compiler, headers, cache, packages.",
         "eomgen.cli.doctor:doctor",

@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import re
 import shlex
-import shutil
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from click.shell_completion import CompletionItem, get_completion_class
 
-from eomgen.base.files import example_folder, make_folder, write_text
+from eomgen.base.files import example_folder, make_folder, write_bytes, write_text
 from eomgen.base.messages import nearest, shown
 from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.errors import FileError, Problem, UsageError
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
 
 #: The scene of ``eomgen new`` without an example: the first scene of README.md.
 FIRST_SCENE = Path(__file__).with_name("first_scene.toml")
@@ -41,7 +44,7 @@ def welcome() -> str:
 
 def example_names() -> list[str]:
     """Return the names of the examples, in alphabetical order."""
-    return sorted(path.parent.name for path in example_folder().glob("*/README.md"))
+    return sorted(folder.name for folder in example_folder().iterdir() if (folder / "README.md").is_file())
 
 
 def title_and_sentence(name: str) -> tuple[str, str]:
@@ -53,10 +56,18 @@ def title_and_sentence(name: str) -> tuple[str, str]:
     return heading[1] if heading else name, sentence
 
 
-def scenes_of(folder: Path) -> list[str]:
+def files_of(folder: Traversable, above: str = "") -> Iterator[tuple[str, Traversable]]:
+    """Yield the files in a folder and in its folders, each with its place below the folder."""
+    for item in sorted(folder.iterdir(), key=lambda item: item.name):
+        if item.is_file():
+            yield above + item.name, item
+        elif item.name != "__pycache__":
+            yield from files_of(item, f"{above}{item.name}/")
+
+
+def scenes_of(folder: Traversable) -> list[str]:
     """Return the files of a folder that verbs take, and the programs, below the folder."""
-    files = sorted(path for ending in ("toml", "urdf", "py") for path in folder.rglob(f"*.{ending}"))
-    return [path.relative_to(folder).as_posix() for path in files if "__pycache__" not in path.parts]
+    return [name for name, _ in files_of(folder) if name.endswith((".toml", ".urdf", ".py"))]
 
 
 def _completed(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
@@ -77,14 +88,10 @@ def copied(name: str, target: Path) -> list[str]:
     """
     if name not in example_names():
         raise UsageError(Problem("", f"there is no example {shown(name)}", nearest(name, example_names())))
-    source = example_folder() / name
     _check_empty(target)
-    try:
-        shutil.copytree(source, make_folder(target), dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
-    except OSError as error:
-        raise FileError(
-            Problem(str(target), f"cannot be written: {error.strerror or error}", "another folder")
-        ) from None
+    for place, file in files_of(example_folder() / name):
+        make_folder((target / place).parent)
+        write_bytes(target / place, file.read_bytes())
     return scenes_of(target)
 
 

@@ -70,6 +70,8 @@ _TURNED = 3.0
 _HEIGHT = 2.3
 #: Letters in one line of a legend, and in the name of a file.
 _LEGEND, _FILE_NAME = 34, 80
+#: Powers in legends.
+_POWERS = {"power": "power of forces", "base_power": "power that moves base and drives"}
 
 
 @dataclass(frozen=True)
@@ -388,9 +390,9 @@ def _curves(
 def _energies(solution: RecordedSolution) -> list[PlottedCurve]:
     """Return energies and powers; energies as changes from the start if an offset would press them flat."""
     powers = [
-        PlottedCurve(name, "W", values)
-        for name, values in solution.energy.items()
-        if "power" in name and np.any(values)
+        PlottedCurve(text, "W", solution.energy[name])
+        for name, text in _POWERS.items()
+        if np.any(solution.energy.get(name, 0.0))
     ]
     energies = {name: values for name, values in solution.energy.items() if "power" not in name}
     if not energies:

@@ -36,7 +36,7 @@ _ELSEWHERE: Mapping[str, str] = {
 
 
 def _read_toml(text: str, **options: Any) -> ConvertedScene:
-    from eomgen.scene.sources.toml import read_toml  # noqa: PLC0415  # a scene of a record is not read
+    from eomgen.scene.sources.renamed_keys import read_toml  # noqa: PLC0415  # a scene of a record is not read
 
     return read_toml(text, **options)
 

@@ -216,6 +216,12 @@ class OtherFileKind:
     remedy: str
 
 
+def kind_of(data: Mapping[str, Any]) -> str:
+    """Return the noun of the kind of a file, from its data."""
+    rows = rows_of(KINDS, OtherFileKind)
+    return next((row.noun for row in rows if row.kind == data.get("kind")), "a mechanical scene")
+
+
 def fault_of_kind(kind: object) -> tuple[str, str] | None:
     """Return the fault of a key ``kind`` in a mechanical scene, and a remedy; None if the value means no other kind."""
     for row in rows_of(KINDS, OtherFileKind):

@@ -11,7 +11,6 @@ from typing import Any
 
 from eomgen.base.messages import key_of
 from eomgen.errors import DescriptionError, Problem
-from eomgen.scene.sources.source import ConvertedScene
 
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
@@ -35,10 +34,12 @@ def line_index(text: str) -> dict[str, int]:
     text : str
         Valid TOML.
     """
-    return _Scanner(text).scan()
+    return TomlScanner(text).scan()
 
 
-class _Scanner:
+class TomlScanner:
+    """Walk over all keys of a valid TOML text."""
+
     def __init__(self, text: str) -> None:
         self.text = text
         self.place = 0
@@ -47,6 +48,7 @@ class _Scanner:
         self.lines: dict[str, int] = {}
 
     def scan(self) -> dict[str, int]:
+        """Return the line (from 1) of each dotted key."""
         table: Key = ()
         self.skip_blank()
         while self.place < len(self.text):
@@ -62,6 +64,7 @@ class _Scanner:
         return self.lines
 
     def skip_blank(self) -> None:
+        """Go on to the next character that is neither blank nor part of a comment."""
         match = _BLANK.match(self.text, self.place)
         self.place = match.end() if match else self.place
 
@@ -75,24 +78,26 @@ class _Scanner:
             self.lines.setdefault(above, self.line)
 
     def key(self) -> Key:
+        """Return the names of a key, and pass the key."""
         parts: list[str | int] = []
         while True:
             self.skip_blank()
-            if self.text[self.place] in "\"'":
-                quoted = _STRING.match(self.text, self.place)
-                token = quoted.group() if quoted else ""
-                parts.append(str(tomllib.loads(f"k = {token}")["k"]))
-            else:
-                bare = _BARE_KEY.match(self.text, self.place)
-                token = bare.group() if bare else ""
-                parts.append(token)
-            self.place += len(token)
+            parts.append(self.part())
             self.skip_blank()
             if not self.text.startswith(".", self.place):
                 return tuple(parts)
             self.place += 1
 
+    def part(self) -> str:
+        """Return one name of a key, and pass the name."""
+        quoted = self.text[self.place] in "\"'"
+        match = (_STRING if quoted else _BARE_KEY).match(self.text, self.place)
+        token = match.group() if match else ""
+        self.place += len(token)
+        return str(tomllib.loads(f"k = {token}")["k"]) if quoted else token
+
     def pair(self, table: Key) -> None:
+        """Note the key of a pair and all keys in the value, and pass the pair."""
         start = self.place
         key = table + self.key()
         end, self.place = self.place, start
@@ -101,6 +106,7 @@ class _Scanner:
         self.value(key)
 
     def value(self, key: Key) -> None:
+        """Note the keys in the value of a key, and pass the value."""
         self.skip_blank()
         opening = self.text[self.place]
         if opening in "\"'":
@@ -195,9 +201,3 @@ def _toml_hint(fault: str, line: str) -> str:
     if re.search(r"=\s*(True|False)\b", line):
         return "true and false, in small letters"
     return "TOML syntax: key = value, texts in quotes"
-
-
-def read_toml(text: str, *, file: str, strict: bool = False, included: bool = False) -> ConvertedScene:
-    """Return the data of a scene file; no key is left out. Raises DescriptionError."""
-    del strict, included
-    return ConvertedScene(*toml_data(text, file))
