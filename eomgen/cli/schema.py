@@ -31,7 +31,7 @@ def schema(kind: str) -> None:
     if kind in _OTHERS:
         click.echo(_OTHERS[kind][1](), nl=False)
         return
-    from eomgen.scene.document.reference import json_schema  # noqa: PLC0415  # the other kinds need no schema of scenes
+    from eomgen.scene.document.reference import json_schema  # noqa: PLC0415  # pydantic comes with it
 
     click.echo(json_schema(), nl=False)
 

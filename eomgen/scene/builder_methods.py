@@ -10,10 +10,12 @@ from textwrap import fill, indent
 from types import NoneType, UnionType
 from typing import Annotated, Any, Concatenate, Literal, ParamSpec, TypeVar, Union, get_args, get_origin, get_type_hints
 
+from pydantic.fields import FieldInfo
+
 from eomgen.scene.builder_examples import EXAMPLES
 from eomgen.scene.document import schema
 from eomgen.scene.reading import kinds
-from eomgen.scene.reading.key_metadata import Key, Table, every_unit, inner_table
+from eomgen.scene.reading.key_metadata import Table, every_unit, inner_table, meaning_of
 from eomgen.scene.reading.kinds import Rotations as RotationList
 from eomgen.scene.section import Section
 
@@ -130,7 +132,7 @@ def _types(table: type[Table]) -> dict[str, str]:
     for name, hint in get_type_hints(table, include_extras=True).items():
         if name in table.model_fields:
             field = table.model_fields[name]
-            words = "Value" if hint == kinds.Finite and field.meaning.unit else _type(hint)
+            words = "Value" if hint == kinds.Finite and meaning_of(field).unit else _type(hint)
             result[name] = words if field.is_required() or words.endswith("None") else f"{words} | None"
     return result
 
@@ -156,17 +158,17 @@ def _type(annotation: Any) -> str:
     return "None" if annotation is NoneType else str(annotation.__name__)
 
 
-def _default(field: Key) -> Any:
+def _default(field: FieldInfo) -> Any:
     """Return the default of a key as a signature shows it: None for a table."""
     if field.is_required():
         return inspect.Parameter.empty
     return field.default if isinstance(field.default, str | bool | int | float | tuple) else None
 
 
-def _meaning(name: str, words: str, field: Key) -> str:
+def _meaning(name: str, words: str, field: FieldInfo) -> str:
     """Return the documentation of a key in a method's docstring."""
     words = words.removesuffix(" | None")
-    units = " or ".join(every_unit(field.meaning))
+    units = " or ".join(every_unit(meaning_of(field)))
     inner = inner_table(field.annotation)
     keys = f"; keys {', '.join(inner.model.model_fields)}" if inner is not None and "Mapping" in words else ""
     text = _LINK.sub(r"\1", field.description or "") + keys

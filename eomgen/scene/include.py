@@ -11,6 +11,8 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from pydantic import ValidationError
+
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.errors import DescriptionError, EomgenError, FileError, Problem
 from eomgen.formula.units.labels import number_in_label
@@ -25,7 +27,6 @@ from eomgen.scene.formula.scope import REACTING
 from eomgen.scene.reading.key_metadata import Inner, KeyMetadata, Table, fields_of
 from eomgen.scene.reading.kinds import FaultyText, described
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.table_checks import Fault
 from eomgen.scene.repeat import repeated
 from eomgen.scene.sources.register import all_options, readable, source_of
 from eomgen.scene.sources.source import ConvertedScene, OptionError, Source, read_text, shown_file
@@ -227,7 +228,7 @@ class _Includer:
             if entry.parent not in bodies:
                 key = f"{key_of('include', name)}.parent"
                 report.add(key, f"there is no body {shown(entry.parent)}", nearest(entry.parent, bodies))
-                entry = entry.changed(parent=BASE)  # noqa: PLW2901 - so that it is one problem, not many
+                entry = entry.model_copy(update={"parent": BASE})  # noqa: PLW2901 - so that it is one problem, not many
             _merge(name, entry, inner, part, report)
         return part
 
@@ -304,11 +305,13 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     """Return an entry of the section, None unless well formed."""
     file = raw.get("file") if isinstance(raw, Mapping) else None
     table = include_of(source_of(Path(file)) if isinstance(file, str) else None)
-    faults: list[Fault] = []
-    entry: Include = table.check(raw, ("include", name), faults)
-    for fault in faults:
-        report.add(key_of(*fault.place), *explained(fault, table, depth=2))
-    if faults:
+    try:
+        entry = table.model_validate(raw)
+    except ValidationError as error:
+        for detail in error.errors(include_url=False):
+            location = ("include", name, *(part for part in detail["loc"] if isinstance(part, str | int)))
+            fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), table, depth=2)
+            report.add(key_of(*location), fault, hint)
         return None
     prefix = _prefix(name, entry)
     if prefix and not is_legal(prefix):
@@ -405,7 +408,7 @@ def _base(name: str, entry: Include, part: FileData, report: Report, taken: Coll
     body, key = f"{name}_base", key_of("include", name)
     if body in taken:
         body = f"{body}_body"
-    rotation = [turn.plain() for turn in entry.rotation or ()]
+    rotation = [turn.model_dump() for turn in entry.rotation or ()]
     joint = {"type": "fixed", "parent": entry.parent, "child": body, "position": entry.position, "rotation": rotation}
     for section, made in (("bodies", {"mass": 0.0}), ("joints", joint)):
         mine = part.data.get(section, {})
@@ -424,9 +427,9 @@ def _made(data: Mapping[str, Any]) -> dict[str, list[str]]:
     """Return the names that the controllers of a file make, by section; invalid controllers are left out."""
     result: dict[str, list[str]] = {"states": [], "parameters": [], "controllers": []}
     for name in _names(data, "controllers"):
-        faults: list[Fault] = []
-        entry = Controller.check(data["controllers"][name], (), faults)
-        if faults:
+        try:
+            entry = Controller.model_validate(data["controllers"][name])
+        except ValidationError:
             continue
         for section, made in made_by_controller(name, entry).items():
             result[section] += made

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import contextlib
+import sys
+import threading
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from types import ModuleType
 from typing import Any, Literal
 
 from eomgen.base.messages import shown
@@ -14,6 +18,9 @@ from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import TOML, checked_options, readable, source_of
 from eomgen.scene.sources.source import ConvertedScene, fault_of_kind, read_text, shown_file
 from eomgen.scene.sources.urdf.source import URDF
+
+#: The module by which pydantic looks for plugins when it makes a validator.
+_PLUGINS = "pydantic.plugin._loader"
 
 
 def load(
@@ -155,6 +162,25 @@ def _from_read(
     )
 
 
+@contextlib.contextmanager
+def _without_plugins() -> Iterator[None]:
+    """Make validators of tables without a search for plugins of pydantic, for which a process imports a reader of
+    distributions and of emails: half as long as pydantic.
+
+    The search stays while other threads run, which may make models of their own.
+    """
+    if _PLUGINS in sys.modules or threading.active_count() > 1:
+        yield
+        return
+    substitute: Any = ModuleType(_PLUGINS)
+    substitute.get_plugins = tuple
+    sys.modules[_PLUGINS] = substitute
+    try:
+        yield
+    finally:
+        del sys.modules[_PLUGINS]
+
+
 def from_data(
     data: Mapping[str, Any],
     *,
@@ -191,7 +217,8 @@ def from_data(
     DescriptionError
         With every problem that could be found.
     """
-    from eomgen.scene.document.assemble import assemble  # noqa: PLC0415  # a scene that was read before needs no schema
+    with _without_plugins():
+        from eomgen.scene.document.assemble import assemble  # noqa: PLC0415  # pydantic is slow to import
 
     report = Report(file, lines or {})
     report.noted += [(0, problem) for problem in problems]
@@ -215,12 +242,13 @@ def from_data(
 
         part = with_included(data, report, folder or Path())
         report.lines = part.lines
-    return assemble(
-        part,
-        report,
-        notes=notes,
-        metadata=metadata or {},
-        inertias_checked=inertias_checked,
-        coordinates=coordinates,
-        folder=folder or Path(),
-    )
+    with _without_plugins():
+        return assemble(
+            part,
+            report,
+            notes=notes,
+            metadata=metadata or {},
+            inertias_checked=inertias_checked,
+            coordinates=coordinates,
+            folder=folder or Path(),
+        )

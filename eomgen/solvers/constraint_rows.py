@@ -235,7 +235,7 @@ class RowsInMetric:
         """Return the change of a row by rotation, in m per rad; 0 for rows of angles."""
         return float(np.max(np.abs(self.B[row][self.angular]), initial=0.0)) if self.lengths[row] else 0.0
 
-    def atlong_lever(self, row: int) -> bool:
+    def has_long_lever(self, row: int) -> bool:
         """Return whether velocities along the direction of a row, which are full, are too small in comparison with
         rotations to be resolved."""
         straight = np.where(self.angular, 0.0, self.B[row])

@@ -114,7 +114,7 @@ def redundancy(
         take(lefts[best], parts_of[best])
         if max(parts_of[best]) < ALMOST_REDUNDANT:
             hardly[best] = max(parts_of[best])
-    far = [row for row in looked_at if here.atlong_lever(row)] if waiting else []
+    far = [row for row in looked_at if here.has_long_lever(row)] if waiting else []
     if far:
         raise _lever_too_long(system, here, far[0], waiting)
     of_formulas = [row for row in looked_at if system.names[row].endswith(FORMULA)]

@@ -26,6 +26,7 @@ PACKAGES = (
     "scipy",
     "jinja2",
     "cffi",
+    "pydantic",
     "click",
     "rich",
     "platformdirs",

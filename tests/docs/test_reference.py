@@ -12,7 +12,7 @@ import pytest
 from eomgen.scene.document.reference import COMMAND, described, renewed, table, tables
 from eomgen.scene.document.schema import SECTIONS, Document
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, every_unit, key
+from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of
 from eomgen.scene.reading.kinds import Triple, Value
 from tests.docs.parts import DOCS, whole
 
@@ -43,7 +43,7 @@ def test_every_key_says_what_it_means() -> None:
 
 
 def test_what_refers_to_a_section_refers_to_one() -> None:
-    found = {field.meaning.refers for model in tables().values() for field in model.model_fields.values()} - {""}
+    found = {meaning_of(field).refers for model in tables().values() for field in model.model_fields.values()} - {""}
     assert found <= set(SECTIONS) and {"bodies", "points", "joints"} <= found
 
 
@@ -63,7 +63,7 @@ def test_a_table() -> None:
         "| `count` | 1 to 9 | `3` | how many |",
         "| `class` | text | required | what it is |",
     ]
-    assert every_unit(Sample.model_fields["strength"].meaning) == ("N/m", "N m/rad")
+    assert every_unit(meaning_of(Sample.model_fields["strength"])) == ("N/m", "N m/rad")
 
 
 @pytest.mark.slow

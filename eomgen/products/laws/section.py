@@ -7,6 +7,8 @@ from collections.abc import Collection, Iterator, Mapping
 from contextlib import suppress
 from typing import Annotated, Any
 
+from pydantic import Field
+
 from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.products.laws.code import CCode, PythonCode, arguments_of, python_code
@@ -16,7 +18,6 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import ForeignKeys, Table, key, optional
 from eomgen.scene.reading.kinds import Description, Value
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.section import Reading, Section, UnusedEntries
 from eomgen.scene.signals.curves import unit_factor
 from eomgen.scene.signals.tables import is_in_si
@@ -24,9 +25,9 @@ from eomgen.system.signals import CSource
 
 #: Names of arguments, parameters or results, of each at most.
 _MOST = 64
-_Name = Annotated[str, Within(min_length=1, max_length=64)]
-_Path = Annotated[str, Within(min_length=1, max_length=1000)]
-_Units = Annotated[dict[str, str], Within(min_length=1, max_length=_MOST)]
+_Name = Annotated[str, Field(min_length=1, max_length=64)]
+_Path = Annotated[str, Field(min_length=1, max_length=1000)]
+_Units = Annotated[dict[str, str], Field(min_length=1, max_length=_MOST)]
 
 
 class LawEntry(Table):
@@ -48,10 +49,10 @@ class LawEntry(Table):
     complex_step: bool = key("of `python`: partials by complex steps of a function that takes complex numbers", False)
     arguments: _Units = key("names of the arguments, in order, with units in SI", kind="table of texts")
     results: _Units = key("names of the results, in order, with units in SI", kind="table of texts")
-    parameters: Annotated[dict[str, Value], Within(max_length=_MOST)] | None = optional(
+    parameters: Annotated[dict[str, Value], Field(max_length=_MOST)] | None = optional(
         "names of further numbers, in order, with formulas of parameters", names=PARAMETERS, kind="table of formulas"
     )
-    scales: Annotated[dict[str, Annotated[float, Within(gt=0.0)]], Within(max_length=2 * _MOST)] | None = optional(
+    scales: Annotated[dict[str, Annotated[float, Field(gt=0.0)]], Field(max_length=2 * _MOST)] | None = optional(
         "typical sizes of arguments and parameters, in SI, for differences and checks",
         kind="table of numbers",
         shown_default="1 for each",

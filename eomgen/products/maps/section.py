@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, key_of, listed, shown
@@ -18,7 +19,6 @@ from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import Surface
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Description, Numbers, Unit
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading, Section, UnusedEntries
 from eomgen.scene.signals.curves import LARGEST, fault, unit_factor
@@ -41,7 +41,7 @@ _TitledGrid = tuple[tuple[Array, Array, Array], tuple[str, str, str]]
 class MapFile(Table):
     """A grid in a file: three columns of a CSV file with one row for each node, or three variables of a NetCDF file."""
 
-    file: Annotated[str, Within(min_length=1, max_length=1000)] = key(
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
         "path of a CSV file, or of a NetCDF file (`.nc`), from the folder of the scene file",
         kind="text",
         path=True,
@@ -64,7 +64,7 @@ class Map(Table):
     table: MapFile | None = optional("the grid from a file, in place of `x`, `y` and `values`")
     x: Numbers | None = optional("nodes of the first argument, increasing", kind="list of numbers")
     y: Numbers | None = optional("nodes of the second argument, increasing", kind="list of numbers")
-    values: tuple[Numbers, ...] | None = optional(
+    values: Annotated[tuple[Numbers, ...], Field(strict=False)] | None = optional(
         "one list for each node of `x`, with one value for each node of `y`", kind="list of lists of numbers"
     )
     x_unit: Unit = key("unit that the list `x` is in, to be brought to SI: `rpm`", "")

@@ -7,13 +7,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, Literal
 
+from pydantic import Field
+
 from eomgen.base.data import dataclass
 from eomgen.scene.bodies import model as beam
 from eomgen.scene.bodies.model import Ends, Normalisation, ShapeFunctions
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Pair, Rotations, SixBySixValues, Triple, Value, Values
-from eomgen.scene.reading.table_checks import Within
 
 MOST_MODES = 100
 MOST_ELEMENTS = 400
@@ -92,13 +93,13 @@ class Deformation(Table):
     """One way in which a beam deforms."""
 
     shapes: ShapeFunctions = key("family of the shape functions, see below", "clamped_free")
-    modes: Annotated[int, Within(ge=1, le=MOST_MODES)] | None = optional(
+    modes: Annotated[int, Field(ge=1, le=MOST_MODES)] | None = optional(
         "number of elastic coordinates", kind=f"1 to {MOST_MODES}", shown_default="required, but for nodal coordinates"
     )
     ends: Ends | None = optional(
         "conditions at the ends, for `polynomial` and `finite_elements`", shown_default=f"`{beam.Deformation.ends}`"
     )
-    elements: Annotated[int, Within(ge=1, le=MOST_ELEMENTS)] | None = optional(
+    elements: Annotated[int, Field(ge=1, le=MOST_ELEMENTS)] | None = optional(
         "of the mesh, for `finite_elements`: cubic in bending, quadratic in stretch and torsion",
         kind=f"1 to {MOST_ELEMENTS}",
         shown_default="required for `finite_elements`",
@@ -116,7 +117,7 @@ class Deformation(Table):
         1.0,
         names=PARAMETERS,
     )
-    masses: tuple[ModeMass, ...] = key(
+    masses: Annotated[tuple[ModeMass, ...], Field(strict=False)] = key(
         "added to the mesh for the modes of `finite_elements`; a body joined to the beam has the mass itself",
         (),
         kind="list of tables, below",
@@ -188,7 +189,7 @@ class BeamPart(Table):
     """A part of a geometrically exact beam; keys that it does not give are taken from the beam."""
 
     length: Value = key("undeformed", unit="m", names=FIXED_PARAMETERS)
-    elements: Annotated[int, Within(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
+    elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] = key(
         "equal elements along the part", kind=f"1 to {MOST_EXACT_ELEMENTS}"
     )
     section: Section | None = optional("shape and material", kind="table, above", shown_default="the beam's")
@@ -230,9 +231,10 @@ class BeamShape(Table):
         unit="m",
         names=FIXED_PARAMETERS,
         kind="list of 3 values of fixed parameters, m",
+        strict=False,
     )
     frames: tuple[ShapeFrame, ...] | None = optional(
-        "frames of sections, the first one the beam's frame; helices join them", kind="list of tables"
+        "frames of sections, the first one the beam's frame; helices join them", kind="list of tables", strict=False
     )
 
 
@@ -260,7 +262,7 @@ class Beam(Table):
     )
     mass_profile: Values = key(f"{_PROFILE} the mass", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
     polar_profile: Values = key(f"{_PROFILE} the polar inertia", (1.0,), names=FIXED_PARAMETERS, kind=_COEFFICIENTS)
-    order: Annotated[int, Within(ge=1, le=2)] = key(
+    order: Annotated[int, Field(ge=1, le=2)] = key(
         "1 keeps kinetic energy to second order in the elastic coordinates and their rates, 2 keeps all of it",
         1,
     )
@@ -269,12 +271,12 @@ class Beam(Table):
     bending_z: Bending | None = optional("deflection along z", kind="table, below")
     stretch: Stretch | None = optional("elongation along x", kind="table, below")
     torsion: Torsion | None = optional("twist about x", kind="table, below")
-    elements: Annotated[int, Within(ge=1, le=MOST_EXACT_ELEMENTS)] | None = optional(
+    elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] | None = optional(
         "`cosserat`: equal elements along the beam",
         kind=f"1 to {MOST_EXACT_ELEMENTS}",
         shown_default="required for `cosserat`, but with `parts`",
     )
-    parts: tuple[BeamPart, ...] = key(
+    parts: Annotated[tuple[BeamPart, ...], Field(strict=False)] = key(
         "`cosserat`: of other sections or elements, one after the other, in place of `length` and `elements`",
         (),
         kind="list of tables, below",

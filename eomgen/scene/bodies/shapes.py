@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field
 
 from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import replace
@@ -22,7 +23,6 @@ from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
 from eomgen.scene.reading.kinds import Values as OneOrMore
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import above_zero
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.section import Reading, Section
@@ -102,7 +102,7 @@ class DrawnShape(Table):
     semi_axes: Triple | None = optional(
         "of an ellipsoid along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("an ellipsoid")
     )
-    file: Annotated[str, Within(min_length=1, max_length=1000)] | None = optional(
+    file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "path of an STL file (binary or text), an OBJ file, a COLLADA file (DAE) or a binary glTF file (GLB), from the"
         " folder of the scene file; `package://NAME/...` for a file of a folder NAME around that folder",
         kind="text",

@@ -84,7 +84,7 @@ def read_sampled_controller(
     states: list[State] = []
     if clock is None:
         return states, called
-    plain = read_clock(key, entry.changed(delay=None, quantum=None), values)
+    plain = read_clock(key, entry.model_copy(update={"delay": None, "quantum": None}), values)
     where = report.where(key)
     for label, state in zip(entry.signals or {}, made.signals, strict=True):
         place = f"{key}.signals.{label}"

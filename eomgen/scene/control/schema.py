@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
+from pydantic import Field
+
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, STATE
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
-from eomgen.scene.reading.table_checks import Within
 
-Names = tuple[Annotated[str, Within(max_length=200)], ...]
-Modes = tuple[Annotated[int, Within(ge=1, le=100_000)], ...]
-Poles = tuple[NumberPair, ...]
+Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(strict=False)]
+Modes = Annotated[tuple[Annotated[int, Field(ge=1, le=100_000)], ...], Field(strict=False)]
+Poles = Annotated[tuple[NumberPair, ...], Field(strict=False)]
 _BY_JOINT = "table of numbers by joint"
 
 
@@ -144,16 +145,16 @@ class Controller(Table):
     quantum: Value | None = of_fixed_parameters(
         "`sampled`: outputs are rounded to whole multiples of it", unit=ANY_UNIT, shown_default="not rounded"
     )
-    source: Annotated[str, Within(min_length=1, max_length=1000)] | None = optional(
+    source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "`sampled`: C file with its function, path from the folder of the scene file",
         path=True,
         kind="text",
         shown_default="none: the caller's",
     )
-    function: Annotated[str, Within(min_length=1, max_length=64)] | None = optional(
+    function: Annotated[str, Field(min_length=1, max_length=64)] | None = optional(
         "`sampled`: name of the function in `source`", kind="text", shown_default="required with `source`"
     )
-    memory: Annotated[int, Within(ge=0, le=256)] | None = optional(
+    memory: Annotated[int, Field(ge=0, le=256)] | None = optional(
         "`sampled`: numbers that its function keeps from sample to sample",
         kind="whole number up to 256",
         shown_default="`0` with `source`; else left to the function",

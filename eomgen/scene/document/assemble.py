@@ -46,7 +46,7 @@ def assemble(
     data, labels, units = in_si(part.data, report)
     document, refused = read_document(data, report)
     if coordinates is not None:
-        document = document.changed(coordinates=coordinates)
+        document = document.model_copy(update={"coordinates": coordinates})
     document = check_names(document, refused, report)
     bodies = data.get("bodies", ()) if inertias_checked else part.judged
     judged = {key_of("bodies", body, field) for body in bodies for field in ("mass", "inertia")}
@@ -65,7 +65,7 @@ def assemble(
 def content(document: Document) -> bytes:
     """Return bytes that determine the scene: canonical JSON, with entries as pairs because the order of entries
     counts."""
-    data = {name: value for name, value in document.plain().items() if name not in ("include", "repeat")}
+    data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for row in document.rows:
         if not row.single:
             data[row.key] = [[name, entry] for name, entry in data.get(row.key, {}).items()]

@@ -41,7 +41,7 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
                 refused[row.key].add(name)
         if entries:
             kept[row.key] = {name: entry for name, entry in entries.items() if name not in refused[row.key]}
-    return document.changed(**kept)
+    return document.model_copy(update=kept)
 
 
 def _fault(row: Section, name: str, document: Document, rows: Sequence[Section]) -> tuple[str, str]:

@@ -7,14 +7,15 @@ units stands between ``<!-- units -->`` and ``<!-- end -->``. All else on the pa
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from types import NoneType, UnionType
+from types import UnionType
 from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from pydantic.fields import FieldInfo
 
 from eomgen.formula.units.table import UNITS
 from eomgen.scene.document.schema import every_document
@@ -31,7 +32,7 @@ from eomgen.scene.formula.scope import (
     TRANSLATION,
     Scope,
 )
-from eomgen.scene.reading.key_metadata import Key, KeyMetadata, Table, every_unit, fields_of, inner_table, tables_of
+from eomgen.scene.reading.key_metadata import KeyMetadata, Table, every_unit, fields_of, meaning_of, tables_of
 from eomgen.scene.reading.kinds import (
     NUMBER_SCHEMA,
     QUANTITY_SCHEMA,
@@ -44,7 +45,6 @@ from eomgen.scene.reading.kinds import (
     Value,
     Values,
 )
-from eomgen.scene.reading.table_checks import JsonSchema, Within, marks_of
 
 COMMAND = "python -m eomgen.scene.document.reference docs/scene.md"
 #: Titles of scopes on the page.
@@ -62,15 +62,6 @@ SCOPES: dict[Scope, str] = {
 }
 _MARKED = re.compile(r"(<!-- keys of (\w+) -->\n)(.*?)(<!-- end -->)", re.DOTALL)
 _UNITS = re.compile(r"(<!-- units -->\n).*?(<!-- end -->)", re.DOTALL)
-#: JSON Schemas of plain types.
-_JSON: dict[Any, dict[str, Any]] = {
-    Any: {},
-    NoneType: {"type": "null"},
-    str: {"type": "string"},
-    bool: {"type": "boolean"},
-    int: {"type": "integer"},
-    float: {"type": "number"},
-}
 _KINDS: tuple[tuple[Any, str], ...] = (
     (Finite, "number"),
     (Value, "value"),
@@ -127,8 +118,8 @@ def described(page: str) -> list[str]:
     return [match[2] for match in _MARKED.finditer(page)]
 
 
-def _type(annotation: Any, field: Key) -> str:
-    meaning = field.meaning
+def _type(annotation: Any, field: FieldInfo) -> str:
+    meaning = meaning_of(field)
     kind = meaning.kind or (_entry(meaning.refers) if meaning.refers else _kind(annotation, field))
     if meaning.kind:
         return kind
@@ -137,10 +128,10 @@ def _type(annotation: Any, field: Key) -> str:
     return f"{kind}{scope}{', ' if units else ''}{units}"
 
 
-def _kind(annotation: Any, field: Key) -> str:
-    for mark in marks_of(field.type)[1]:
-        if isinstance(mark, Within) and mark.ge is not None and mark.le is not None:
-            return f"{mark.ge} to {mark.le}"
+def _kind(annotation: Any, field: FieldInfo) -> str:
+    limits = {name: getattr(entry, name) for entry in field.metadata for name in ("ge", "le") if hasattr(entry, name)}
+    if len(limits) == 2:
+        return f"{limits['ge']} to {limits['le']}"
     if get_origin(annotation) in (Union, UnionType):
         given = [part for part in get_args(annotation) if part is not type(None)]
         if len(given) < len(get_args(annotation)):
@@ -148,7 +139,7 @@ def _kind(annotation: Any, field: Key) -> str:
     for known, words in _KINDS:
         if annotation == known:
             return words
-    if get_origin(annotation := marks_of(annotation)[0]) is Literal:
+    if get_origin(annotation) is Literal:
         *most, last = (f"`{word}`" for word in get_args(annotation))
         return f"{', '.join(most)} or {last}" if most else last
     return "table, below"
@@ -158,8 +149,8 @@ def _entry(section: str) -> str:
     return next((row.title for row in every_document().rows if row.key == section), section.removesuffix("s"))
 
 
-def _default(field: Key) -> str:
-    shown = field.meaning.shown_default
+def _default(field: FieldInfo) -> str:
+    shown = meaning_of(field).shown_default
     if shown or field.is_required():
         return shown or "required"
     if field.default is None:
@@ -194,10 +185,9 @@ def schema() -> dict[str, Any]:
     The schema has only keywords with equal meaning in draft 4 and later drafts, since editors of TOML know draft 4.
     """
     document = every_document()
-    known = tables_of(document)
-    definitions = {name: _schema_of_table(model) for name, model in sorted(known.items()) if model is not document}
-    description = {"$defs": definitions, **_schema_of_table(document)}
-    for name, model in known.items():
+    description = document.model_json_schema()
+    definitions = description["$defs"]
+    for name, model in tables_of(document).items():
         properties = definitions.get(name, description)["properties"]  # the document is not a definition
         for key_name, (meaning, _) in fields_of(model).items():
             _annotate(properties[key_name], meaning)
@@ -209,76 +199,6 @@ def schema() -> dict[str, Any]:
     return {"$schema": "http://json-schema.org/draft-04/schema#", **_of_every_draft(description)}
 
 
-def _schema_of_table(table: type[Table]) -> dict[str, Any]:
-    """Return the JSON Schema of a table, which refers to the schemas of tables in it."""
-    keys = {key.alias or name: (name, key) for name, key in table.model_fields.items()}
-    required = [written for written, (_, key) in keys.items() if key.is_required()]
-    return {
-        "additionalProperties": table.others,
-        "description": inspect.cleandoc(table.__doc__ or ""),
-        "properties": {written: _schema_of_key(written, key) for written, (_, key) in keys.items()},
-        **({"required": required} if required else {}),
-        "title": table.__name__,
-        "type": "object",
-    }
-
-
-def _schema_of_key(name: str, key: Key) -> dict[str, Any]:
-    """Return the JSON Schema of a key with default and description."""
-    result = _schema_of_type(key.type)
-    default = key.default.plain() if isinstance(key.default, Table) else key.default
-    default = list(default) if isinstance(default, tuple) else default
-    result |= {} if key.is_required() else {"default": default}
-    result |= {} if key.description is None else {"description": key.description}
-    inner = inner_table(key.annotation)
-    is_table = inner is not None and inner.shape == "table"
-    return result if is_table else result | {"title": name.replace("_", " ").title()}
-
-
-def _schema_of_type(annotation: Any) -> dict[str, Any]:
-    """Return the JSON Schema of a type with marks."""
-    plain, marks = marks_of(annotation)
-    for mark in marks:
-        if isinstance(mark, JsonSchema):
-            return dict(mark.schema)
-    result = _schema_of_plain(plain)
-    for mark in marks:
-        if isinstance(mark, Within):
-            result |= {word: value for word, value in _bounds(mark, result["type"]) if value is not None}
-    return result
-
-
-def _bounds(mark: Within, kind: str) -> list[tuple[str, float | None]]:
-    """Return the bounds of a type by the keywords of JSON Schema."""
-    noun = "Length" if kind == "string" else "Properties"
-    return [
-        ("minimum", mark.ge),
-        ("maximum", mark.le),
-        ("exclusiveMinimum", mark.gt),
-        (f"min{noun}", mark.min_length),
-        (f"max{noun}", mark.max_length),
-    ]
-
-
-def _schema_of_plain(plain: Any) -> dict[str, Any]:
-    """Return the JSON Schema of a type without marks."""
-    origin, parts = get_origin(plain), get_args(plain)
-    if origin in (Union, UnionType):
-        each = [_schema_of_type(part) for part in parts]
-        flat = [part for entry in each for part in (entry["anyOf"] if set(entry) == {"anyOf"} else [entry])]
-        return {"anyOf": flat}
-    if origin is Literal:
-        kind = {"type": "integer" if isinstance(parts[0], int) else "string"}
-        return ({"const": parts[0]} if len(parts) == 1 else {"enum": list(parts)}) | kind
-    if origin is dict:
-        inner = _schema_of_type(parts[1])
-        return {"type": "object", "additionalProperties": inner or True}
-    if origin is tuple:
-        length = {} if parts[-1] is Ellipsis else {"maxItems": len(parts), "minItems": len(parts)}
-        return {"type": "array", "items": _schema_of_type(parts[0]), **length}
-    return {"$ref": f"#/$defs/{plain.__name__}"} if plain not in _JSON else dict(_JSON[plain])
-
-
 def _of_every_draft(node: Any) -> Any:
     """Return a JSON Schema with keywords of draft 4 only: later keywords are replaced by equivalents."""
     if isinstance(node, list):
@@ -286,6 +206,8 @@ def _of_every_draft(node: Any) -> Any:
     if not isinstance(node, dict):
         return node
     node = {key_name: _of_every_draft(entry) for key_name, entry in node.items()}
+    if "prefixItems" in node:
+        node["items"] = node.pop("prefixItems")[0]  # lists of a length are lists of one kind here
     if "const" in node:
         node["enum"] = [node.pop("const")]
     return node

@@ -1,4 +1,4 @@
-"""The shape of a scene file, as classes of tables: which keys exist, what kind of value each takes and what it means.
+"""The shape of a scene file, as pydantic models: which keys exist, what kind of value each takes and what it means.
 
 Checks of several keys together are in ``checks``; the tables of ``docs/scene.md`` are made from here by
 ``reference``.
@@ -9,12 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from functools import cache
 from types import GenericAlias
-from typing import Annotated, Any, ClassVar, Literal, TypeVar
+from typing import Annotated, Any, ClassVar, Literal, cast
+
+from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Rotations, Triple, Value
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.scene import GRAVITY
 from eomgen.scene.section import Section
 from eomgen.scene.sections import OWN, others, sections_for
@@ -23,14 +24,12 @@ from eomgen.scene.sources.source import Option, Source
 from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
 
-Kind = TypeVar("Kind", bound=Table)
-
 
 def _key_of(source: Source, option: Option) -> tuple[Any, Any]:
     """Return the type of an option of a source as a key of an include, and the key."""
     description = f"{formats_with(source, option)}: {option.of_key or option.description}"
     if isinstance(option.default, tuple):
-        names = tuple[str, ...]
+        names = Annotated[tuple[str, ...], Field(strict=False)]
         return names, key(description, option.default, kind="list of names")
     return Literal[option.choices] if option.choices else type(option.default), key(description, option.default)
 
@@ -38,10 +37,10 @@ def _key_of(source: Source, option: Option) -> tuple[Any, Any]:
 class Include(Table):
     """Another scene file, or a URDF, as a part of this scene."""
 
-    file: Annotated[str, Within(min_length=1, max_length=1000)] = key(
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
         "path, from the folder of this file", kind="text", path=True
     )
-    prefix: Annotated[str, Within(max_length=64)] | None = optional(
+    prefix: Annotated[str, Field(max_length=64)] | None = optional(
         "goes before every name of the file", kind="text", shown_default="the entry's name and `_`"
     )
     parent: str = key("body of this scene that is the file's base", "base", refers="bodies", kind="body, or `base`")
@@ -67,7 +66,7 @@ class Repeat(Table):
     """Entries of sections that are made once for each number of the indices; the keys other than ``indices`` are
     sections of the scene."""
 
-    others: ClassVar[bool] = True
+    model_config = ConfigDict(extra="allow", strict=True, frozen=True, defer_build=True)
 
     indices: dict[str, Any] = key(
         "numbers that each index takes: `{ i = 10 }` for 0 to 9, `{ i = [1, 9] }` for 1 to 9; the last one counts"
@@ -82,19 +81,12 @@ class Repeat(Table):
     )
 
 
-def _with_keys(table: type[Kind], added: Mapping[str, tuple[Any, Any]]) -> type[Kind]:
-    """Return a table with further keys, of which the types and the keys are given."""
-    annotations = {name: annotation for name, (annotation, _) in added.items()}
-    values = {name: item for name, (_, item) in added.items()}
-    return type(table.__name__, (table,), {**values, "__annotations__": annotations, "__module__": table.__module__})
-
-
 def include_of(source: Source | None) -> type[Include]:
     """Return the table of an include of a source's files, which may be another distribution's."""
     if source is None or source in BUILT_IN:
         return Include
     added: dict[str, Any] = {option.name: _key_of(source, option) for option in source.options}
-    return _with_keys(Include, added)
+    return create_model("Include", __base__=Include, **added)
 
 
 class Simulation(Table):
@@ -115,7 +107,7 @@ class Simulation(Table):
         kind="0 to 0.1",
         shown_default="the method's",
     )
-    order: Annotated[int, Within(ge=2, le=40)] | None = optional(
+    order: Annotated[int, Field(ge=2, le=40)] | None = optional(
         "of `taylor`", kind="whole number, 2 to 40", shown_default="by the tolerance"
     )
     settings: dict[str, Finite] = key(
@@ -126,12 +118,17 @@ class Simulation(Table):
         shown_default="`{}`",
     )
     real: Literal["double", "float"] = key("default of the numbers in compiled code", Defaults.real)
-    record_every: Annotated[int, Within(ge=1, le=1_000_000_000)] = key(
+    record_every: Annotated[int, Field(ge=1, le=1_000_000_000)] = key(
         "steps between recorded rows", Defaults.record_every, kind="whole number from 1"
     )
     start: Literal["initial", "equilibrium"] = key(
         "the joints' initial state, or static equilibrium near it, with their velocities", Defaults.start
     )
+
+
+#: Schemas without absent sections, by the whole one and the keys of these sections, and how many are made.
+_SHORTENED: dict[tuple[type[Document], frozenset[str]], type[Document]] = {}
+_MOST_SHORTENED = 4
 
 
 def section_keys(document: type[Document]) -> tuple[str, ...]:
@@ -156,9 +153,26 @@ def _document(rows: tuple[Section, ...]) -> type[Document]:
     if rows == OWN:
         return Document
     added: dict[str, Any] = {row.key: (GenericAlias(dict, (str, row.entry)), {}) for row in rows[len(OWN) :]}
-    made = _with_keys(Document, added)
+    made = create_model("Document", __base__=Document, **added)
     made.rows = rows
     return made
+
+
+def without_absent_sections(schema: type[Document], data: Mapping[str, Any]) -> type[Document]:
+    """Return the schema without the sections that data lack, since validators of sections take most of the time of a
+    first reading; the whole schema once several were made."""
+    key = schema, frozenset(row.key for row in schema.rows if row.key not in data)
+    if key not in _SHORTENED:
+        if len(_SHORTENED) == _MOST_SHORTENED:
+            return schema
+        kept: dict[str, Any] = {
+            name: (field.annotation, field) for name, field in schema.model_fields.items() if name not in key[1]
+        }
+        # the class has all attributes that readers of a Document use besides the entries of sections
+        made = cast("type[Document]", create_model("Document", __base__=(_Sections, Table), **kept))
+        made.rows = schema.rows
+        _SHORTENED[key] = made
+    return _SHORTENED[key]
 
 
 class _Sections:
@@ -176,7 +190,7 @@ class _Sections:
         return getattr(self, name, None)
 
 
-class Document(_Sections, Table):
+class Document(_Sections, Table, BaseModel):  # the linter knows the children of BaseModel only if it is a direct base
     """A scene file of eomgen."""
 
     format: Literal[1] = key("version of this format", kind="1")
@@ -184,16 +198,16 @@ class Document(_Sections, Table):
     description: Description = key("one line for tables and plots", "")
     gravity: Triple = key("in world axes", GRAVITY, unit="m/s^2", names=PARAMETERS)
     coordinates: Literal["joint", "absolute"] = key("see [absolute coordinates](absolute_coordinates.md)", "joint")
-    terms: tuple[Literal[tuple(TERMS)], ...] = key(  # type: ignore[valid-type]
+    terms: Annotated[tuple[Literal[tuple(TERMS)], ...], Field(strict=False)] = key(  # type: ignore[valid-type]
         "functions wanted; empty means all that the scene can use, see [terms](terms.md)", (), kind="list of names"
     )
-    task_frames: tuple[str, ...] = key(
+    task_frames: Annotated[tuple[str, ...], Field(strict=False)] = key(
         "bodies and [frames](frames.md) whose Jacobians and the like the terms of frames give; empty means all",
         (),
         kind="list of names",
     )
-    include: dict[str, Include] = {}  # noqa: RUF012  # the default of a key, of which each file has a copy
-    repeat: dict[str, Repeat] = {}  # noqa: RUF012
+    include: dict[str, Include] = {}
+    repeat: dict[str, Repeat] = {}
     for row in OWN:
         __annotations__[row.key] = row.entry | None if row.single else GenericAlias(dict, (str, row.entry))
         locals()[row.key] = None if row.single else {}

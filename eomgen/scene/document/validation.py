@@ -8,15 +8,16 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Annotated, Any, get_args, get_origin
 
+from pydantic import BaseModel, ValidationError
+
 from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.formula.units.parser import is_quantity
-from eomgen.scene.document.schema import Document, document_for, section_keys
+from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
-from eomgen.scene.reading.key_metadata import ForeignKeys, Table, added_keys
+from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys
 from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, plain_angles
 from eomgen.scene.reading.report import Report
-from eomgen.scene.reading.table_checks import Fault
 from eomgen.system.terms import nearest_term
 
 #: Examples by key.
@@ -257,7 +258,7 @@ _LISTED = 12
 _AXES = ("x", "y", "z")
 #: Signs of numbers, before a unit.
 _OF_NUMBERS = "+-0123456789.eE \t"
-#: Nouns of types, by the kind of fault.
+#: Nouns of types, by the kind of pydantic's message.
 _NEEDED: Mapping[str, str] = {
     "string_type": "a text",
     "bool_type": "true or false",
@@ -285,10 +286,16 @@ def wrong_format(given: object) -> tuple[str, str]:
     return f"this eomgen reads format 1, not {described(given)}", remedy
 
 
-def explained(wrong: Fault, table: type[Table] = Document, depth: int = 0) -> tuple[str, str]:
-    """Return the message about a fault in the words of the scene file, and a hint; the part of the place from ``depth``
-    on is within ``table``."""
-    kind, message, location, given = wrong
+def explained(
+    kind: str,
+    message: str,
+    location: tuple[str | int, ...],
+    given: object,
+    table: type[BaseModel] = Document,
+    depth: int = 0,
+) -> tuple[str, str]:
+    """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
+    ``depth`` on is within ``table``."""
     last = str(location[-1])
     if kind == "extra_forbidden":
         return _unknown_key(location, given, table, depth)
@@ -307,7 +314,7 @@ def explained(wrong: Fault, table: type[Table] = Document, depth: int = 0) -> tu
             f"{described(given)} is out of range here: it {message.removeprefix('Input ')}",
             f"a number {side} {limit}",
         )
-    fault = message[:1].lower() + message[1:]
+    fault = message[0].lower() + message[1:]
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
         sign = "-" if given[0] == "-" else ""
         entries = ", ".join(f"{sign}1" if axis == given[-1] else "0" for axis in _AXES)
@@ -319,7 +326,7 @@ def explained(wrong: Fault, table: type[Table] = Document, depth: int = 0) -> tu
     return fault, example(location, given)
 
 
-def _number_meant(location: tuple[str | int, ...], given: object, table: type[Table], depth: int) -> str:
+def _number_meant(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> str:
     """Return the hint of a text or a list in place of a number; empty for other values."""
     if isinstance(given, list | tuple):
         return _one_number(str(location[-1]), given)
@@ -335,7 +342,7 @@ def _one_number(key: str, given: Sequence[object]) -> str:
     return f"{key} = {given[0]}" if len(set(given)) == 1 else _BY_KEY.get(key, "one number")
 
 
-def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[Table], depth: int) -> str:
+def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[BaseModel], depth: int) -> str:
     """Return the hint of a number with a unit in a list whose unit has a key of its own; empty for other lists."""
     words = [part for part in location if isinstance(part, str)]
     keys = [f"{words[-1]}_unit", f"{words[-1].removesuffix('s')}_unit"]
@@ -344,7 +351,7 @@ def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[Table
     return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key and is_quantity(given) else ""
 
 
-def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Table], depth: int) -> tuple[str, str]:
+def _unknown_key(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
     """Return the message about an unknown key or section, and a hint."""
     last = str(location[-1])
     if len(location) == 1 and (absent := fault_of_absent(last)):
@@ -358,12 +365,11 @@ def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Tab
     return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
 
 
-def _is_news(wrong: Fault, report: Report) -> bool:
+def _is_news(detail: Mapping[str, Any], location: tuple[str | int, ...], report: Report) -> bool:
     """Return whether no other message has the fault: of the text, or on a definition whose name has a dot."""
-    if isinstance(wrong.given, FaultyText):
+    if isinstance(detail.get("input"), FaultyText):
         return False
-    place = wrong.place
-    return not (place[0] == "definitions" and wrong.kind == "missing" and report.concerns(key_of(*place[:2])))
+    return not (location[0] == "definitions" and detail["type"] == "missing" and report.concerns(key_of(*location[:2])))
 
 
 def _is_formula(given: object) -> bool:
@@ -393,10 +399,10 @@ def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
     for part in location:
         if own_name:
             own_name = False
-        elif isinstance(model, type) and issubclass(model, Table) and part in model.model_fields:
+        elif isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
             model = model.model_fields[str(part)].annotation
             own_name = get_origin(model) is dict
-            while not isinstance(model, type) or not issubclass(model, Table):
+            while not isinstance(model, type) or not issubclass(model, BaseModel):
                 arguments = get_args(model)[:1] if get_origin(model) is Annotated else get_args(model)
                 candidates = [
                     candidate for candidate in arguments if candidate is not type(None) and candidate is not str
@@ -421,26 +427,27 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     sections = section_keys(schema)
     refused: dict[str, set[str]] = {section: set() for section in sections}
     kept = dict(data)
-    faults: list[Fault] = []
-    document: Document = schema.check(kept, (), faults)
-    if not faults:
-        return document, refused
-    broken, meant = False, set[tuple[str | int, ...]]()  # keys that others are to be renamed to
-    for wrong in sorted(faults, key=lambda wrong: wrong.kind == "missing"):
-        fault, hint = explained(wrong, schema)
-        place, section = wrong.place, str(wrong.place[0])
-        if wrong.kind == "extra_forbidden":
-            meant.add((*place[:-1], hint))
-        if wrong.kind == "missing" and section == "joints" and place[-1] == "child":
-            hint = child_hint(data)
-        if _is_news(wrong, report) and (wrong.kind != "missing" or place not in meant):
-            report.add(key_of(*place), fault, hint)
-        if section in sections and len(place) > 1 and isinstance(kept.get(section), Mapping):
-            refused[section].add(str(place[1]))
-            kept[section] = {name: entry for name, entry in kept[section].items() if str(name) != place[1]}
-        elif section in kept:
-            broken = broken or section in sections
-            del kept[section]
+    try:
+        return without_absent_sections(schema, kept).model_validate(kept), refused
+    except ValidationError as error:
+        broken, meant = False, set[tuple[str | int, ...]]()  # keys that others are to be renamed to
+        for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
+            parts = (part for part in detail["loc"] if isinstance(part, str | int))
+            location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
+            fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
+            if detail["type"] == "extra_forbidden":
+                meant.add((*location[:-1], hint))
+            if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
+                hint = child_hint(data)
+            if _is_news(detail, location, report) and (detail["type"] != "missing" or location not in meant):
+                report.add(key_of(*location), fault, hint)
+            section = str(location[0])
+            if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):
+                refused[section].add(str(location[1]))
+                kept[section] = {name: entry for name, entry in kept[section].items() if name != location[1]}
+            elif section in kept:
+                broken = broken or section in sections
+                del kept[section]
     if broken:  # avoids a separate problem for every reference into a missing section
         report.raise_problems()
-    return schema.check({"format": 1, "name": "scene", **kept}, (), []), refused
+    return without_absent_sections(schema, kept).model_validate({"format": 1, "name": "scene", **kept}), refused

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Literal
 
+from pydantic import model_validator
+
 from eomgen.scene.formula.scope import EVERYTHING
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Value
@@ -43,6 +45,7 @@ class Mode(Table):
     value: Finite = key("at the start of a run")
     description: Description = key("for tables", "")
 
+    @model_validator(mode="before")
     @classmethod
-    def prepared(cls, given: object) -> object:
-        return given if isinstance(given, Mapping) else {"value": given}
+    def _from_number(cls, data: object) -> object:
+        return data if isinstance(data, Mapping) else {"value": data}

@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
+from pydantic import Field
 
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
@@ -20,7 +21,6 @@ from eomgen.scene.joint_types import JOINTS, by_component
 from eomgen.scene.reading.key_metadata import Table, given_in, key
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.reading.values import read_placement
 from eomgen.scene.rotations import rows
 from eomgen.system.description import BASE, WORLD
@@ -116,7 +116,7 @@ class EffortEntry(Table):
         unit=by_component("N m", "N"),
         names=LOAD,
     )
-    index: Annotated[int, Within(ge=0, le=5)] = key("component of the joint's velocity, angular ones first", 0)
+    index: Annotated[int, Field(ge=0, le=5)] = key("component of the joint's velocity, angular ones first", 0)
 
 
 @dataclass(frozen=True)

@@ -40,8 +40,10 @@ class WrapEntry(Table):
 class TendonEntry(Table):
     """A spring, damper or actuator along a path of points; the same tension acts along the whole path."""
 
-    points: tuple[str, ...] = key("the path, two points or more", refers="points", kind="list of points")
-    wraps: tuple[WrapEntry, ...] = key("obstacles of the path", (), kind="list of tables, below", shown_default="`[]`")
+    points: tuple[str, ...] = key("the path, two points or more", refers="points", kind="list of points", strict=False)
+    wraps: tuple[WrapEntry, ...] = key(
+        "obstacles of the path", (), kind="list of tables, below", shown_default="`[]`", strict=False
+    )
     stiffness: Value = key("tension by length beyond `length`", 0.0, unit="N/m", names=PARAMETERS)
     damping: Value = key("tension by rate of length", 0.0, unit="N s/m", names=PARAMETERS)
     length: Value = key("length at which the tendon is slack", 0.0, unit="m", names=PARAMETERS)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar
+from typing import Any, ClassVar
+
+from pydantic import ValidatorFunctionWrapHandler, field_validator, model_validator
 
 from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, TIME, VELOCITIES
 from eomgen.scene.joint_types import (
@@ -26,7 +28,6 @@ from eomgen.scene.reading.key_metadata import (
     shown_power,
 )
 from eomgen.scene.reading.kinds import Bounds, Matrix, Rotations, Triple, Value, Values
-from eomgen.scene.reading.table_checks import Also
 
 
 class Frame(Table):
@@ -44,9 +45,10 @@ class Frame(Table):
         "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
     )
 
+    @model_validator(mode="before")
     @classmethod
-    def prepared(cls, given: object) -> object:
-        return {"point": given} if isinstance(given, str) else given
+    def _from_point(cls, data: object) -> object:
+        return {"point": data} if isinstance(data, str) else data
 
 
 _OF_RANGE = "value or list of values of parameters, rad or m"
@@ -115,14 +117,10 @@ class Mimic(Table):
     offset: Value = key("coordinate at the leader's zero", 0.0, unit=by_coordinate("rad", "m"), names=PARAMETERS)
 
 
-#: A joint type of eomgen's own, or of another distribution.
-AnyJointType = Annotated[JointType, Also(lambda written: isinstance(written, str) and written in JOINTS)]
-
-
 class Joint(Table):
     """A joint, which carries a body and lets it move relative to its parent."""
 
-    type: AnyJointType = key("how the child moves against the parent")
+    type: JointType = key("how the child moves against the parent")
     parent: str = key("the body that carries the joint", refers="bodies", kind="body, or `base`")
     child: str = key("the body that this joint carries", refers="bodies")
     position: Triple = key("origin of the child's frame in the parent's frame", _ORIGIN, unit="m", names=PARAMETERS)
@@ -181,6 +179,12 @@ class Joint(Table):
     )
     mimic: Mimic | None = optional("leader that the coordinate follows, in place of being free", kind="table, below")
     initial: Initial = key("state at the start", Initial(), shown_default="zeros")
+
+    @field_validator("type", mode="wrap")
+    @classmethod
+    def _of_any_distribution(cls, written: object, own: ValidatorFunctionWrapHandler) -> Any:
+        """Return the name of a joint type, eomgen's own or another distribution's."""
+        return written if isinstance(written, str) and written in JOINTS else own(written)
 
 
 class Reaction(Table):

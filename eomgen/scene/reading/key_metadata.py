@@ -6,16 +6,17 @@ this.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cache
-from inspect import get_annotations
 from types import UnionType
-from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Self, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, ClassVar, Literal, NamedTuple, Union, get_args, get_origin
 
-from eomgen.base.data import dataclass, replace
+from pydantic import BaseModel, ConfigDict, Field
+from pydantic.fields import FieldInfo
+
+from eomgen.base.data import dataclass
 from eomgen.base.products import rows_of
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, Scope
-from eomgen.scene.reading.table_checks import Check, Fault, Place, Within, check_of, marks_of
 
 #: A unit in SI, or units of components; by type for keys with a unit that depends on a type (of joint, of constraint).
 Units = str | tuple[str, ...]
@@ -23,6 +24,38 @@ Units = str | tuple[str, ...]
 ANY_UNIT = "any unit"
 #: One of the two columns of a curve.
 Column = Literal["", "argument", "value"]
+
+
+class Table(BaseModel):
+    """A table with known keys only; a text in place of the table is the value of the key ``short``, if any.
+
+    Parameters
+    ----------
+    **data : object
+        Values by key.
+    """
+
+    short: ClassVar[str] = ""
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
+
+    @classmethod
+    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
+        """Return the labels of argument and value of the curve that an entry describes.
+
+        Parameters
+        ----------
+        data : mapping
+            The entry as written.
+
+        Returns
+        -------
+        tuple of str or None
+            Labels with units; None for entries without a curve.
+        """
+        return None
+
+    #: Whether the label ``unit`` of an entry is the unit of the column of values.
+    labels_values: ClassVar[bool] = True
 
 
 def label_of(text: object) -> str:
@@ -57,220 +90,6 @@ class KeyMetadata:
     shown_default: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class Key:
-    """A key of a table.
-
-    Attributes
-    ----------
-    default : of the key, ``...`` of a required one
-    description : of the key; None if the key is in no table of the reference page
-    alias : name of the key in a file, unless Python has the same name
-    meaning : unit, scope and others
-    within : bounds of the value
-    type : of the value, with marks
-    """
-
-    default: Any = ...
-    description: str | None = None
-    alias: str | None = None
-    meaning: KeyMetadata = KeyMetadata()
-    within: Within | None = None
-    type: Any = Any
-
-    @property
-    def annotation(self) -> Any:
-        """Type of the value without marks."""
-        return marks_of(self.type)[0]
-
-    def is_required(self) -> bool:
-        """Return whether the key has no default."""
-        return self.default is ...
-
-
-class _TableType(type):
-    """Type of tables, which have keys."""
-
-    @property
-    def model_fields(cls) -> Mapping[str, Key]:
-        """The keys of a table by name in Python, which are read from the class on the first request."""
-        return _keys_of(cls)
-
-
-@cache
-def _keys_of(kind: type) -> Mapping[str, Key]:
-    keys: dict[str, Key] = {}
-    for base in [base for base in reversed(kind.__mro__) if issubclass(base, Table) and base is not Table]:
-        own: dict[str, Any] = get_annotations(base)
-        if any(isinstance(annotation, str) for annotation in own.values()):
-            hints = get_type_hints(base, include_extras=True)
-            own = {name: hints[name] for name in own}
-        for name, annotation in own.items():
-            if get_origin(annotation) is not ClassVar:
-                given = vars(base).get(name, ...)
-                item = given if isinstance(given, Key) else Key(given)
-                keys[name] = replace(item, type=Annotated[annotation, item.within] if item.within else annotation)
-    return keys
-
-
-@cache
-def _reading_of(kind: type[Table]) -> tuple[tuple[str, str, Key, Check], ...]:
-    """Return name in Python, name in a file, key and check of each key of a table."""
-    return tuple((name, key.alias or name, key, check_of(key.type)) for name, key in kind.model_fields.items())
-
-
-class Table(metaclass=_TableType):
-    """A table with known keys only; a text in place of the table is the value of the key ``short``, if any.
-
-    Parameters
-    ----------
-    **data : object
-        Values by key.
-
-    Attributes
-    ----------
-    model_fields : keys of the table by name
-    model_fields_set : names of the keys that are given
-    """
-
-    short: ClassVar[str] = ""
-    #: Whether the table may have further keys, which are not kept.
-    others: ClassVar[bool] = False
-    #: Whether the label ``unit`` of an entry is the unit of the column of values.
-    labels_values: ClassVar[bool] = True
-    model_fields_set: ClassVar[frozenset[str]] = frozenset()
-
-    def __init__(self, **data: Any) -> None:
-        faults: list[Fault] = []
-        vars(self).update(vars(self.check(data, (), faults)))
-        if faults:
-            raise ValueError(faults)
-
-    def __setattr__(self, name: str, value: object) -> None:
-        raise AttributeError(f"a {type(self).__name__} does not change")
-
-    def __repr__(self) -> str:
-        return f"{type(self).__name__}({', '.join(f'{name}={value!r}' for name, value in _values(self))})"
-
-    @classmethod
-    def prepared(cls, given: object) -> object:
-        """Return a given value in the form of a table; the same value unless a table has a short form.
-
-        Parameters
-        ----------
-        given : object
-            Nested data.
-
-        Returns
-        -------
-        object
-            The table as nested data, or the value itself.
-        """
-        return given
-
-    @classmethod
-    def check(cls, given: object, place: Place, faults: list[Fault]) -> Any:
-        """Return the table of nested data.
-
-        Parameters
-        ----------
-        given : object
-            Nested data.
-        place : tuple
-            Keys on the way to the table.
-        faults : list
-            Gets the faults; with any, the table lacks values.
-
-        Returns
-        -------
-        Table
-            The table, with defaults.
-        """
-        if isinstance(given, cls):
-            return given
-        data = cls.prepared(given)
-        if not isinstance(data, dict):
-            faults.append(Fault("model_type", "", place, data))
-            return None
-        values: dict[str, Any] = {}
-        known = set()
-        names = set()
-        for name, written, item, check in _reading_of(cls):
-            names.add(written)
-            if written in data:
-                values[name] = check(data[written], (*place, written), faults)
-                known.add(name)
-            elif item.default is ...:
-                faults.append(Fault("missing", "", (*place, written), data))
-            else:
-                values[name] = dict(item.default) if isinstance(item.default, dict) else item.default
-        for written, value in {} if cls.others else data.items():
-            if not isinstance(written, str):
-                faults.append(Fault("invalid_key", "Keys should be strings", (*place, str(written)), written))
-            elif written not in names:
-                faults.append(Fault("extra_forbidden", "", (*place, written), value))
-        made = object.__new__(cls)
-        vars(made).update(values, model_fields_set=frozenset(known))
-        return made
-
-    def changed(self, **values: Any) -> Self:
-        """Return the table with other values of some keys.
-
-        Parameters
-        ----------
-        **values : object
-            Values by name, which are not checked.
-
-        Returns
-        -------
-        Table
-            Another table.
-        """
-        made = object.__new__(type(self))
-        vars(made).update(vars(self), **values)
-        vars(made)["model_fields_set"] = self.model_fields_set | values.keys()
-        return made
-
-    def plain(self) -> dict[str, Any]:
-        """Return the values that are not None as nested data for JSON.
-
-        Returns
-        -------
-        dict
-            By name.
-        """
-        return {name: _plain(value) for name, value in _values(self) if value is not None}
-
-    @classmethod
-    def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
-        """Return the labels of argument and value of the curve that an entry describes.
-
-        Parameters
-        ----------
-        data : mapping
-            The entry as written.
-
-        Returns
-        -------
-        tuple of str or None
-            Labels with units; None for entries without a curve.
-        """
-        return None
-
-
-def _values(table: Table) -> Iterator[tuple[str, Any]]:
-    return ((name, getattr(table, name)) for name in type(table).model_fields)
-
-
-def _plain(value: Any) -> Any:
-    """Return a value of a table as nested data for JSON."""
-    if isinstance(value, Table):
-        return value.plain()
-    if isinstance(value, tuple | list):
-        return [_plain(part) for part in value]
-    return {name: _plain(part) for name, part in value.items()} if isinstance(value, dict) else value
-
-
 def key(
     description: str,
     default: Any = ...,
@@ -285,7 +104,8 @@ def key(
     shown_default: str = "",
     **constraints: Any,
 ) -> Any:
-    """Return a key of a table; ``constraints`` are ``alias``, the name in a file, and bounds as of ``Within``.
+    """Return a field of a table with metadata; ``constraints`` (``alias``, ``ge``, ``le``, ...) as in pydantic's
+    ``Field``.
 
     Parameters
     ----------
@@ -310,7 +130,7 @@ def key(
     shown_default : str, optional
         Words for the default on the reference page.
     **constraints : object
-        ``alias``, the name in a file, and bounds: ``ge``, ``le``, ``gt``, ``min_length``, ``max_length``.
+        ``alias``, ``ge``, ``le`` and others, as of pydantic's ``Field``.
 
     Returns
     -------
@@ -318,8 +138,9 @@ def key(
         A field of a ``Table``.
     """
     meaning = KeyMetadata(unit, names, refers, sets, path, column, kind, shown_default)
-    alias = constraints.pop("alias", None)
-    return Key(default, description, alias, meaning, Within(**constraints) if constraints else None)
+    field = Field(default, description=description, **constraints)
+    field.metadata.append(meaning)
+    return field
 
 
 def optional(description: str, **meaning: Any) -> Any:
@@ -436,6 +257,11 @@ def shown_power(value: float) -> str:
     return f"{value:.0e}".replace("e-0", "e-")
 
 
+def meaning_of(field: FieldInfo) -> KeyMetadata:
+    """Return the metadata of a field of a table."""
+    return next((entry for entry in field.metadata if isinstance(entry, KeyMetadata)), KeyMetadata())
+
+
 def every_unit(meaning: KeyMetadata) -> tuple[str, ...]:
     """Return each unit that a key can have, once, in order."""
     by_type = meaning.unit.values() if isinstance(meaning.unit, Mapping) else (meaning.unit,)
@@ -470,7 +296,7 @@ def inner_table(annotation: Any) -> Inner | None:
 def fields_of(model: type[Table]) -> dict[str, tuple[KeyMetadata, Inner | None]]:
     """Return the metadata of each key of a table, by name in a file, and the tables in the value."""
     fields = model.model_fields.items()
-    return {field.alias or name: (field.meaning, inner_table(field.annotation)) for name, field in fields}
+    return {field.alias or name: (meaning_of(field), inner_table(field.annotation)) for name, field in fields}
 
 
 def tables_of(model: type[Table]) -> dict[str, type[Table]]:

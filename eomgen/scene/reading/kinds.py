@@ -6,10 +6,12 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, TypeGuard
 
+from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
+from pydantic_core import PydanticCustomError
+
 from eomgen.base.messages import shown
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TIME
 from eomgen.scene.reading.key_metadata import Table, key
-from eomgen.scene.reading.table_checks import By, JsonSchema, ValueFaultError, Within
 
 NUMBER_SCHEMA = {"type": "number"}
 VALUE_SCHEMA: dict[str, Any] = {
@@ -39,13 +41,13 @@ def described(value: object) -> str:
 
 def _number(value: object, wanted: str = "a number") -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueFaultError("number", f"{wanted} is needed here, not {described(value)}")
+        raise PydanticCustomError("number", "{text}", {"text": f"{wanted} is needed here, not {described(value)}"})
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise ValueFaultError("number", f"a finite number is needed here, not {shown(value)}")
+        raise PydanticCustomError("number", "{text}", {"text": f"a finite number is needed here, not {shown(value)}"})
     return number
 
 
@@ -65,7 +67,9 @@ def _list_of(*lengths: int) -> Callable[[object], object]:
         if not isinstance(value, list | tuple) or len(value) not in lengths:
             got = f"{len(value)}" if isinstance(value, list | tuple) else described(value)
             needed = " or ".join(str(length) for length in lengths)
-            raise ValueFaultError("list", f"a list of {needed} entries is needed here, not {got}")
+            raise PydanticCustomError(
+                "list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got}"}
+            )
         return tuple(value)
 
     return check
@@ -75,35 +79,37 @@ def _as_list(value: object) -> object:
     return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
-Description = Annotated[str, Within(max_length=10_000)]
-Unit = Annotated[str, Within(max_length=64)]
-Finite = Annotated[float, By(_number, alone=True), JsonSchema(NUMBER_SCHEMA)]
-Value = Annotated[float | str, By(_value, alone=True), JsonSchema(VALUE_SCHEMA)]
-Triple = Annotated[tuple[Value, Value, Value], By(_list_of(3))]
-Pair = Annotated[tuple[Value, Value], By(_list_of(2))]
+Description = Annotated[str, Field(max_length=10_000)]
+Unit = Annotated[str, Field(max_length=64)]
+Finite = Annotated[float, PlainValidator(_number), WithJsonSchema(NUMBER_SCHEMA)]
+Value = Annotated[float | str, PlainValidator(_value), WithJsonSchema(VALUE_SCHEMA)]
+Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3))]
+Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2))]
 Values = Annotated[
     tuple[Value, ...],
-    By(_as_list),
-    JsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]
 Numbers = Annotated[
     tuple[Finite, ...],
-    By(_as_list),
-    JsonSchema({"anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]}),
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]}),
 ]
-NumberPair = Annotated[tuple[Finite, Finite], By(_list_of(2))]
-Bound = Annotated[float | str | None, By(_bound, alone=True), JsonSchema(VALUE_SCHEMA)]
+NumberPair = Annotated[tuple[Finite, Finite], BeforeValidator(_list_of(2))]
+Bound = Annotated[float | str | None, PlainValidator(_bound), WithJsonSchema(VALUE_SCHEMA)]
 Bounds = Annotated[
     tuple[Bound, ...],
-    By(_as_list),
-    JsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
+    BeforeValidator(_as_list),
+    WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]
-Row = Annotated[tuple[Finite, Finite, Finite], By(_list_of(3))]
-Matrix = Annotated[tuple[Row, Row, Row], By(_list_of(3))]
-LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], By(_list_of(6))]
-SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], By(_list_of(6))]
-SixValues = Annotated[tuple[Value, Value, Value, Value, Value, Value], By(_list_of(6))]
-SixBySixValues = Annotated[tuple[SixValues, SixValues, SixValues, SixValues, SixValues, SixValues], By(_list_of(6))]
+Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_list_of(3))]
+Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3))]
+LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(_list_of(6))]
+SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(_list_of(6))]
+SixValues = Annotated[tuple[Value, Value, Value, Value, Value, Value], BeforeValidator(_list_of(6))]
+SixBySixValues = Annotated[
+    tuple[SixValues, SixValues, SixValues, SixValues, SixValues, SixValues], BeforeValidator(_list_of(6))
+]
 
 
 def _inertia(value: object) -> object:
@@ -114,7 +120,7 @@ def _inertia(value: object) -> object:
         if unknown or missing:
             fault = f"{shown(unknown[0])} is unknown" if unknown else f"{missing[0]} is missing"
             text = f"an inertia table has the keys xx yy zz, and xy xz yz where needed: {fault}"
-            raise ValueFaultError("inertia", text)
+            raise PydanticCustomError("inertia", "{text}", {"text": text})
         return tuple(value.get(key, 0.0) for key in _INERTIA_KEYS)
     if isinstance(value, list | tuple):
         if len(value) == 3 and all(isinstance(row, list | tuple) and len(row) == 3 for row in value):
@@ -123,14 +129,14 @@ def _inertia(value: object) -> object:
                     text = (
                         f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from [{column}][{row}]"
                     )
-                    raise ValueFaultError("inertia", text)
+                    raise PydanticCustomError("inertia", "{text}", {"text": text})
             return value[0][0], value[1][1], value[2][2], value[0][1], value[0][2], value[1][2]
         if len(value) == 3:
             return (*value, 0.0, 0.0, 0.0)
         if len(value) == 6:
             return tuple(value)
     text = "an inertia is needed here: [xx, yy, zz], [xx, yy, zz, xy, xz, yz], a table or a 3x3 matrix"
-    raise ValueFaultError("inertia", text)
+    raise PydanticCustomError("inertia", "{text}", {"text": text})
 
 
 def _same(first: object, second: object) -> bool:
@@ -145,8 +151,8 @@ def _array_schema(length: int, items: dict[str, Any]) -> dict[str, Any]:
 
 Inertia = Annotated[
     tuple[Value, Value, Value, Value, Value, Value],
-    By(_inertia),
-    JsonSchema(
+    BeforeValidator(_inertia),
+    WithJsonSchema(
         {
             "anyOf": [
                 _array_schema(3, VALUE_SCHEMA),
@@ -185,10 +191,10 @@ def is_matrix(value: object) -> bool:
 
 def _rotations(value: object) -> object:
     if plain_angles(value):
-        raise ValueFaultError("rotations", "angles alone say no axes and no order: a table is needed for each")
+        raise PydanticCustomError("rotations", "angles alone say no axes and no order: a table is needed for each")
     if is_matrix(value):
-        raise ValueFaultError("rotations", "this is a matrix, and a list of turns about axes is needed")
+        raise PydanticCustomError("rotations", "this is a matrix, and a list of turns about axes is needed")
     return value
 
 
-Rotations = Annotated[tuple[Rotation, ...], By(_rotations)]
+Rotations = Annotated[tuple[Rotation, ...], Field(strict=False), BeforeValidator(_rotations)]

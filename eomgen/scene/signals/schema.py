@@ -5,16 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
+from pydantic import Field, model_validator
+
 from eomgen.formula import curves
 from eomgen.scene.formula.scope import EVERYTHING, FIXED_PARAMETERS, LOAD, PARAMETERS, STATE, TIME
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, label_of, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value, Values
-from eomgen.scene.reading.table_checks import Within
 
 RoadClass = Literal["A", "B", "C", "D", "E", "F", "G", "H"]
-Seed = Annotated[int, Within(ge=0, le=2**63 - 1)]
-Harmonics = Annotated[int, Within(ge=1, le=2000)]
-Column = Annotated[int, Within(ge=0, le=9999)] | Annotated[str, Within(max_length=200)]
+Seed = Annotated[int, Field(ge=0, le=2**63 - 1)]
+Harmonics = Annotated[int, Field(ge=1, le=2000)]
+Column = Annotated[int, Field(ge=0, le=9999)] | Annotated[str, Field(max_length=200)]
 _CLASS = "roughness: A is a good motorway, C an average road; each class is twice as rough in amplitude"
 _COLUMN = "title or number from 0"
 
@@ -22,7 +23,7 @@ _COLUMN = "title or number from 0"
 class TableFile(Table):
     """Two columns of a CSV file."""
 
-    file: Annotated[str, Within(min_length=1, max_length=1000)] = key(
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
         "path, from the folder of the scene file", kind="text", path=True
     )
     argument: Column = key(
@@ -76,7 +77,7 @@ class Shape(Table):
     """An entry with points, listed or from a table."""
 
     table: TableFile | None = optional("points from a CSV file")
-    points: tuple[Pair, ...] | None = of_fixed_parameters(
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "points in order",
         unit=ANY_UNIT,
         column=("argument", "value"),
@@ -144,9 +145,10 @@ class Definition(Table):
     unit: Unit = key("of its value; another one than its formula is known to have is refused", "")
     description: Description = key("for tables", "")
 
+    @model_validator(mode="before")
     @classmethod
-    def prepared(cls, given: object) -> object:
-        return {"formula": given} if isinstance(given, str | int | float) and not isinstance(given, bool) else given
+    def _from_formula(cls, data: object) -> object:
+        return {"formula": data} if isinstance(data, str | int | float) and not isinstance(data, bool) else data
 
 
 class Input(Shape):
@@ -196,9 +198,10 @@ class Parameter(Table):
     unit: Unit = key("label", "")
     description: Description = key("for tables", "")
 
+    @model_validator(mode="before")
     @classmethod
-    def prepared(cls, given: object) -> object:
-        return given if isinstance(given, Mapping) else {"value": given}
+    def _from_number(cls, data: object) -> object:
+        return data if isinstance(data, Mapping) else {"value": data}
 
 
 class Output(Table):

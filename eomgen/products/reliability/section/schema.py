@@ -5,18 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
+from pydantic import Discriminator, Field, Tag
+
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TRANSLATION
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, label_of, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.signals.schema import RoadClass, Seed, TableFile
 
 #: Default of the share of the variance that is kept.
 SHARE = 0.99
 
 
-_Coherence = Finite | tuple[Pair, ...]
+def _form(given: object) -> str:
+    """Return the form of a coherence that is meant, so that messages concern this form alone."""
+    return "#points" if isinstance(given, list | tuple) else "#decay"
+
+
+_Coherence = Annotated[
+    Annotated[Finite, Tag("#decay")] | Annotated[tuple[Pair, ...], Field(strict=False), Tag("#points")],
+    Discriminator(_form),
+]
 
 
 class RandomProcess(Table):
@@ -71,7 +80,7 @@ class RandomProcess(Table):
     road_class: RoadClass | None = optional(
         "of `road`, as of roads of [inputs](inputs.md)", alias="class", kind="`A` to `H`"
     )
-    points: tuple[Pair, ...] | None = of_fixed_parameters(
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "of `covariance`: lags from 0 on, and the covariance there; of `spectrum`: frequencies in Hz (over distance in"
         " cycles/m), and the one-sided power spectral density there",
         unit=ANY_UNIT,
@@ -86,10 +95,10 @@ class RandomProcess(Table):
     offset: Value | None = of_fixed_parameters("of one that follows another over distance", unit="m")
     delay: Value | None = of_fixed_parameters("of one that follows another over time", unit="s")
     share: Finite | None = optional("of the variance that the modes capture, below 1", shown_default=f"{SHARE:g}")
-    modes: Annotated[int, Within(ge=1)] | None = optional("number of modes, in place of `share`")
+    modes: Annotated[int, Field(ge=1)] | None = optional("number of modes, in place of `share`")
     seed: Seed = key("of the standard normal variables", 0, kind="whole number from 0")
     translation: Value | None = optional("the process as a formula of g", names=TRANSLATION, shown_default="`g`")
-    quantiles: tuple[Pair, ...] | None = of_fixed_parameters(
+    quantiles: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "in place of `translation`: probabilities between 0 and 1, and the values that are not exceeded with them",
         kind="list of [probability, value]",
     )

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from typing import Annotated, Literal
 
+from pydantic import Field
+
 from eomgen.scene.formula.scope import FIXED_PARAMETERS
 from eomgen.scene.reading.key_metadata import ForeignKeys, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Pair, Value
-from eomgen.scene.reading.table_checks import Within
 from eomgen.scene.signals.schema import Seed
 
 #: Default number of components of a spectrum, over frequency.
@@ -34,7 +35,7 @@ class SeaSpectrum(Table):
     period: Value | None = of_fixed_parameters("of `jonswap`: at the peak", unit="s")
     peakedness: Value | None = of_fixed_parameters("of `jonswap`, 1 to 20", shown_default="3.3")
     wind: Value | None = of_fixed_parameters("of `pierson_moskowitz`: wind at 19.5 m", unit="m/s")
-    points: tuple[Pair, ...] | None = of_fixed_parameters(
+    points: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "of `points`: frequencies in rad/s and one-sided densities in m^2 s/rad, linear between them, 0 beyond",
         kind="list of [frequency, density]",
     )
@@ -44,19 +45,17 @@ class Spread(Table):
     """Directions of a spectrum: the density over angles is cos^2s of half the angle to the heading."""
 
     exponent: Value = key("s: 10 for wind waves, 75 for swell", names=FIXED_PARAMETERS)
-    directions: Annotated[int, Within(ge=2, le=99)] = key(
-        "into how many it is divided", 9, kind="whole number, 2 to 99"
-    )
+    directions: Annotated[int, Field(ge=2, le=99)] = key("into how many it is divided", 9, kind="whole number, 2 to 99")
 
 
 class SeaWaves(Table):
     """Waves, which formulas ask for elevation, slope, velocity and acceleration of the water at a place."""
 
     spectrum: SeaSpectrum | None = optional("of an irregular sea", kind="table, below")
-    regular: tuple[RegularWave, ...] | None = optional(
+    regular: Annotated[tuple[RegularWave, ...], Field(strict=False)] | None = optional(
         "waves one by one, in place of a spectrum", kind="list of tables, below"
     )
-    components: Annotated[int, Within(ge=1, le=2000)] = key(
+    components: Annotated[int, Field(ge=1, le=2000)] = key(
         "of a spectrum: into how many frequencies it is divided, each a constant factor above the one before",
         COMPONENTS,
         kind="whole number, 1 to 2000",

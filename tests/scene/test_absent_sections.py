@@ -1,0 +1,83 @@
+"""Schemas without the sections that a file lacks: they read the same, and build no validators of other sections."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eomgen.errors import DescriptionError
+from eomgen.scene.document import schema
+from eomgen.scene.load import from_data, load
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples").glob("*/scene.toml"))
+ARM = {
+    "format": 1,
+    "name": "arm",
+    "bodies": {"arm": {"mass": 1.0, "center_of_mass": [0, 0, -1]}},
+    "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0]}},
+}
+
+
+def _whole(patch: pytest.MonkeyPatch) -> None:
+    patch.setattr(schema, "_SHORTENED", {})
+    patch.setattr(schema, "_MOST_SHORTENED", 0)
+
+
+@pytest.mark.parametrize("path", EXAMPLES[::4], ids=lambda path: path.parent.name)
+def test_a_scene_is_read_as_by_the_whole_schema(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patch:
+        patch.setattr(schema, "_SHORTENED", {})
+        short = load(path)
+        assert schema._SHORTENED
+    _whole(monkeypatch)
+    whole = load(path)
+    assert short.digest == whole.digest
+    assert short.content == whole.content
+    assert short.notes == whole.notes
+    assert repr(short) == repr(whole)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"colour": 1},  # no section
+        {"springs": {"s": {"first": "a"}}},
+        {"beams": {"b": {"lengh": 1}}},
+        {"base": {"moton": []}},
+        {"bodies": {"1x": {"mass": 1.0}}},
+        {"points": {"p": {"body": "other"}}},
+        {"springs": 3},
+        {"simulation": {"step": "one"}},
+    ],
+)
+def test_faults_are_told_as_by_the_whole_schema(change: dict[str, object], monkeypatch: pytest.MonkeyPatch) -> None:
+    texts = []
+    for _ in range(2):
+        with pytest.raises(DescriptionError) as caught:
+            from_data(ARM | change)
+        texts.append(str(caught.value))
+        _whole(monkeypatch)
+    assert texts[0] == texts[1]
+
+
+def test_few_shortened_schemas_are_made_in_a_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(schema, "_SHORTENED", {})
+    sections = ("parameters", "points", "outputs", "springs", "events", "frames", "curves")
+    for name in sections:
+        from_data(ARM | {name: {}})
+    assert len(schema._SHORTENED) == schema._MOST_SHORTENED < len(sections)
+
+
+def test_a_first_reading_builds_no_validators_of_absent_sections() -> None:
+    code = f"""
+import eomgen
+eomgen.load({ARM!r})
+from eomgen.scene.bodies.beam_schema import Beam
+from eomgen.scene.document.schema import Document
+print(Beam.__pydantic_complete__, Document.__pydantic_complete__)
+"""
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.split() == ["False", "False"]
