@@ -827,6 +827,7 @@ _OFFERED = {"_replace", "_asdict", "_getframe", "_exit"}
 _OF_SYMPY = {
     *("_t", "_dict_list", "_dcm_dict", "_ang_vel_dict", "_vel_dict", "_pos_dict"),
     *("_L", "_f_h", "_f_nh", "_hol_coneqs", "_k_nh", "_inertial", "_uaux"),
+    *("_acc_dict", "_k_kqdot_implicit", "_k_ku_implicit", "_f_k_implicit"),
 }
 
 

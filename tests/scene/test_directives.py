@@ -173,6 +173,20 @@ def test_links_that_rest_weigh_on_a_base_that_moves(folder: Path) -> None:
     assert M[run, run] == pytest.approx(1.0 + 2 * (5.0 + 3.0 + 1.5 + 0.8 + 0.3), abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("name", "text"),
+    [
+        ("long.dmd.yaml", "directives:\n- add_model:\n    name: a\n    file: {}.sdf\n"),
+        ("long.sdf", '<sdf version="1.9"><model name="m"><include>\n<uri>{}</uri></include></model></sdf>'),
+    ],
+)
+def test_names_that_no_file_can_have_are_of_no_file(name: str, text: str, tmp_path: Path) -> None:
+    """The system refuses to look for names of 300 letters."""
+    (tmp_path / name).write_text(text.format("x" * 300))
+    with pytest.raises(eomgen.DescriptionError, match=r"there is no file 'xxx|'xxx.* File name too long"):
+        load(tmp_path / name)
+
+
 def test_a_missing_package_has_a_remedy(monkeypatch: pytest.MonkeyPatch) -> None:
     imported: Callable[..., Any] = builtins.__import__
 

@@ -10,6 +10,7 @@ import pinocchio as pin
 import pytest
 from scipy.spatial.transform import Rotation
 
+import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.load import from_data, load, load_urdf
@@ -203,6 +204,18 @@ def test_limits_become_stops_where_they_are_asked_for() -> None:
 @pytest.mark.parametrize("limit", ['effort="3"', 'lower="-1" upper="1"', 'lower="1" upper="1" effort="3"'])
 def test_limits_without_a_range_or_an_effort_are_noted(limit: str) -> None:
     scene = load_urdf(robot(("a", "revolute", "foot", f"<limit {limit}/>")), limits=True)
+    assert not scene.joints[0].stops
+    assert "not modelled: limits of position, velocity and effort (1: a)" in scene.notes
+
+
+def test_ranges_of_version_1_2_are_open() -> None:
+    """Pull request 249 of urdfdom: an end that is not given is infinite, and so is an effort."""
+    old = robot(("a", "revolute", "foot", '<limit upper="1.5" effort="20"/>'))
+    new = old.replace("<robot ", '<robot version="1.2" ', 1)
+    (stop,), (open_stop,) = (load_urdf(text, limits=True).joints[0].stops for text in (old, new))
+    assert [value_of(stop.lower, {}), open_stop.lower] == [0.0, None]
+    assert [value_of(item.upper, {}) for item in (stop, open_stop)] == [1.5, 1.5]
+    scene = load_urdf(new.replace('effort="20"', 'lower="-1"'), limits=True)
     assert not scene.joints[0].stops
     assert "not modelled: limits of position, velocity and effort (1: a)" in scene.notes
 
@@ -436,6 +449,54 @@ def test_the_proposed_constraint_is_the_loop_joint_with_an_axis_of_each_end(rng:
     np.testing.assert_allclose(sizes[0], sizes[1], atol=1e-11)
     for mine, theirs in zip(*rows, strict=True):
         assert np.linalg.matrix_rank(np.vstack([mine, theirs]), 1e-9) == np.linalg.matrix_rank(theirs, 1e-9)
+
+
+def test_ends_of_constraints_are_turned_by_quaternions() -> None:
+    """Origins of version 1.1 have ``quat_xyzw`` everywhere, here a quarter turn about z; it was noted and not read."""
+    turned = PROPOSED.replace('parent_origin xyz="0.4 0 0" rpy="0 0 0"', 'parent_origin xyz="0.4 0 0" rpy="0 0 {}"')
+    half = "0.7071067811865476"
+    by_quaternion = turned.replace('rpy="0 0 {}"', f'quat_xyzw="0 0 {half} {half}"').replace(
+        "<robot ", '<robot version="1.1" ', 1
+    )
+    scenes = [load_urdf(text) for text in (turned.replace("{}", "1.5707963267948966"), by_quaternion)]
+    assert not [note for note in scenes[1].notes if "not read" in note]
+    first, second = (scene.constraints[0].frames[0].orientation for scene in scenes)
+    np.testing.assert_allclose(first, second, atol=1e-15)
+    both = by_quaternion.replace("quat_xyzw", 'rpy="0 0 1" quat_xyzw')
+    with pytest.raises(DescriptionError, match="the origin has rpy and quat_xyzw, and only one of them can say how"):
+        load_urdf(both)
+
+
+#: A parallelogram whose links lie in one line at zero: all rows but one repeat there.
+FLAT = "".join(
+    f"""  <joint name="j_{child}" type="continuous"><parent link="{parent}"/><child link="{child}"/>
+    <origin xyz="{at} 0 0"/><axis xyz="0 1 0"/></joint>
+  <link name="{child}"><inertial><origin xyz="0.1 0 0"/><mass value="1"/>
+    <inertia ixx="0.001" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+"""
+    for parent, child, at in (("foot", "a", 0.0), ("a", "b", 0.2), ("foot", "c", 0.5))
+)
+FLAT = f"""<robot name="flat"><link name="foot"/>
+{FLAT}  <constraint name="pin" type="revolute">
+    <parent link="b"/><parent_origin xyz="0.5 0 0"/><parent_axis xyz="0 1 0"/>
+    <child link="c"/><child_origin xyz="0.2 0 0"/><child_axis xyz="0 1 0"/></constraint></robot>"""
+
+
+@pytest.mark.slow
+def test_a_loop_whose_links_lie_in_one_line_runs_from_elsewhere(tmp_path) -> None:
+    """Rows across the plane follow from others and are left out; in the line no motion follows, as the run says."""
+    path = tmp_path / "flat.urdf"
+    path.write_text(FLAT)
+    model = eomgen.build(path, profile="quick")
+    assert sum("follows from the constraints before it and is left out" in note for note in model.notes) == 3
+    run = model.simulate(0.1, 1e-3)
+    assert not run.success
+    assert "the constraints are nearly singular at t = 0 s, where branches of configurations cross" in run.message
+    assert "try: a start elsewhere: the constraints do not say there in which branch the motion goes on" in run.message
+    run = model.simulate(0.5, 1e-3, initial={"j_a": 0.3, "j_b": -0.3, "j_c": 0.3})
+    assert run.success, run.message
+    np.testing.assert_allclose(run.q[:, 0], run.q[:, 2], atol=1e-9)
+    assert np.abs(model.evaluate("constraint", run.q)["Phi"]).max() <= 1e-12
 
 
 def test_a_universal_constraint_keeps_its_two_axes_across_each_other(rng: np.random.Generator) -> None:

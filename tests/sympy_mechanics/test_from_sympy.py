@@ -241,14 +241,41 @@ def matrices() -> Case:
     v = [item.diff(T) for item in q]
     a, b = sympy.symbols("a b")
     mass = sympy.Matrix([[a + q[1] ** 2, b / 4], [b / 4, a * sympy.sqrt(1 + q[0] ** 2)]])
-    stop = sympy.Piecewise((q[0] ** 3, q[0] > 0.5), (sympy.Abs(q[0]), True))
+    stop = sympy.Piecewise((q[0] ** 3, (q[0] > 0.5) & sympy.Ne(q[1], 2)), (sympy.Abs(q[0]), True))
+    stop += sympy.sinc(q[0]) * sympy.sec(q[1]) + sympy.Heaviside(q[0] - sympy.Rational(2, 5))
     force = sympy.Matrix([-stop * v[1], sympy.exp(-q[1]) / (a + sympy.cos(T)) - b * v[0] ** sympy.Rational(2)])
     return Case((mass, force), mass, force, q, v, {item: item for item in v})
 
 
+def rocket() -> Case:
+    """A body that loses mass along a slope, with an inertia that falls with time: rates of both are inertial forces."""
+    q, u = list(dynamicsymbols("x a")), list(dynamicsymbols("u1:3"))
+    m, k, thrust = sympy.symbols("m k thrust")
+    plane, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(plane, 0)
+    turned = plane.orientnew("B", "Axis", [q[1], plane.z])
+    turned.set_ang_vel(plane, u[1] * plane.z)
+    nose = origin.locatenew("C", q[0] * plane.x)
+    nose.set_vel(plane, u[0] * plane.x)
+    mass = m * sympy.exp(-k * T) + m * q[0] ** 2 / 9
+    center = nose.locatenew("S", k * turned.x)
+    center.v2pt_theory(nose, plane, turned)
+    body = me.RigidBody("rocket", center, turned, mass, (me.inertia(turned, 1, 1, mass / 3), center))
+    system = me.KanesMethod(
+        plane,
+        q_ind=q,
+        u_ind=u,
+        kd_eqs=[one.diff(T) - speed for one, speed in zip(q, u, strict=True)],
+        bodies=[body],
+        forcelist=[(nose, thrust * turned.x)],
+    )
+    system.kanes_equations()
+    return Case(system, system.mass_matrix, system.forcing, q, u, system.kindiffdict())
+
+
 CASES: dict[str, Callable[[], Case]] = {
     "oscillator": oscillator, "disc": disc, "cart": cart, "matrices": matrices, "rattleback": rattleback,
-    "sleigh": sleigh, "wheel": wheel,
+    "sleigh": sleigh, "wheel": wheel, "rocket": rocket,
 }  # fmt: skip  # a table
 
 
@@ -654,6 +681,132 @@ def test_refusals() -> None:
     for call, kind, text in cases:
         with pytest.raises(kind, match=text):
             call()
+
+
+def particle(mass: Any = 1) -> Any:
+    """Return the frame and a particle on its x axis, at the coordinate q."""
+    frame, origin = me.ReferenceFrame("N"), me.Point("O")
+    origin.set_vel(frame, 0)
+    point = origin.locatenew("P", dynamicsymbols("q") * frame.x)
+    point.set_vel(frame, point.pos_from(origin).dt(frame))
+    return frame, me.Particle("p", point, mass)
+
+
+def moved(mass: Any) -> Any:
+    """Return a KanesMethod of a particle with a mass that may be anything."""
+    (frame, body), q, u = particle(mass), *dynamicsymbols("q u")
+    return me.KanesMethod(frame, [q], [u], [q.diff(T) - u], bodies=[body], forcelist=[])
+
+
+#: Arguments that are none, with the answer; m and q are a symbol and a coordinate of a free mass.
+M, Q, R = sympy.Symbol("m"), dynamicsymbols("q"), dynamicsymbols("r")
+FREE = M * Q.diff(T) ** 2 / 2
+NONE: tuple[tuple[str, type[Exception], str, Callable[[], object]], ...] = (
+    ("text as M", eomgen.UsageError, "a matrix of expressions is needed for M, not a list",
+     lambda: eomgen.from_sympy(([["m"]], [0]), q=[Q])),
+    ("text as q", eomgen.DescriptionError, "'q' is not a coordinate; try: dynamicsymbols",
+     lambda: eomgen.from_sympy((sympy.eye(1), [0]), q=["q"])),
+    ("q twice", eomgen.DescriptionError, "two coordinates have the name 'q'",
+     lambda: eomgen.from_sympy((sympy.eye(2), [0, 0]), q=[Q, Q])),
+    ("M is not symmetric", eomgen.DescriptionError, r"M\[0, 1\] is 2 and M\[1, 0\] is 0 at the start",
+     lambda: eomgen.from_sympy((sympy.Matrix([[1, 2], [0, 1]]), [0, 0]), q=[Q, R])),
+    ("no mapping", eomgen.UsageError, "parameters: values by symbol are needed, not a list",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters=[1])),  # type: ignore[arg-type]
+    ("no number", eomgen.UsageError, "the value of m is 'a', not a finite number",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters={M: "a"})),  # type: ignore[dict-item]
+    ("not finite", eomgen.UsageError, "the value of m is nan, not a finite number",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters={M: float("nan")})),
+    ("an acceleration", eomgen.UsageError, "there is no coordinate Derivative",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters={M: 1}, initial={Q.diff(T, 2): 1})),
+    ("no name", eomgen.UsageError, "None is not a name",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), name=None)),  # type: ignore[arg-type]
+    ("a function of q", eomgen.DescriptionError, r"the function f\(q\(t\)\) has no counterpart",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE - sympy.Function("f")(Q), [Q]), parameters={M: 1})),
+    ("an integral", eomgen.DescriptionError, "the function Integral has no counterpart",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE - sympy.Integral(Q, (M, 0, 1)), [Q]), parameters={M: 1})),
+    ("no finite constant", eomgen.DescriptionError, "the number 'nan' has no counterpart",
+     lambda: eomgen.from_sympy((sympy.Matrix([[sympy.nan]]), [0]), q=[Q])),
+    ("nonlinear in rates", eomgen.DescriptionError, "constraint of velocities number 1 is not linear in the rates",
+     lambda: eomgen.from_sympy(
+         me.LagrangesMethod(FREE + R.diff(T) ** 2, [Q, R], nonhol_coneqs=[Q.diff(T) ** 2 + R.diff(T) ** 2 - 1]),
+         parameters={M: 1}, initial={Q.diff(T): 1})),
+    ("no body", eomgen.DescriptionError, "'a' is not a body; try: RigidBody or Particle",
+     lambda: eomgen.from_sympy(me.KanesMethod(
+         particle()[0], [Q], [R], [Q.diff(T) - R], bodies=["a"], forcelist=[]))),
+    ("no kinematic equations", eomgen.DescriptionError, "1 coordinates have 1 speeds and 0 kinematic equations",
+     lambda: eomgen.from_sympy(me.KanesMethod(particle()[0], [Q], [R], bodies=[particle()[1]], forcelist=[]))),
+    ("no coordinates", eomgen.DescriptionError, "the system has no coordinates",
+     lambda: eomgen.from_sympy(me.System())),
+    ("a mass of an input", eomgen.DescriptionError, "a place or a mass depends on an input",
+     lambda: eomgen.from_sympy(moved(dynamicsymbols("w")))),
+    ("two frames of one name", eomgen.DescriptionError, "no orientation in N, another frame of this name",
+     lambda: eomgen.from_sympy(me.KanesMethod(
+         particle()[0], [Q], [R], [Q.diff(T) - R], bodies=[particle()[1]], forcelist=[]))),
+    ("a rate as text", eomgen.UsageError, "the rate of r\\(t\\) is 'x', not an expression",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters={M: 1}, states={R: "x"})),
+    ("a coordinate as a state", eomgen.UsageError, r"'q\(t\)' cannot be an internal state",
+     lambda: eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters={M: 1}, states={Q: -Q})),
+)  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize(("kind", "text", "call"), [row[1:] for row in NONE], ids=[row[0] for row in NONE])
+def test_arguments_that_are_none_have_one_answer(kind: type[Exception], text: str, call: Callable[[], object]) -> None:
+    with pytest.raises(kind, match=text):
+        call()
+
+
+def test_coordinates_without_a_mass_are_named() -> None:
+    """Forces alone are derived, and accelerations refused; a mass of zero, or a negative one, is noted."""
+    lagrangian = FREE - R**2 * sympy.Symbol("k")
+    document = eomgen.from_sympy(me.LagrangesMethod(lagrangian, [Q, R]), parameters={M: 1, "k": 2})
+    assert document.observed.notes == (
+        "the mass matrix is singular at the start, so no acceleration follows: a mass or an inertia is zero",
+    )
+    assert set(eomgen.derive(document, ["mass", "force"]).functions) == {"mass", "force"}
+    with pytest.raises(
+        eomgen.ModelError, match="no mass moves with the coordinate r, so the mass matrix has no inverse"
+    ):
+        eomgen.derive(document, ["forward_dynamics"])
+    document = eomgen.from_sympy(me.LagrangesMethod(FREE, [Q]), parameters={M: -1})
+    assert "negative eigenvalue at the start" in document.observed.notes[0]
+
+
+def test_greek_letters_have_the_names_of_sympy() -> None:
+    lagrangian = FREE * sympy.Symbol("λ") - Q**2 * sympy.Symbol("Ω_ü₁")
+    document = eomgen.from_sympy(me.LagrangesMethod(lagrangian, [Q]), parameters={M: 1, "λ": 2, "Omega_u1": 3})
+    assert dict(zip(document.parameters, document.values, strict=True)) == {"m": 1, "lambda": 2, "Omega_u1": 3}
+
+
+def test_potential_energies_of_bodies_act_in_lagrangians_alone() -> None:
+    """SymPy's equations of Kane leave them out without a word."""
+    ground, bob = me.RigidBody("ground"), me.Particle("bob", mass=2)
+    system = me.System.from_newtonian(ground)
+    system.add_joints(me.PrismaticJoint("slide", ground, bob, Q, Q.diff(T), joint_axis=ground.z))
+    bob.potential_energy = 5 * Q**2
+    document = eomgen.from_sympy(system)
+    assert document.observed.notes[0].startswith(
+        "no force follows from the potential energy of bob in Kane's equations"
+    )
+    system.form_eoms(me.LagrangesMethod)
+    document = eomgen.from_sympy(system)
+    assert not document.observed.notes
+    np.testing.assert_allclose(accelerations(document, {"q": [0.5], "v": [0.0]}), [-2.5])
+    assert [hinge.name for hinge in document.observed.drawing.hinges] == ["slide"]
+
+
+def test_an_acceleration_that_contradicts_its_velocity_is_noted() -> None:
+    """As by ``a2pt_theory`` of points that are not fixed in the frame; SymPy takes it, and is wrong."""
+    frame, body = particle()
+    u = dynamicsymbols("u")
+    body.point.set_acc(frame, 3 * u.diff(T) * frame.x)
+    system = me.KanesMethod(frame, [Q], [u], [Q.diff(T) - u], bodies=[body], forcelist=[(body.point, frame.x)])
+    document = eomgen.from_sympy(system)
+    assert document.observed.notes == ()  # the rate of u at rest is zero in both
+    body.point.set_acc(frame, (u.diff(T) + u) * frame.x)
+    document = eomgen.from_sympy(system)
+    assert document.observed.notes == (
+        "the acceleration given for p is not the rate of the velocity, and has no effect",
+    )
 
 
 def test_an_angular_velocity_that_contradicts_the_orientation_is_refused() -> None:

@@ -166,9 +166,9 @@ def _pivots(
 ) -> Elimination:
     """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all other samples.
 
-    Rings of a gimbal that are aligned in the scene do not matter for runs that start elsewhere. ``values`` are entries
-    at ``count`` samples for a step, the scene's state first, and, if required, the same for accelerations. Constraints
-    that repeat each other stay refused.
+    Rings of a gimbal that are aligned in the scene, and links of a linkage that lie in one line, do not matter for runs
+    that start elsewhere. ``values`` are entries at ``count`` samples for a step, the scene's state first, and, if
+    required, the same for accelerations. Constraints that repeat each other do so at all samples.
     """
     size = unknowns.matrix_size
     try:
@@ -176,7 +176,7 @@ def _pivots(
             size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first, growth=growth
         )
     except ModelError:
-        if constrained or count < 2:
+        if count < 2:
             raise
         others = np.arange(len(next(iter(values.values())))) % count > 0
         try:

@@ -14,7 +14,7 @@ from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.comparison import causes
-from eomgen.products.comparison.differences import Pairing, differences, equal
+from eomgen.products.comparison.differences import Pairing, differences, equal, of_solids
 from eomgen.products.comparison.machine import Machine, of_equations, of_scene
 from eomgen.products.comparison.report import Comparison, Difference
 from eomgen.products.comparison.states import errors_of, motions
@@ -94,7 +94,9 @@ def compare(
         other = _second_reader(given, reader)
     elif _equations_alone(given):
         derived = pipeline.derive(given, _TERMS[:3])
-        other = replace(of_equations(derived.name, derived, one.links), gravity=one.gravity, loops=one.loops)
+        document, front_end = pipeline.as_document(given)
+        solids = front_end.describe(document).drawing.solids
+        other = replace(of_equations(derived.name, derived, one.links, solids), gravity=one.gravity, loops=one.loops)
     else:
         other = _read(given, alone=True)
     pairing = Pairing(one, other, tolerance)
@@ -108,10 +110,13 @@ def compare(
             pairing, forces_equal=all(errors[name] <= tolerance for name in errors if name != "mass matrix")
         )
         listed, notes = listed + parts, notes + more
+        if errors.get("mass matrix", 0.0) > tolerance:
+            listed += of_solids(pairing)
         unexplained = [item for item in worst if errors[item.quantity] > tolerance]
         listed += unexplained[: 0 if listed else 1]
     elif listed:
         notes.append("equations were not compared: the coordinates of the descriptions differ")
+    notes += _of_names(pairing)
     only = sorted(set(one.inputs) ^ set(other.inputs))
     if only and reader is None:
         notes.append(f"inputs of one description alone are zero: {', '.join(only)}")
@@ -162,6 +167,8 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
     for name in dict.fromkeys((*first.parts, *second.parts)):
         mine, theirs = first.parts.get(name), second.parts.get(name)
         if mine is None or theirs is None:
+            if name.startswith("points."):  # of an element that only one description has
+                continue
             place = first.place(name) if theirs is None else second.place(name)
             if forces_equal or name in first.driven | second.driven:
                 notes.append(f"{name} is in one description alone, without an effect at zero inputs")
@@ -174,6 +181,19 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
         elif pairing.same_frames or not forces_equal:
             listed += _of_part(pairing, name, mine, theirs)
     return listed, notes
+
+
+def _of_names(pairing: Pairing) -> list[str]:
+    """Return notes on joints with other names, and on other initial positions, from which no equation follows."""
+    result = []
+    for i, j in pairing.pairs:
+        one, other = pairing.first.links[i].joint, pairing.second.links[j].joint
+        if one != other:
+            result.append(f"the joint {one} is {other} in the second")
+        begun = pairing.first.initial.get(one, 0.0), pairing.second.initial.get(other, 0.0)
+        if not equal(*begun, pairing.tolerance):
+            result.append(f"the joint {one} starts at {begun[0]:.6g} and {begun[1]:.6g}")
+    return result
 
 
 def _of_part(

@@ -104,7 +104,7 @@ class Pairing:
         return bool(np.abs(one.about_center - other.about_center).max() <= self.tolerance * size)
 
     def misses(self, one: Link, other: Link, number: int, aligned: Placement) -> int:
-        """Count quantities of a link, and of the joints on it, that differ with frames placed in this way."""
+        """Count quantities of a link, and of the joints on the link, that differ with frames placed in this way."""
         moved = other.whole.moved(*aligned)
         count = int(not self.alike(one.whole, moved))
         for child, partner in self._children.get(number, ()):
@@ -169,6 +169,33 @@ def differences(pairing: Pairing) -> list[Difference]:
                 (late if item.quantity.partition("[")[0] in _LATE else listed).append(item)
     listed += _loops(pairing)
     return listed + late
+
+
+def of_solids(pairing: Pairing) -> list[Difference]:
+    """Return differences of masses and principal moments of inertia of bodies.
+
+    A moment of zero is one of a plane motion, on which the others have no effect.
+    """
+    listed: list[Difference] = []
+    for link in pairing.first.links:
+        for name, body in link.bodies.items():
+            if name not in pairing.second.solids:
+                continue
+            mass, moments = pairing.second.solids[name]
+            mine = np.linalg.eigvalsh(body.inertia.about_center)
+            whole = min(mine.min(), moments.min()) > 0.0
+            for quantity, one, other, unit in (
+                ("mass", np.array([body.inertia.mass]), np.array([mass]), "kg"),
+                ("principal moments", mine, moments, "kg m^2"),
+            ):
+                size = max(float(np.abs(one).max()), float(np.abs(other).max()))
+                if np.abs(one - other).max() <= pairing.tolerance * size or (quantity != "mass" and not whole):
+                    continue
+                cause = causes.of_number(float(one[-1]), float(other[-1]), quantity)
+                first, second = (float(item[0]) if len(item) == 1 else tuple(map(float, item)) for item in (one, other))
+                places = pairing.first.place(f"bodies.{name}"), ""
+                listed.append(Difference(f"bodies.{name}", quantity, first, second, unit, places, cause))
+    return listed
 
 
 def _structure(pairing: Pairing) -> Iterator[Difference]:
@@ -358,6 +385,8 @@ def _opposite(quantity: str) -> str:
 def equal(mine: float | str, theirs: float | str, tolerance: float) -> bool:
     """Return whether two numbers are equal to a relative tolerance, or two texts are."""
     if isinstance(mine, str) or isinstance(theirs, str):
+        return mine == theirs
+    if not math.isfinite(mine) or not math.isfinite(theirs):
         return mine == theirs
     return mine == theirs or abs(mine - theirs) <= tolerance * max(abs(mine), abs(theirs))
 

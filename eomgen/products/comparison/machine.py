@@ -22,6 +22,7 @@ from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
+    from eomgen.system.description import Solid
     from eomgen.system.system import System
 
 #: Fields of force elements, states and controllers that no equation follows from.
@@ -161,6 +162,8 @@ class Machine:
     place : from a key (``bodies.arm.mass``) to ``file:line``
     forces : evaluates the equations of motion
     notes : on parts that the reader left out
+    initial : coordinate at the start, of each joint with one coordinate
+    solids : of bodies without a place: mass, kg, and principal moments of inertia, (3,) kg m^2
     """
 
     name: str
@@ -173,6 +176,8 @@ class Machine:
     parts: Mapping[str, Mapping[str, float | str]] | None = field(default_factory=dict)
     driven: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
+    initial: Mapping[str, float] = field(default_factory=dict)
+    solids: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
 
 
 class Lumps:
@@ -289,15 +294,17 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
         _parts(scene, values),
         frozenset(f"{item.section}.{item.name}" for item in scene.elements if _driven(item)),
         scene.notes,
+        {joint.name: joint.initial_position[0] for joint in scene.joints if len(joint.initial_position) == 1},
     )
 
 
-def of_equations(name: str, system: System, links: Sequence[Link]) -> Machine:
+def of_equations(name: str, system: System, links: Sequence[Link], solids: Sequence[Solid] = ()) -> Machine:
     """Return equations without bodies, as of SymPy, with the links of another machine.
 
     Parameters
     ----------
-    links : of the machine with the same coordinates, which are named as its joints, or ``q_`` and the joint
+    links : of the machine with the same coordinates, named as the joints, or ``q_`` and the joint
+    solids : bodies by name, of which mass and principal moments of inertia are compared
 
     Raises
     ------
@@ -317,7 +324,11 @@ def of_equations(name: str, system: System, links: Sequence[Link]) -> Machine:
     def total(motion: Motion) -> Forces:
         return evaluated(motion)._replace(bias=None, force=None)
 
-    return Machine(name, np.zeros(3), tuple(links), (), inputs, lambda _: "", total, None)
+    known: dict[str, tuple[float, Array]] = {}
+    for solid in solids:
+        mass, *entries = (evaluate(item, lambda symbol: 0.0) for item in (solid.mass, *solid.inertia))
+        known[solid.name] = mass, np.linalg.eigvalsh(tensor(entries)).astype(float)
+    return Machine(name, np.zeros(3), tuple(links), (), inputs, lambda _: "", total, None, solids=known)
 
 
 def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> Link:
@@ -401,6 +412,8 @@ def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
     result = {f"{element.section}.{element.name}": values.flat(element) for element in scene.elements}
     for section in ("states", "controllers"):
         result |= {f"{section}.{item.name}": values.flat(item) for item in getattr(scene, section)}
+    mentioned = {value for part in result.values() for value in part.values() if isinstance(value, str)}
+    result |= {f"points.{item.name}": values.flat(item) for item in scene.points if item.name in mentioned}
     if scene.base is not None:
         result["base"] = values.flat(scene.base)
     return result

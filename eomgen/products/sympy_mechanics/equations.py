@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.base.data import dataclass, field, replace
+from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import ZERO as NO_FORMULA
 from eomgen.formula.nodes import Symbol
 from eomgen.lie.product import Factor
@@ -361,6 +362,12 @@ class _Recorder:
     def forward_dynamics(self) -> list[Block]:
         """M^-1 (Q - h)."""
         balance = [force - bias for force, bias in zip(self.force, self.coupling, strict=True)]
+        for place, name in enumerate(self.document.coordinates):
+            row = self.mass[place * self.count : (place + 1) * self.count]
+            if all(item.is_zero for item in row):
+                fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse"
+                hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
+                raise ModelError(Problem(self.document.name, fault, hint))
         (solution,) = solved(self.mass, [balance])
         return self.block("vdot", (self.count,), solution)
 

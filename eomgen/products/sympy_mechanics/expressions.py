@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
+import unicodedata
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
 from typing import Any
 
 import sympy
 from sympy.core.function import AppliedUndef
+from sympy.logic.boolalg import BooleanAtom
 from sympy.physics.biomechanics import CharacteristicCurveFunction
 from sympy.physics.mechanics import dynamicsymbols
 
@@ -33,6 +36,19 @@ _COMPARISONS: Mapping[type[Any], tuple[Op, bool]] = {
 }
 
 
+#: Functions as formulas of other ones.
+_REWRITTEN: Mapping[type[Any], type[Any]] = {
+    **{sympy.sec: sympy.cos, sympy.csc: sympy.sin, sympy.cot: sympy.tan, sympy.sinc: sympy.sin},
+    **{sympy.sech: sympy.cosh, sympy.csch: sympy.sinh, sympy.coth: sympy.tanh},
+}
+#: All that has a counterpart.
+_KINDS = (
+    *(sympy.Number, sympy.NumberSymbol, sympy.Add, sympy.Mul, sympy.Pow, sympy.UnevaluatedExpr),
+    *(sympy.Piecewise, sympy.Heaviside, CharacteristicCurveFunction, BooleanAtom),
+    *(sympy.And, sympy.Or, sympy.Not, sympy.Eq, sympy.Ne, *_FUNCTIONS, *_PAIRS, *_COMPARISONS, *_REWRITTEN),
+)
+
+
 def basic(value: Any) -> Any:
     """Return an expression of SymPy unchanged, and a number as such an expression; no text is read."""
     return value if isinstance(value, sympy.Basic) else sympy.Number(value)
@@ -41,8 +57,19 @@ def basic(value: Any) -> Any:
 def name_of(symbol: Any) -> str:
     """Return a legal name of a symbol of SymPy: letters, digits and underscores of the printed name."""
     text = str(symbol.func) if isinstance(symbol, AppliedUndef) else str(symbol.name)
+    if not text.isascii():
+        text = "".join(map(_latin, unicodedata.normalize("NFKD", text)))
     kept = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in text).strip("_")
     return (kept if kept[:1].isalpha() else f"s_{kept}")[:_LONGEST]
+
+
+def _latin(letter: str) -> str:
+    """Return SymPy's name of a Greek letter, an empty text for an accent, and other letters unchanged."""
+    words = unicodedata.name(letter, "").split()
+    if words[:1] == ["GREEK"] and words[2:3] == ["LETTER"]:
+        name = words[3].replace("LAMDA", "LAMBDA")
+        return name.capitalize() if words[1] == "CAPITAL" else name.lower()
+    return "" if unicodedata.combining(letter) else letter
 
 
 class Expressions:
@@ -80,6 +107,10 @@ class Expressions:
         places = {"p": self.parameters, "u": self.inputs}
         for block, items in (("p", symbols - {self.time}), ("u", functions)):
             for item in sorted(items - self.known.keys(), key=str):
+                if block == "u" and item.args != (self.time,):
+                    raise self._refused(
+                        f"the function {item}", "a formula of coordinates and symbols, or a function of the time alone"
+                    )
                 name = name_of(item)
                 if name in self.absent:
                     self.known[item] = self.algebra.one
@@ -102,6 +133,7 @@ class Expressions:
             if node in self.known:
                 pending.pop()
                 continue
+            self._check(node)
             operands = self._operands(node)
             missing = [operand for operand in operands if operand not in self.known]
             if missing:
@@ -111,11 +143,21 @@ class Expressions:
             pending.pop()
         return self.known[root]
 
+    def _check(self, node: Any) -> None:
+        """Raise DescriptionError for a node without a counterpart."""
+        if isinstance(node, sympy.Derivative):
+            raise self._refused(f"the rate {node}", "rates of coordinates alone; a further input for the rate")
+        if isinstance(node, sympy.Number | sympy.NumberSymbol) and not math.isfinite(float(node)):
+            raise self._refused(f"the number {shown(str(node))}", "a finite number")
+        if not isinstance(node, _KINDS):
+            known = ", ".join(sorted(NAMES.values()))
+            raise self._refused(f"the function {type(node).__name__}", f"one of {known}, Piecewise")
+
     def _operands(self, node: Any) -> Sequence[Any]:
         if isinstance(node, CharacteristicCurveFunction):
             return [node.doit(deep=False)]
-        if isinstance(node, sympy.Derivative):
-            raise self._refused(f"the rate {node}", "rates of coordinates alone; a further input for the rate")
+        if (other := _REWRITTEN.get(type(node))) is not None:
+            return [node.rewrite(other)]
         if isinstance(node, sympy.Pow) and isinstance(node.exp, sympy.Rational) and abs(node.exp.p) < 1000:
             return [node.base]
         if isinstance(node, sympy.Piecewise):
@@ -125,8 +167,10 @@ class Expressions:
 
     def _recorded(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
         algebra, kind = self.algebra, type(node)
-        if isinstance(node, CharacteristicCurveFunction | sympy.UnevaluatedExpr):
+        if isinstance(node, (CharacteristicCurveFunction, sympy.UnevaluatedExpr, *_REWRITTEN)):
             return operands[0]
+        if isinstance(node, BooleanAtom):
+            return algebra.one if node else algebra.zero
         if isinstance(node, sympy.Number | sympy.NumberSymbol):
             return algebra.scalar(float(node))
         if kind is sympy.Add:
@@ -143,9 +187,18 @@ class Expressions:
             op, swapped = _COMPARISONS[kind]
             first, second = reversed(operands) if swapped else operands
             return algebra.call(op, first, second)
-        if isinstance(node, sympy.Piecewise):
-            return self._pieces(node)
-        raise self._refused(f"the function {kind.__name__}", f"one of {', '.join(sorted(NAMES.values()))}, Piecewise")
+        if kind is sympy.Not:
+            return algebra.one - operands[0]
+        if kind in (sympy.And, sympy.Or):
+            return reduce(lambda x, y: algebra.call(Op.MIN if kind is sympy.And else Op.MAX, x, y), operands)
+        if kind in (sympy.Eq, sympy.Ne):
+            below, above = (algebra.call(Op.LE, x, y) for x, y in (operands, operands[::-1]))
+            return below * above if kind is sympy.Eq else algebra.one - below * above
+        if isinstance(node, sympy.Heaviside):
+            x, at_zero = operands
+            below = algebra.select(algebra.call(Op.LT, x, algebra.zero), algebra.zero, at_zero)
+            return algebra.select(algebra.call(Op.LT, algebra.zero, x), algebra.one, below)
+        return self._pieces(node)
 
     def _power(self, node: Any, operands: Sequence[Scalar]) -> Scalar:
         algebra, base = self.algebra, operands[0]

@@ -76,6 +76,7 @@ class Kinematics:
         except ValueError:
             word = "orientation" if kind == 0 else "angular velocity"
             fault = f"the frame {frame.name} has no {word} in {self.inertial.name}"
+            fault += ", another frame of this name" if str(frame.name) == str(self.inertial.name) else ""
             raise DescriptionError(Problem(self.expressions.name, fault, f"{frame.name}.orient_axis")) from None
         return path
 
@@ -124,7 +125,7 @@ class Kinematics:
         """Return time derivatives along the motion, at constant v."""
         refs = [item.ref for item in values]
         if any(symbol.block == "u" for symbol in self.tape.depends_on(refs)):
-            fault = "a place depends on an input, whose rate is unknown"
+            fault = "a place or a mass depends on an input, whose rate is unknown"
             raise DescriptionError(Problem(self.expressions.name, fault, "a coordinate, or a formula of time"))
         return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, refs, self._along)]
 
@@ -202,15 +203,19 @@ def _add_body(kinematics: Kinematics, body: Any, terms: Terms) -> None:
     """Add the inertia of a body."""
     record, count = kinematics.expressions, len(terms.coupling)
     mass, velocity = record(body.mass), kinematics.velocity(center_of(body))
+    (growth,) = kinematics.rates([mass])
+    momentum = plus(scaled(mass, kinematics.rate(velocity)), scaled(growth, velocity))
     parts: list[tuple[list[Vector], Callable[[Vector], Vector], Vector]] = [
-        (kinematics.partials(velocity), lambda x: scaled(mass, x), scaled(mass, kinematics.rate(velocity)))
+        (kinematics.partials(velocity), lambda x: scaled(mass, x), momentum)
     ]
     if is_rigid(body):
         frame = frame_of(body, kinematics)
         turned, turning = transpose(kinematics.axes(frame)), kinematics.angular_velocity(body.frame)
         omega, inertia = apply(turned, turning), inertia_of(body, kinematics)
         rate = kinematics.rate(omega) if frame is body.frame else apply(turned, kinematics.rate(turning))
+        growing = kinematics.algebra.matrix([kinematics.rates(list(row)) for row in inertia])
         gyroscopic = plus(apply(inertia, rate), cross(omega, apply(inertia, omega)))
+        gyroscopic = plus(gyroscopic, apply(growing, omega))
         parts.append((kinematics.partials(omega), lambda x: apply(inertia, x), gyroscopic))
     for partials, weighted, bias in parts:
         moving = [k for k, partial in enumerate(partials) if any(not item.is_zero for item in partial)]

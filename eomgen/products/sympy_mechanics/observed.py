@@ -137,6 +137,30 @@ class Observed:
                 faults.append(str(frame.name))
         return faults
 
+    def contradictions(self) -> list[str]:
+        """Return notes on given accelerations that are not the rates of velocities."""
+        notes = []
+        for body, name in zip(self.bodies, self.names, strict=True):
+            center = center_of(body)
+            given = center._acc_dict.get(self.kinematics.inertial)
+            if given is not None and not self._is_acceleration(given, self.kinematics.velocity(center)):
+                notes.append(f"the acceleration given for {name} is not the rate of the velocity, and has no effect")
+        return notes
+
+    def _is_acceleration(self, given: Any, velocity: Sequence[Scalar]) -> bool:
+        """Return whether a vector of SymPy is the rate of a velocity, while the rates of coordinates are constant."""
+        known, time = self.record.known, self.record.time
+        for derivative in set().union(*(item.atoms(sympy.Derivative) for part, _ in given.args for item in part)):
+            function, order = derivative.args[0], derivative.derivative_count
+            if derivative in known:
+                continue
+            if function not in known or order > 2 or function.diff(time) in known:
+                known[derivative] = self.algebra.zero  # of q twice, or of an input
+            else:
+                (known[derivative],) = self.kinematics.rates([known[function]])
+        pairs = zip(self.kinematics.vector(given), self.kinematics.rates(list(velocity)), strict=True)
+        return self._cancels([[one, -other] for one, other in pairs])
+
     def _is_rate_of(self, place: Sequence[Scalar], velocity: Sequence[Scalar]) -> bool:
         """Return whether a place has a velocity at all samples."""
         return self._cancels([[one, -other] for one, other in zip(self.kinematics.rates(place), velocity, strict=True)])

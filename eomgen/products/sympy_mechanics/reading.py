@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -9,11 +10,21 @@ import numpy as np
 import sympy
 from sympy.core.function import AppliedUndef
 from sympy.physics.biomechanics import MusculotendonBase
-from sympy.physics.mechanics import KanesMethod, LagrangesMethod, System, dynamicsymbols
+from sympy.physics.mechanics import (
+    KanesMethod,
+    LagrangesMethod,
+    Particle,
+    Point,
+    ReferenceFrame,
+    RigidBody,
+    System,
+    Vector,
+    dynamicsymbols,
+)
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
-from eomgen.base.messages import is_legal, shown
+from eomgen.base.messages import is_legal, listed, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.products.sympy_mechanics.equations import InternalStates, Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
@@ -37,6 +48,8 @@ from eomgen.symbolic.tape import ONE, Ref, Tape
 _LISTED = 6
 #: Seed of the states at which pivots are chosen and equalities are checked.
 _SEED = 1
+#: Largest difference of two entries of M that counts as none, relative to the largest entry.
+_ASYMMETRIC = 1e-10
 #: Largest rate that counts as none.
 _AT_REST = 1e-12
 
@@ -97,8 +110,12 @@ def from_sympy(
     >>> model.forward_dynamics([1.0], [0.0])
     array([-4.])
     """
-    if not is_legal(name):
+    if not isinstance(name, str) or not is_legal(name):
         raise UsageError(Problem("name", f"{shown(name)} is not a name", 'letters, digits and underscores, "bicycle"'))
+    for key, given in (("parameters", parameters), ("initial", initial), ("states", states)):
+        if not isinstance(given, Mapping | None):
+            fault = f"values by symbol are needed, not a {type(given).__name__}"
+            raise UsageError(Problem(key, fault, f"{key}={{m: 1.0}}"))
     reading = _Reading(name, system, q, states or {})
     terms = reading.terms()
     if absent := reading.without_effect(terms):
@@ -125,6 +142,8 @@ class _Reading:
         self.q: list[Any] = []
         self.u: list[Any] = []
         self.kdes: list[Any] = []
+        #: Relations of rates that the kinematic equations leave, on the tape: psi(q, v, t) = 0.
+        self.relations: list[Ref] = []
         #: Auxiliary speeds, which are zero along all motions.
         self.auxiliary: list[Any] = []
         self.bodies: list[Any] = []
@@ -133,9 +152,20 @@ class _Reading:
         self.inertial: Any = None
         self.origin: Any = None
         self._read(q)
+        self._check_parts()
         self._integrate_speeds()
         #: Rates of internal states.
         self.states = dict(states)
+        for state, rate in states.items():
+            if not isinstance(state, AppliedUndef) or state in {*self.q, *self.u}:
+                hint = "a function of time that is neither a coordinate nor a speed"
+                raise UsageError(Problem("states", f"{shown(str(state))} cannot be an internal state", hint))
+            if not isinstance(rate, sympy.Expr | int | float):
+                raise UsageError(
+                    Problem(
+                        "states", f"the rate of {state} is {shown(rate)}, not an expression", f"{{{state}: -{state}}}"
+                    )
+                )
         for muscle in self.actuators:
             if isinstance(muscle, MusculotendonBase):
                 self.states |= dict(zip(muscle.x, muscle.rhs(), strict=True))
@@ -154,6 +184,10 @@ class _Reading:
     def _read(self, q: Sequence[Any]) -> None:
         """Take the parts of the system; ``q``: coordinates of matrices."""
         system, loads = self.system, list[Any]()
+        if isinstance(system, System) and isinstance(system.eom_method, LagrangesMethod):
+            # the Lagrangian may have potential energies of bodies, and the loads are the ones of all actuators
+            self.joints, self.origin = list(system.joints), system.fixed_point
+            self.system = system = system.eom_method
         if isinstance(system, System):
             self.auxiliary = list(system.u_aux)
             self.positions, self.constraints = list(system.holonomic_constraints), list(system.velocity_constraints)
@@ -164,24 +198,61 @@ class _Reading:
             self.auxiliary = list(system._uaux)
             self.positions = list(system._f_h)
             self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
-            if not system.bodies:
+            if not system.bodies and not system.forcelist:
                 hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
                 raise DescriptionError(Problem(self.name, "the KanesMethod has no bodies", hint))
             self.q, self.u = list(system.q), list(system.u)
-            self.kdes = [rate - value for rate, value in system.kindiffdict().items()]
+            # as given: SymPy solves these for the rates, which takes more expressions
+            rates = system.q.diff(dynamicsymbols._t)
+            kinematic, of_speeds, rest = system._k_kqdot_implicit, system._k_ku_implicit, system._f_k_implicit
+            self.kdes = list(kinematic * rates + of_speeds * system.u + rest) if len(kinematic) else []
             self.inertial, self.bodies, loads = system._inertial, list(system.bodies), list(system.forcelist or ())
         elif isinstance(system, LagrangesMethod):
             self.positions, self.constraints = list(system._hol_coneqs), list(system.coneqs)
             self.q, self.inertial, loads = list(system.q), system.inertial, list(system.forcelist or ())
             self.bodies = list(system.bodies or ()) if system.inertial is not None else []
         elif isinstance(system, tuple | list) and len(system) == 2:
-            self.q = list(q)
+            self.q = list(q) if isinstance(q, Sequence) else []
             if not self.q:
                 raise UsageError(Problem("q", "matrices alone have no coordinates", "q=[theta, x]"))
+            self.system = tuple(self._matrix(item, letter) for item, letter in zip(system, "Mf", strict=True))
         else:
             hint = "System, KanesMethod, LagrangesMethod, or (M, f) with q"
             raise UsageError(Problem("system", f"{type(system).__name__} is none of SymPy's descriptions", hint))
         self.loads = [(load[0], load[1]) for load in loads]
+
+    def _matrix(self, item: object, letter: str) -> Any:
+        """Return a matrix of expressions; no text is read."""
+        entries = item if isinstance(item, sympy.MatrixBase) else np.array(item, dtype=object)
+        known = all(isinstance(entry, sympy.Basic | int | float | np.number) for entry in np.array(entries).ravel())
+        if not known or len(entries.shape) not in (1, 2):
+            fault = f"a matrix of expressions is needed for {letter}, not a {type(item).__name__}"
+            raise UsageError(Problem("system", fault, "sympy.Matrix([[m, 0], [0, m]]), and f with a row for each of M"))
+        return sympy.Matrix(entries.tolist())
+
+    def _check_parts(self) -> None:
+        """Raise DescriptionError for parts of other classes, and for coordinates that are none."""
+        faults = [
+            (item, "body", "RigidBody or Particle")
+            for item in self.bodies
+            if not isinstance(item, RigidBody | Particle)
+        ]
+        for place, load in self.loads:
+            if not isinstance(place, Point | ReferenceFrame) or not isinstance(load, Vector):
+                faults.append((place, "load", "a Point and a Vector, or a ReferenceFrame and a Vector"))
+        names = [name_of(item) if isinstance(item, AppliedUndef) else "" for item in self.q]
+        time = dynamicsymbols._t
+        faults += [(item, "coordinate", "dynamicsymbols") for item in self.q if getattr(item, "args", ()) != (time,)]
+        for item, noun, hint in faults:
+            raise DescriptionError(Problem(self.name, f"{shown(str(item))} is not a {noun}", hint))
+        if not names:
+            raise DescriptionError(
+                Problem(self.name, "the system has no coordinates", "joints, or system.add_coordinates")
+            )
+        if twice := [name for name in names if names.count(name) > 1]:
+            raise DescriptionError(
+                Problem(self.name, f"two coordinates have the name {shown(twice[0])}", "other names")
+            )
 
     def _integrate_speeds(self) -> None:
         """Add a coordinate for each speed without one, such as of a wheel without an angle."""
@@ -206,7 +277,13 @@ class _Reading:
             terms = kane(kinematics, self.bodies, self.every_load)
         self.kinematics = kinematics
         self.rows = Constraints(
-            self.expressions, self.positions, self.constraints, self.q_scalars, self.v_scalars, self.angular
+            self.expressions,
+            self.positions,
+            self.constraints,
+            self.q_scalars,
+            self.v_scalars,
+            self.angular,
+            self.relations,
         )
         return terms
 
@@ -217,7 +294,7 @@ class _Reading:
         if isinstance(self.system, LagrangesMethod):
             result.append(self.system._L[0])
         elif isinstance(self.system, tuple | list):
-            result += [entry for item in self.system for entry in sympy.Matrix(item)]
+            result += [entry for item in self.system for entry in item]
         result += [item for actuator in self.actuators if (item := stored_energy(actuator)) is not None]
         frames, points = _reached(self.bodies, self.every_load, self.inertial)
         for body in self.bodies:
@@ -237,15 +314,16 @@ class _Reading:
         """Make the user's speeds scalars of q and v, by the kinematic differential equations."""
         if not self.speeds:
             return
-        if len(self.kdes) != len(self.u) or len(self.q) != len(self.u):
+        if len(self.kdes) != len(self.q) or len(self.q) < len(self.u):
             fault = f"{len(self.q)} coordinates have {len(self.u)} speeds and {len(self.kdes)} kinematic equations"
-            raise DescriptionError(Problem(self.name, fault, "one speed for each coordinate"))
+            raise DescriptionError(Problem(self.name, fault, "one kinematic equation for the rate of each coordinate"))
         factors = sympy.Matrix(self.kdes).jacobian(self.u)
         record = self.expressions
         rows = [[record(entry) for entry in row] for row in factors.tolist()]
         without = dict.fromkeys(self.u, sympy.S.Zero)
         rest = [-record(equation.xreplace(without)) for equation in self.kdes]
-        solved = _solved(self.algebra, rows, rest, self.name)
+        solved, relations = _solved(self.algebra, rows, rest, self.name)
+        self.relations = [item.ref for item in relations]
         stale = [key for key in record.known if key not in self.q and key.has(*self.u)]
         for key in stale:
             del record.known[key]
@@ -270,7 +348,7 @@ class _Reading:
         return terms
 
     def _matrices(self) -> Terms:
-        matrix, vector = (sympy.Matrix(item) for item in self.system)
+        matrix, vector = self.system
         count = len(self.q)
         if matrix.shape != (count, count) or len(vector) != count:
             fault = (
@@ -310,6 +388,7 @@ class _Reading:
         states = self.rows.near(begun, p, inputs)
         rows = self.rows.rows(states, p, inputs)
         samples = [{**blocks_at(state, p, inputs), "z": z} for state in states]
+        notes = self._inertia_notes(terms, rows, samples[0])
         terms = self._with_inertia(terms, rows, samples)
         mass, coupling, force = (tuple(item.ref for item in part) for part in terms)
         return SymbolicEquations(
@@ -327,7 +406,7 @@ class _Reading:
             force,
             tuple(record(item).ref for item in speeds),
             rows,
-            self._observations(terms, rows, samples),
+            self._observations(terms, rows, samples, notes),
             InternalStates(
                 tuple(of_states), tuple(z.tolist()), tuple(record(rate).ref for rate in self.states.values())
             ),
@@ -343,7 +422,28 @@ class _Reading:
         rates = self.kinematics.rates([Scalar(self.algebra.tape, ref) for ref in rows.positions])
         return augmented(self.kinematics, terms, [*rates, *(Scalar(self.algebra.tape, ref) for ref in rows.velocities)])
 
-    def _observations(self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> Observations:
+    def _inertia_notes(self, terms: Terms, rows: Rows, start: Mapping[str, Array]) -> list[str]:
+        """Return a note on a mass matrix that no masses have; raise DescriptionError if M is not symmetric."""
+        count = len(self.q)
+        M = values_at(self.algebra.tape, [item.ref for item in terms.mass], start).reshape(count, count)
+        if not np.all(np.isfinite(M)):
+            return []
+        apart = np.abs(M - M.T)
+        i, j = np.unravel_index(np.argmax(apart), apart.shape)
+        if apart[i, j] > _ASYMMETRIC * np.abs(M).max():
+            fault = f"M is not symmetric: M[{i}, {j}] is {M[i, j]:.6g} and M[{j}, {i}] is {M[j, i]:.6g} at the start"
+            raise DescriptionError(Problem(self.name, fault, "equations of Kane or Lagrange, of which M is symmetric"))
+        if np.linalg.eigvalsh(M)[0] < -_ASYMMETRIC * np.abs(M).max():
+            return ["the mass matrix has a negative eigenvalue at the start: a mass or an inertia is negative"]
+        if not rows.names and is_singular([M]):
+            return [
+                "the mass matrix is singular at the start, so no acceleration follows: a mass or an inertia is zero"
+            ]
+        return []
+
+    def _observations(
+        self, terms: Terms, rows: Rows, samples: Sequence[Mapping[str, Array]], notes: Sequence[str]
+    ) -> Observations:
         """Return poses, twists, energies and the drawing."""
         random = np.random.default_rng(_SEED)
         # rates that satisfy the constraints, which angular velocities may rely on, and any rates without constraints
@@ -352,7 +452,7 @@ class _Reading:
             moving = [{**sample, "v": random.normal(size=len(self.q))} for sample in samples]
         angular = tuple(self.angular)
         if isinstance(self.system, tuple):
-            return Observations(angular=angular)
+            return Observations(angular=angular, notes=tuple(notes))
         observed = None
         if self.inertial is not None:
             observed = Observed(self.kinematics, self.bodies, self.origin, moving)
@@ -367,8 +467,10 @@ class _Reading:
             energies = observed.energies(self.loads, self.actuators)
         energy = self._balance(energies, rows, moving)
         if observed is None or not observed.bodies:
-            return Observations(energy=energy, angular=angular)
+            return Observations(energy=energy, angular=angular, notes=tuple(notes))
         fault = "no point at rest leads to {}, which is drawn from a point with a given velocity"
+        adrift = [fault.format(name) for name in observed.adrift]
+        notes = [*notes, *adrift, *observed.contradictions(), *self._unused_energies()]
         return Observations(
             tuple(observed.names),
             tuple(item.ref for item in observed.poses()),
@@ -376,8 +478,20 @@ class _Reading:
             energy,
             angular,
             observed.drawing(self.joints, self.actuators),
-            tuple(fault.format(name) for name in observed.adrift),
+            tuple(notes),
         )
+
+    def _unused_energies(self) -> list[str]:
+        """Return a note on potential energies of bodies, which Kane's equations do not take."""
+        names = [
+            str(body.name)
+            for body in ([] if isinstance(self.system, LagrangesMethod) else self.bodies)
+            if not sympy.S(body.potential_energy).is_zero
+        ]
+        if not names:
+            return []
+        fault = f"no force follows from the potential energy of {listed(names)} in Kane's equations"
+        return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy"]
 
     def _balance(self, energies: Energies, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
         """Return energies and powers; drivers have power if something moves at rest."""
@@ -410,7 +524,7 @@ class _Reading:
     def _values(self, parameters: Mapping[Any, float]) -> dict[str, float]:
         """Return values of all parameters by name."""
         names = self.expressions.parameters
-        given = {_key(key): float(value) for key, value in parameters.items()}
+        given = {_key(key): _number("parameters", key, value) for key, value in parameters.items()}
         if missing := [item for item in names if item not in given]:
             hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:_LISTED])}}}"
             raise UsageError(Problem("parameters", f"no values for {', '.join(missing)}", hint))
@@ -421,7 +535,7 @@ class _Reading:
 
     def _start(self, names: Sequence[str], initial: Mapping[Any, float]) -> dict[str, float]:
         """Return initial values by the names of coordinates, ``v.NAME`` of rates."""
-        start = {_key(key): float(value) for key, value in initial.items()}
+        start = {_key(key): _number("initial", key, value) for key, value in initial.items()}
         if unknown := sorted(start.keys() - {*names, *(f"v.{item}" for item in names)}):
             hint = f"one of {', '.join(names)}, or a rate by q.diff()"
             raise UsageError(Problem("initial", f"there is no coordinate {unknown[0]}", hint))
@@ -430,9 +544,24 @@ class _Reading:
 
 def _key(key: Any) -> str:
     """Return the name of a parameter or coordinate, ``v.q`` for the rate of q."""
-    if isinstance(key, sympy.Derivative):
+    if isinstance(key, sympy.Derivative) and key.derivative_count == 1 and isinstance(key.expr, AppliedUndef):
         return f"v.{name_of(key.expr)}"
+    if isinstance(key, str):
+        rate = "v." if key.startswith("v.") else ""
+        return rate + name_of(sympy.Symbol(key.removeprefix(rate)))
     return name_of(key) if isinstance(key, sympy.Symbol | AppliedUndef) else str(key)
+
+
+def _number(argument: str, key: object, value: Any) -> float:
+    """Return a finite number, also of SymPy."""
+    try:
+        number = math.nan if isinstance(value, str | bool) else float(value)
+    except (TypeError, ValueError, OverflowError):
+        number = math.nan
+    if not math.isfinite(number):
+        fault = f"the value of {key} is {shown(value)}, not a finite number"
+        raise UsageError(Problem(argument, fault, f"{argument}={{{key}: 1.0}}"))
+    return number
 
 
 def _components(vector: Any) -> list[Any]:
@@ -469,16 +598,21 @@ def _reached(bodies: Sequence[Any], loads: Sequence[tuple[Any, Any]], inertial: 
     return frames, points
 
 
-def _solved(algebra: Algebra, rows: list[list[Scalar]], rest: list[Scalar], name: str) -> list[Scalar]:
-    """Return x of A x = b on the tape, by elimination; pivots are the largest entries at a random state."""
-    tape, count = algebra.tape, len(rest)
+def _solved(
+    algebra: Algebra, rows: list[list[Scalar]], rest: list[Scalar], name: str
+) -> tuple[list[Scalar], list[Scalar]]:
+    """Return x of A x = b on the tape, by elimination, and b of the further rows, which is zero there.
+
+    Pivots are the largest entries at a random state.
+    """
+    tape, count = algebra.tape, len(rows[0])
     rows, rest = [list(row) for row in rows], list(rest)
     random = np.random.default_rng(_SEED)
     sizes: dict[str, int] = {}
     for symbol in tape.depends_on([item.ref for row in rows for item in row]):
         sizes[symbol.block] = max(sizes.get(symbol.block, 0), symbol.index + 1)
     sample = {block: random.uniform(0.3, 1.2, size) for block, size in sizes.items()}
-    order = list(range(count))
+    order = list(range(len(rows)))
     for column in range(count):
         values = np.abs(evaluate(tape, [rows[row][column].ref for row in order[column:]], sample))
         best = column + int(np.argmax(values))
@@ -499,4 +633,4 @@ def _solved(algebra: Algebra, rows: list[list[Scalar]], rest: list[Scalar], name
         for later in range(column + 1, count):
             total = total - rows[order[column]][later] * solution[later]
         solution[column] = total / rows[order[column]][column]
-    return solution
+    return solution, [rest[row] for row in order[count:]]

@@ -75,6 +75,8 @@ class Constraints:
         Blocks of the coordinates and of the rates.
     angular : sequence of bool
         Which coordinates are angles.
+    relations : sequence of references
+        Further constraints of velocities, on the tape.
     """
 
     def __init__(
@@ -85,19 +87,26 @@ class Constraints:
         q: Sequence[Scalar],
         v: Sequence[Scalar],
         angular: Sequence[bool],
+        relations: Sequence[Ref] = (),
     ) -> None:
         self.expressions, self.angular, self.count = expressions, angular, len(q)
         self.tape, self.algebra = expressions.algebra.tape, expressions.algebra
         self.texts = [basic(item) for item in (*positions, *velocities)]
         self.q = q
         self.positions = [expressions(item).ref for item in positions]
-        self.velocities = [expressions(item).ref for item in velocities]
+        self.velocities = [*(expressions(item).ref for item in velocities), *relations]
         along: dict[Ref | InputSymbol, Ref] = {one.ref: rate.ref for one, rate in zip(q, v, strict=True)}
         along[InputSymbol("t", 0)] = ONE
         self.rates = jacobian_vector(self.tape, self.positions, along)
         seeds: list[Seeds] = [{item.ref: {place: ONE} for place, item in enumerate(block)} for block in (q, v)]
         self.slopes = forward_partials(self.tape, self.positions, seeds[0])
         self.slopes += forward_partials(self.tape, self.velocities, seeds[1])
+        for number, row in enumerate(self.slopes[len(self.positions) :], 1):
+            if any(symbol.block == "v" for symbol in self.tape.depends_on(row.values())):
+                fault = f"the constraint of velocities number {number} is not linear in the rates"
+                raise DescriptionError(
+                    Problem(expressions.name, fault, "a constraint of the form a(q, t) q.diff() + b(q, t)")
+                )
 
     def met(self, start: State, p: Array, inputs: int) -> State:
         """Return the nearest state that satisfies the constraints, at time 0 and zero inputs.

@@ -51,9 +51,19 @@ def located(address: str, folder: Path, packages: Mapping[str, Path]) -> Path:
         return packages[name] / rest
     around = folder.resolve()
     for holder in (around, *around.parents):
-        if (there := holder / name / rest).exists():
+        there = holder / name / rest
+        if is_there(there):
             return there
     return folder / name / rest
+
+
+def is_there(path: Path) -> bool:
+    """Return whether there is a file or folder; names that no file can have, as of a thousand letters, are of none."""
+    try:
+        path.stat()
+    except (OSError, ValueError):
+        return False
+    return True
 
 
 def is_remote(address: str) -> bool:

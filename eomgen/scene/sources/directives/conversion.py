@@ -25,7 +25,7 @@ from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, OptionErro
 from eomgen.scene.sources.urdf.conversion import turns_of
 from eomgen.scene.sources.urdf.reading import legal_name
 from eomgen.scene.sources.urdf.source import URDF
-from eomgen.scene.sources.uris import is_remote, located, package_folders
+from eomgen.scene.sources.uris import is_remote, is_there, located, package_folders
 from eomgen.system.description import BASE
 
 WORLD_FRAME = "world"
@@ -165,7 +165,7 @@ class _Reader:
             )
             return None
         path = located(address, file.folder, self.packages)
-        if not path.is_file():
+        if not is_there(path) or not path.is_file():
             hint = 'packages=["NAME=FOLDER"]' if "://" in address else f"a path from the folder of {file.values.file}"
             file.values.refuse(entries["file"], f"there is no file {shown(address)}", hint)
             return None

@@ -31,7 +31,7 @@ from eomgen.scene.sources.sdf.elements import (
 from eomgen.scene.sources.sdf.values import NEWEST, SINCE_FRAMES, Leftovers, Values
 from eomgen.scene.sources.sdf.visuals import VisualReader
 from eomgen.scene.sources.source import read_text, shown_file
-from eomgen.scene.sources.uris import is_remote, located
+from eomgen.scene.sources.uris import is_remote, is_there, located
 
 #: Types of joints, with their number of axes.
 TYPES: Mapping[str, int] = {
@@ -419,7 +419,7 @@ class _FileReader:
             values.refuse(element, f"{shown(address)} lies in a network, and only local files are read", "a local path")
             return None
         path = located(address, self.folder, self.reader.packages)
-        path = _file_of_model(path) if path.is_dir() else path
+        path = _file_of_model(path) if is_there(path) and path.is_dir() else path
         if path.resolve() in self.chain or len(self.chain) >= _DEEPEST:
             values.refuse(element, f"files include one another in a circle: {shown(address)}", "another file")
             return None

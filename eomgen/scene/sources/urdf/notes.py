@@ -163,10 +163,12 @@ def stops_of(joint: Joint) -> dict[str, Any] | None:
     limit = joint.limit
     if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
         return None
-    if not limit.lower < limit.upper or limit.effort <= 0.0:
+    ends = {"lower": limit.lower, "upper": limit.upper}
+    finite = {name: value for name, value in ends.items() if math.isfinite(value)}
+    if not finite or not limit.lower < limit.upper or not 0.0 < limit.effort < math.inf:
         return None
     stiffness = limit.effort / GIVE[joint.unit]
-    return {"lower": limit.lower, "upper": limit.upper, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
+    return {**finite, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
 
 
 def friction_of(joint: Joint) -> dict[str, Any] | None:

@@ -41,6 +41,8 @@ NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
 NEWEST, WITH_QUATERNIONS = 2, 1
+#: Defaults of ``lower``, ``upper`` and ``effort`` before the minor version with open ranges, and since.
+_WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, math.inf)
 #: By how much the length of a quaternion may differ from 1: three digits of each number.
 UNIT_LENGTH = 1e-3
 #: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
@@ -70,7 +72,7 @@ class Mimic:
 
 @dataclass(frozen=True)
 class UrdfLimit:
-    """Range of a joint's coordinate, and largest effort; zeros by default, as in the format."""
+    """Range of a joint's coordinate, and largest effort; zeros by default, infinite since version 1.2."""
 
     lower: float
     upper: float
@@ -429,9 +431,10 @@ class _UrdfReader:
         elif written not in self.link_names:
             hint = nearest(written, self.link_names)
             self.report.add_at(end.line if end else element.line, key, f"there is no link {shown(written)}", hint)
-        roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        exact = self.quaternion(origin, key, element.get("name"))
+        exact = roll_pitch_yaw(*self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))) if exact is None else exact
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
-        orientation = snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))
+        orientation = snapped_rotation(exact)
         return LoopEnd(self.link_names.get(written, ""), orientation, position, axis)
 
     def mimic(self, element: Element, key: str) -> Mimic | None:
@@ -448,8 +451,10 @@ class _UrdfReader:
             return None
         for name in _OTHER_LIMITS:
             limits.get(name)
-        lower, upper, effort = (self.numbers(limits, name, key, (0.0,))[0] for name in ("lower", "upper", "effort"))
-        return UrdfLimit(lower, upper, effort)
+        defaults = zip(
+            ("lower", "upper", "effort"), _OPEN if self.out.minor >= _WITH_OPEN_RANGES else _CLOSED, strict=True
+        )
+        return UrdfLimit(*(self.numbers(limits, name, key, (default,))[0] for name, default in defaults))
 
     def end(self, element: Element, tag: str, key: str) -> str:
         """Return the name of a joint's parent or child link; empty without one."""
