@@ -33,7 +33,7 @@ def test_names_are_kinds_and_columns() -> None:
     acceleration, energy, power = run.plot("a.hinge", "energy")
     assert np.array_equal(acceleration.get_lines()[0].get_ydata(), run.a[:, 0])
     assert acceleration.get_ylabel() == "a.hinge, rad/s^2"
-    assert set(drawn_names(energy)) >= {"kinetic", "potential"} and drawn_names(power)[0] == "power"
+    assert set(drawn_names(energy)) >= {"kinetic", "potential"} and drawn_names(power)[0] == "power of forces"
     for letter, kind in (("q", "coordinates"), ("v", "velocities"), ("a", "accelerations")):
         assert drawn_names(run.plot(letter)[0]) == drawn_names(run.plot(kind)[0])
     (one,) = run.plot("tip[0]")

@@ -365,6 +365,30 @@ def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Bas
     return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
 
 
+def _reported(
+    detail: Any,
+    report: Report,
+    renamed: set[tuple[str | int, ...]],
+    schema: type[Document],
+    data: Mapping[str, Any],
+) -> tuple[str | int, ...]:
+    """Report a fault that does not follow from a reported fault, and return the place of the fault.
+
+    ``renamed``: keys that misspelt keys were meant to be, which are not missing too; new ones are added.
+    """
+    parts = (part for part in detail["loc"] if isinstance(part, str | int))
+    location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
+    fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
+    if detail["type"] == "extra_forbidden":
+        renamed.add((*location[:-1], hint))
+    missing = detail["type"] == "missing"
+    if missing and location[0] == "joints" and location[-1] == "child":
+        hint = child_hint(data)
+    if _is_news(detail, location, report) and not (missing and location in renamed):
+        report.add(key_of(*location), fault, hint)
+    return location
+
+
 def _is_news(detail: Mapping[str, Any], location: tuple[str | int, ...], report: Report) -> bool:
     """Return whether no other message has the fault: of the text, or on a definition whose name has a dot."""
     if isinstance(detail.get("input"), FaultyText):
@@ -430,17 +454,9 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     try:
         return without_absent_sections(schema, kept).model_validate(kept), refused
     except ValidationError as error:
-        broken, meant = False, set[tuple[str | int, ...]]()  # keys that others are to be renamed to
+        broken, renamed = False, set[tuple[str | int, ...]]()
         for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
-            parts = (part for part in detail["loc"] if isinstance(part, str | int))
-            location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
-            fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
-            if detail["type"] == "extra_forbidden":
-                meant.add((*location[:-1], hint))
-            if detail["type"] == "missing" and location[0] == "joints" and location[-1] == "child":
-                hint = child_hint(data)
-            if _is_news(detail, location, report) and (detail["type"] != "missing" or location not in meant):
-                report.add(key_of(*location), fault, hint)
+            location = _reported(detail, report, renamed, schema, data)
             section = str(location[0])
             if section in sections and len(location) > 1 and isinstance(kept.get(section), Mapping):
                 refused[section].add(str(location[1]))
