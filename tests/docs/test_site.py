@@ -90,6 +90,8 @@ def test_every_verb_method_and_section_has_its_page() -> None:
 def test_every_how_to_page_has_a_subject() -> None:
     pages = {place.rpartition("/")[2] for place in site().pages if place.startswith("how_to/")} - {"index"}
     assert sorted(pages) == sorted(name for names in HOW_TO.values() for name in names)
+    front = site().pages["index"].text
+    assert all(f"](how_to/{name}.md)" in front for name in pages)
     assert "## Vibration\n\n```{toctree}\n:maxdepth: 1\n\nnatural_" in site().pages["how_to/index"].text
 
 
