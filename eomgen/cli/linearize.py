@@ -175,8 +175,13 @@ class RideRequest:
 
     def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
         """Return the root mean squares; by default on the road of the scene and at the speed of the scene."""
-        classes = self.classes or ((excitation.road.road_class,) if excitation.road.road_class else ())
-        return lin.ride_table(excitation, self.outputs, classes, self.speeds, self.band)
+        from eomgen.linear.spectra import MeasuredRoad  # noqa: PLC0415
+
+        if self.classes and isinstance(excitation.road, MeasuredRoad):
+            fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class"
+            ride = " ".join(f"--ride {name}" + (f":{key}" if key else "") for name, key in self.outputs.items())
+            raise UsageError(Problem(f"--classes {','.join(self.classes)}", fault, f"{ride} without --classes"))
+        return lin.ride_table(excitation, self.outputs, self.classes, self.speeds, self.band)
 
     def spectra(self, lin: Linearization, excitation: RoadExcitation) -> list[PowerSpectrum]:
         """Return the spectra of the outputs, without weightings."""
@@ -239,7 +244,7 @@ _POINTS = 600
     "--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as the table."
 )
 @click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
-@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's.")
+@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's road.")
 @click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
 @profile_option
 @scene_options

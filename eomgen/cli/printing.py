@@ -78,7 +78,9 @@ def print_table(
     )
     for index, name in enumerate(header):
         unfolded = index in numeric or index in whole
-        table.add_column(name, justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold")
+        table.add_column(
+            escape(name), justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold"
+        )
     for row in rows:
         table.add_row(*(escape(str(cell)) for cell in row))  # names are the user's text
     console().print(table)

@@ -511,7 +511,7 @@ class Linearization:
         outputs : sequence of str or mapping, optional
             Names, or weightings (``Wk``, ``Wd``, None) by name; all outputs if none are given.
         classes : sequence of str, optional
-            Road classes of ISO 8608, ``A`` to ``H``.
+            Road classes of ISO 8608, ``A`` to ``H``; the road of the excitation itself if none are given.
         speeds : sequence of float or str, optional
             Speeds (n,) in m/s, or texts with a unit, ``"80 km/h"``; the speed of the excitation if none are given.
         band : tuple of float, optional
@@ -551,9 +551,9 @@ class Linearization:
         return RideTable(
             names,
             tuple(self._unit(name) for name in names),
-            tuple(classes),
+            tuple(classes) or (excitation.road.label,),
             np.array([e.speed for e in driven]),
-            np.array(sizes)[:, np.newaxis, np.newaxis] * at_speeds,
+            np.array(sizes or [1.0])[:, np.newaxis, np.newaxis] * at_speeds,
             tuple(name or "" for name in weightings),
         )
 

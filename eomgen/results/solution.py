@@ -789,7 +789,8 @@ class Solution:
         return len(self.t)
 
     def __getitem__(self, name: str) -> Array:
-        """Return a column (nt,) by name, ``solution["q.hinge"]``; an output by the output's name, (nt,) or (nt, size).
+        """Return a column (nt,) by name, ``solution["q.hinge"]`` or ``solution["tip[2]"]``; an output by the output's
+        name, (nt,) or (nt, size).
 
         Raises
         ------

@@ -57,10 +57,18 @@ def columns_of(solution: RecordedSolution) -> dict[str, Array]:
 
 
 def column_named(solution: RecordedSolution, name: str) -> Array:
-    """Return a column, or an output, (nt,) or (nt, size). Raises UnknownName."""
+    """Return a column, or an output, (nt,) or (nt, size); components of outputs also without ``output.``.
+
+    Raises
+    ------
+    UnknownName
+        No column or output of that name.
+    """
     if name in solution.outputs:
         return solution.outputs[name]
     columns = solution.columns()
+    if name not in columns and f"output.{name}" in columns:
+        return columns[f"output.{name}"]
     if name not in columns:
         import difflib  # noqa: PLC0415  # for a mistake only
 

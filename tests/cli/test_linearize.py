@@ -243,6 +243,27 @@ def test_a_ride_over_classes_and_speeds(tmp_path: Path, capsys: pytest.CaptureFi
     assert (folder / "spectra.png").stat().st_size > 10_000
 
 
+def test_a_ride_on_a_measured_road(capsys: pytest.CaptureFixture[str]) -> None:
+    """The row of the scene's road has the number of Python; classes are refused, speeds are not."""
+    car = str(Path(QUARTER_CAR).parents[1] / "half_car_on_measured_road" / "scene.toml")
+    words = ["linearize", car, "--ride", "body_acceleration:Wk"]
+    assert main([*words, "--speeds", "10,15", "--json"]) == 0
+    ride = json.loads(capsys.readouterr().out)["ride"]
+    assert [(row["class"], row["speed"]) for row in ride] == [("measured", 10.0), ("measured", 15.0)]
+    model = eomgen.build(car)
+    expected = model.linearize().rms("body_acceleration", model.road_excitation(), weighting="Wk")
+    assert ride[0]["rms"]["body_acceleration"] == pytest.approx(expected, rel=1e-9)
+    assert main(words) == 0
+    heading, row = (line.split() for line in capsys.readouterr().out.splitlines()[-2:])
+    assert heading == ["class", "speed", "[m/s]", "rms", "body_acceleration", "(Wk)", "[m/s^2]"]
+    assert row == ["measured", "10", f"{expected:.6g}"]
+    assert main([*words, "--classes", "A,C"]) == 2
+    assert capsys.readouterr().err.endswith(
+        "usage error: --classes A,C: the road of the scene is a measured one, which has a spectrum of its own, and no "
+        "class; try: --ride body_acceleration:Wk without --classes [E2187]\n"
+    )
+
+
 @pytest.mark.long
 def test_a_campbell_diagram_of_a_tilting_disc(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """I_d w^2 = k + I_p W w, forward with w positive: 2x at k / (4 I_d - 2 I_p), backward 1x at k / (I_d + I_p)."""

@@ -123,6 +123,35 @@ def test_joints_of_one_description_alone(tmp_path: Path) -> None:
     assert comparison.notes[-1] == "equations were not compared: the coordinates of the descriptions differ"
 
 
+SERVO = """<mujoco model="two"><worldbody>
+  <body name="a"><joint name="x" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body>
+</worldbody><actuator>
+  <position name="servo" joint="x" kp="30" kv="2"/>
+</actuator></mujoco>
+"""
+
+
+def test_an_actuator_of_one_description_alone(tmp_path: Path) -> None:
+    """The force of a position servo at zero control is -kp q - kv v, the force of a motor is zero."""
+    pytest.importorskip("mujoco")
+    plain = written(tmp_path / "plain.xml", SERVO.partition("<actuator>")[0] + "</mujoco>")
+    servo = written(tmp_path / "servo.xml", SERVO)
+    comparison = eomgen.compare(servo, plain)
+    assert [str(item) for item in comparison.differences] == [
+        "efforts.x_actuation: element is effort and absent (servo.xml:4)"
+    ]
+    assert comparison.notes == ("inputs of one description alone are zero: servo",)
+    other = eomgen.compare(plain, servo).first
+    assert other is not None and str(other) == "efforts.x_actuation: element is absent and effort (servo.xml:4)"
+    text = SERVO.replace('<position name="servo" joint="x" kp="30" kv="2"/>', '<motor name="servo" joint="x"/>')
+    motor = eomgen.compare(written(tmp_path / "motor.xml", text), plain)
+    assert motor.equal
+    assert motor.notes[0] == "efforts.x_actuation is in one description alone, without an effect at zero inputs"
+    damped = plain.read_text(encoding="utf-8").replace('1 0 0"/><inertial', '1 0 0" damping="2"/><inertial')
+    found = eomgen.compare(tmp_path / "motor.xml", written(tmp_path / "damped.xml", damped))
+    assert [(item.element, item.quantity) for item in found.differences] == [("joints.x", "damping")]
+
+
 def test_the_command_has_exit_codes_and_json(tmp_path: Path) -> None:
     path = written(tmp_path / "four_bar.toml", SCENE)
     changed = written(tmp_path / "other.toml", SCENE.replace("mass = 2.0", "mass = 2.5"))

@@ -74,6 +74,10 @@ def test_a_measured_road_of_a_scene_excites_its_linear_model() -> None:
     assert lin.rms("travel", wheels) == pytest.approx(lin.rms("travel", alike), rel=0.2)
     fine = np.linspace(*wheels.band, 20_001)
     assert lin.rms("travel", wheels) == pytest.approx(lin.psd("travel", wheels, fine).rms(), rel=1e-3)
+    table = lin.ride_table(wheels, ["travel"], classes=())
+    assert table.classes == ("measured",) and table.values == pytest.approx(lin.rms("travel", wheels), rel=1e-9)
+    assert lin.ride_table(alike, ["travel"], classes=()).classes == ("roughness 6.4e-05 m^3",)
+    assert lin.ride_table(wheels.at(road=Road("B")), ["travel"], classes=()).classes == ("B",)
     assert model.road_excitation(Road("B"), 5.0).speed == 5.0
     with pytest.raises(UsageError, match="a measured road has a spectrum of its own, and no class"):
         lin.ride_table(wheels, classes="AB")

@@ -55,6 +55,14 @@ def test_outputs_are_columns(tmp_path: Path) -> None:
     assert names[4:9] == ["input.torque", "output.tip[0]", "output.tip[1]", "output.tip[2]", "output.angle"]
 
 
+def test_a_component_of_an_output_is_a_column_by_its_name_in_formulas() -> None:
+    run = pendulum().simulate(0.02, 1e-3)
+    np.testing.assert_array_equal(run["tip[2]"], run.outputs["tip"][:, 2])
+    np.testing.assert_array_equal(run["output.tip[2]"], run["tip[2]"])
+    with pytest.raises(eomgen.UsageError, match=r"there is no column 'tip\[3\]'"):
+        run["tip[3]"]
+
+
 def test_other_suffixes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(
         eomgen.UsageError, match=r"a solution cannot be saved as \.xlsx; try: \.npz, \.csv, \.mat or \.parquet"

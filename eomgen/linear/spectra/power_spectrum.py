@@ -210,7 +210,7 @@ class RideTable:
     Attributes
     ----------
     outputs, units : names and units of the outputs; empty units are not known
-    classes : (nc,) road classes
+    classes : (nc,) road classes; ``measured`` or the roughness of a road without a class
     speeds : (ns,) m/s
     values : (nc, ns, number of outputs)
     weightings : names of the outputs' frequency weightings; empty for none

@@ -76,6 +76,11 @@ class Road:
         return f"class {self.road_class}" if self.road_class else f"roughness {self.roughness:.4g} m^3"
 
     @property
+    def label(self) -> str:
+        """The road in a column of road classes: ``C``, ``roughness 0.0001 m^3``, ``measured``."""
+        return self.road_class or self.name.partition(",")[0]
+
+    @property
     def bends(self) -> Array:
         """Spatial frequencies at which the density bends, cycle/m."""
         return np.array([REFERENCE_FREQUENCY] if self.long_exponent not in (None, self.exponent) else [])

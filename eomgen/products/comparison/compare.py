@@ -170,7 +170,7 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
             if name.startswith("points."):  # of an element that only one description has
                 continue
             place = first.place(name) if theirs is None else second.place(name)
-            if forces_equal or name in first.driven | second.driven:
+            if forces_equal or name in first.idle | second.idle:
                 notes.append(f"{name} is in one description alone, without an effect at zero inputs")
             else:
                 present = name.partition(".")[0].removesuffix("s").replace("_", " ")

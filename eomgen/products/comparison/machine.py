@@ -9,12 +9,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, fields, is_dataclass, replace
 from eomgen.errors import Problem, UsageError
-from eomgen.formula.evaluate import evaluate, symbols
-from eomgen.formula.nodes import Node, infix
+from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
+from eomgen.formula.nodes import ZERO, Node, Symbol, infix
 from eomgen.scene.inertia import NOTHING, Inertia, combined, tensor
 from eomgen.scene.joints.model import Joint
 from eomgen.symbolic.evaluate import Evaluation
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
     from eomgen.system.description import Solid
     from eomgen.system.system import System
 
+#: Number of random states at which the force of an element is evaluated.
+_DRAWN = 8
 #: Fields of force elements, states and controllers that no equation follows from.
 _SAID = frozenset({"name", "label", "description", "unit"})
 
@@ -157,7 +160,7 @@ class Machine:
     loops : constraints; None if unknown to the reader
     parts : further parts by name: force elements, internal states, controllers, the motion of the base; None
         if unknown to the reader
-    driven : the parts whose forces follow from inputs
+    idle : the parts whose forces follow from inputs, and are zero at zero inputs
     inputs : names of inputs
     place : from a key (``bodies.arm.mass``) to ``file:line``
     forces : evaluates the equations of motion
@@ -174,7 +177,7 @@ class Machine:
     place: Callable[[str], str]
     forces: Callable[[Motion], Forces]
     parts: Mapping[str, Mapping[str, float | str]] | None = field(default_factory=dict)
-    driven: frozenset[str] = frozenset()
+    idle: frozenset[str] = frozenset()
     notes: tuple[str, ...] = ()
     initial: Mapping[str, float] = field(default_factory=dict)
     solids: Mapping[str, tuple[float, Array]] = field(default_factory=dict)
@@ -292,7 +295,7 @@ def of_scene(scene: Scene, system: System, file: str = "") -> Machine:
         lambda key: _place(scene.source, key) or file,
         _Equations(system, links),
         _parts(scene, values),
-        frozenset(f"{item.section}.{item.name}" for item in scene.elements if _driven(item)),
+        frozenset(f"{item.section}.{item.name}" for item in scene.elements if _is_idle(item, scene, values)),
         scene.notes,
         {joint.name: joint.initial_position[0] for joint in scene.joints if len(joint.initial_position) == 1},
     )
@@ -419,8 +422,28 @@ def _parts(scene: Scene, values: _Values) -> dict[str, dict[str, float | str]]:
     return result
 
 
-def _driven(element: Any) -> bool:
-    return any(symbol.kind == "input" for formula, _ in element.formulas() for symbol in symbols(formula))
+def _is_idle(element: Any, scene: Scene, values: _Values) -> bool:
+    """Return whether a force element has inputs, and at zero inputs no force at random states."""
+    formulas = [formula for formula, _ in element.formulas()]
+    if not any(symbol.kind == "input" for formula in formulas for symbol in symbols(formula)):
+        return False
+    if any(values.number(getattr(element, name, ZERO)) != 0.0 for name in ("stiffness", "damping")):
+        return False
+    states = {item.name: item.initial for item in scene.states}
+    random = np.random.default_rng(0)
+    drawn: dict[Symbol, ArrayLike] = {}
+
+    def value_of(symbol: Symbol) -> ArrayLike:
+        match symbol.kind:
+            case "input" | "time":
+                return 0.0
+            case "parameter":
+                return values.parameters[symbol.name]
+            case "state":
+                return states[symbol.name]
+        return drawn.setdefault(symbol, random.normal(size=_DRAWN))
+
+    return not any(np.any(evaluate_batch(formula, value_of, along_motion=True) != 0.0) for formula in formulas)
 
 
 def _place(source: Mapping[str, str], key: str) -> str:

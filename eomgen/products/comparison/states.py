@@ -108,7 +108,7 @@ def errors_of(pairing: Pairing, first: Forces, second: Forces) -> tuple[dict[str
             continue
         moved = theirs[:, columns] @ transform
         size = np.abs(first.total).max(axis=0) + np.abs(mine).max(axis=0)
-        size = np.maximum(size, 1e-9 * max(float(size.max()), 1e-300))
+        size = np.maximum(size, 1e-9 * max(float(size.max()), float(np.abs(moved).max()), 1e-300))
         relative = np.abs(moved - mine) / size
         state, row = np.unravel_index(np.argmax(relative), relative.shape)
         errors[name] = float(relative[state, row])

@@ -20,6 +20,7 @@ def convert_actuators(draft: Draft) -> None:
     """Add the actuators of a file to the scene, then the efforts of joints that several of them drive."""
     model = draft.model
     efforts: dict[int, list[str]] = {}
+    first: dict[int, Place] = {}  # actuator of each joint
     off = int(model.opt.disableactuator)
     count = len(model.actuator_trntype)
     for index in range(count):
@@ -30,12 +31,16 @@ def convert_actuators(draft: Draft) -> None:
             draft.leave_out(place, f"not modelled: the actuator {name}, which the file switches off")
             continue
         _Actuator(draft, index, name, place).convert(efforts)
+        for joint in efforts:
+            first.setdefault(joint, place)
     for joint, terms in efforts.items():
         name = draft.joints[joint]
         effort = total(terms)
         if model.jnt_actfrclimited[joint]:
             effort = clipped(effort, *map(float, model.jnt_actfrcrange[joint]))
-        draft.section("efforts")[draft.name("effort", "", f"{name}_actuation")] = {"joint": name, "effort": effort}
+        own = draft.name("effort", "", f"{name}_actuation")
+        draft.section("efforts")[own] = {"joint": name, "effort": effort}
+        draft.lines[f"efforts.{own}"] = str(first[joint])
 
 
 class _Actuator:
