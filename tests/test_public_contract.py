@@ -64,6 +64,31 @@ def test_unknown_terms_are_named(scene_file: Path) -> None:
         eomgen.derive(scene_file, terms=["mas"])
 
 
+def test_a_text_of_terms_is_refused_before_files_are_written(scene_file: Path, tmp_path: Path) -> None:
+    with pytest.raises(eomgen.UsageError, match="terms are a list of names, not the text 'mass'; try: terms="):
+        eomgen.generate(scene_file, tmp_path / "c", terms="mass")
+    assert not (tmp_path / "c").exists()
+
+
+def test_a_missing_scene_suggests_scenes_only(tmp_path: Path) -> None:
+    (tmp_path / "gate.fmu").touch()
+    with pytest.raises(eomgen.FileError, match="cannot be read: No such file or directory; try: another path"):
+        eomgen.build(tmp_path / "gate.toml")
+    (tmp_path / "gates.toml").touch()
+    with pytest.raises(eomgen.FileError, match=r"try: .*gates\.toml$"):
+        eomgen.build(tmp_path / "gate.toml")
+
+
+def test_the_page_of_generated_code_explains_parameters_where_there_are_some(scene_file: Path, tmp_path: Path) -> None:
+    passage = "From C, parameters are members of a struct"
+    robot = Path(__file__).parent / "files" / "twin.urdf"
+    for scene, terms, told in ((robot, ["inverse_dynamics"], False), (scene_file, None, True)):
+        folder = tmp_path / scene.stem
+        eomgen.generate(scene, folder, terms=terms)
+        text = (folder / "README.md").read_text(encoding="utf-8")
+        assert (passage in text) == told and ("_parameters p;" in text) == told
+
+
 def test_the_generated_folder_gives_the_same_bits_as_python(scene_file: Path, tmp_path: Path) -> None:
     files = eomgen.generate(eomgen.load(scene_file), tmp_path / "c")
     names = {file.name for file in files}

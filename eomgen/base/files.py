@@ -11,7 +11,7 @@ import math
 import os
 import tokenize
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
@@ -116,7 +116,7 @@ def temporary_file(path: Path) -> IO[bytes]:
 _COMPARED = 2000  # of a folder
 
 
-def nearby(path: Path, otherwise: str = "another path") -> str:
+def nearby(path: Path, otherwise: str = "another path", endings: Collection[str] = ()) -> str:
     """Return a hint: the files in the same folder with the nearest names, or the folder, if the folder itself is
     missing.
 
@@ -124,6 +124,8 @@ def nearby(path: Path, otherwise: str = "another path") -> str:
     ----------
     otherwise : str
         The hint if the file exists, or if no name is near.
+    endings : collection of str
+        Of files that are of use, in small letters with a point; all by default.
     """
     folder = path.parent
     try:
@@ -133,7 +135,8 @@ def nearby(path: Path, otherwise: str = "another path") -> str:
             return f"another path: there is no folder {str(folder)!a}"
         every: dict[str, list[str]] = {}
         for file in itertools.islice(folder.iterdir(), _COMPARED):
-            every.setdefault(file.stem.lower(), []).append(file.name)
+            if not endings or file.suffix.lower() in endings:
+                every.setdefault(file.stem.lower(), []).append(file.name)
     except (OSError, ValueError):
         return otherwise
     import difflib  # noqa: PLC0415  # for a mistake only

@@ -19,15 +19,33 @@ from eomgen.errors import Problem, UsageError
 _PAGES = Path(__file__).with_name("message_pages.toml")
 _CAUSES = Path(__file__).with_name("message_causes.toml")
 _CODE = re.compile(r"\[?([EW]\d{4})\]?", re.IGNORECASE)
+#: The place of a problem of a scene file, such as ``(joints.shoulder.axis)``.
+_PLACE = re.compile(r" \(([a-z]\w*(?:\.\w+|\[\d+\])*)\): ")
+#: Rooms with a subject that is in all sections of a scene file.
+_SUBJECTS = frozenset(("formula.units", "linear", "linear.control", "scene.document.units", "scene.formula"))
 #: Lines of a list of messages at most.
 _LISTED = 40
 
 
 @cache
+def _every_page() -> Mapping[str, Mapping[str, str]]:
+    data: dict[str, dict[str, str]] = tomllib.loads(_PAGES.read_text(encoding="utf-8"))
+    return data
+
+
 def pages() -> Mapping[str, str]:
     """Return the page of the documentation by the beginning of a room."""
-    data: dict[str, str] = tomllib.loads(_PAGES.read_text(encoding="utf-8"))
-    return data
+    return _every_page()["rooms"]
+
+
+def pages_of_sections() -> Mapping[str, str]:
+    """Return the page by section of scene files, ``joints``, or section and key of an entry, ``inputs.table``."""
+    return _every_page()["sections"]
+
+
+def pages_of_codes() -> Mapping[str, str]:
+    """Return the page of single codes."""
+    return _every_page()["codes"]
 
 
 @cache
@@ -61,6 +79,22 @@ def shown_pattern(pattern: str) -> str:
     return re.sub(r"\{\}(?:\.?\{\})*", "...", pattern)
 
 
+def _page_of_example(code: str) -> str:
+    """Return the page of the section in which the example of a code is; empty without one."""
+    _, example = examples().get(code, ("", ""))
+    places = (_PLACE.search(line) for line in example.splitlines() if line.endswith(f"[{code}]"))
+    for section, *keys in (place[1].split(".") for place in places if place):
+        names = (*(f"{section}.{key}" for key in keys), section)
+        return next((pages_of_sections()[name] for name in names if name in pages_of_sections()), "")
+    return ""
+
+
+def page_of(row: Row) -> str:
+    """Return the page of a message, from the folder docs: by the code, by the example, or by the room."""
+    example = "" if topic_name(row.room) in _SUBJECTS else _page_of_example(row.code)
+    return pages_of_codes().get(row.code) or example or pages()[topic_name(row.room)]
+
+
 def explanation(row: Row) -> dict[str, str]:
     """Return the parts of an explanation by their titles.
 
@@ -75,7 +109,7 @@ def explanation(row: Row) -> dict[str, str]:
         ``code``, ``kind``, ``message``, ``cause``, ``remedy``, ``page``, ``example`` and ``title`` of the example; a
         message may have no cause or remedy that holds for all its cases, and no example, and then these are empty.
     """
-    own = own_causes().get(row.code, {"cause": "", "page": pages()[topic_name(row.room)]})
+    own = own_causes().get(row.code, {"cause": "", "page": page_of(row)})
     title, example = examples().get(row.code, ("", ""))
     exits = [f"exit code {place}" for place, letter in enumerate("iudmtnf", 1) if letter in row.kinds]
     kinds = [KINDS[letter] for letter in row.kinds]

@@ -259,6 +259,7 @@ def generate(
 
     chosen = target_named(target)
     _check_folder(folder)
+    _check_terms(terms)
     of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double"), "uniform": uniform}
     other = other_document(scene, {**of_scenes, "parameters": parameters})
     _check_only(only, chosen, terms=terms, method=method, uniform=uniform or None)

@@ -28,7 +28,7 @@ from eomgen.scene.reading.key_metadata import Inner, KeyMetadata, Table, fields_
 from eomgen.scene.reading.kinds import FaultyText, described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.repeat import repeated
-from eomgen.scene.sources.register import all_options, readable, source_of
+from eomgen.scene.sources.register import all_options, endings_like, readable, source_of
 from eomgen.scene.sources.source import ConvertedScene, OptionError, Source, read_text, shown_file
 from eomgen.system.description import BASE, WORLD
 
@@ -262,7 +262,7 @@ class _Includer:
                 )
             if source.scenes:
                 return self.scene(source, path, [*chain, path])
-            part = _part(source, read_text(path), path, entry)
+            part = _part(source, read_text(path, endings_like(path)), path, entry)
             if "include" not in part.data:
                 return part
             inner = Report(shown_file(path), part.lines)

@@ -15,7 +15,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.namespaces import FileData
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.register import TOML, checked_options, readable, source_of
+from eomgen.scene.sources.register import TOML, checked_options, endings_like, readable, source_of
 from eomgen.scene.sources.source import ConvertedScene, fault_of_kind, read_text, shown_file
 from eomgen.scene.sources.urdf.source import URDF
 
@@ -103,7 +103,7 @@ def _read(path: Path, *, strict: bool, **options: Any) -> ConvertedScene:
     if source is None:
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
     specified = checked_options(source, options)
-    return source.convert(read_text(path), path, strict=strict, included=False, **specified)
+    return source.convert(read_text(path, endings_like(path)), path, strict=strict, included=False, **specified)
 
 
 def load_toml(

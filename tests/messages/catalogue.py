@@ -254,7 +254,7 @@ def general(patterns: Iterable[str]) -> tuple[str, ...]:
 def room_of(module: str) -> str:
     """Return the room of a module: two names, three in products and scenes."""
     parts = module.split(".")[1:]
-    return ".".join(parts[: 3 if parts[0] == "products" else 2]) or "eomgen"
+    return ".".join(parts[: 3 if parts[:1] in (["products"], ["scene"]) else 2]) or "eomgen"
 
 
 def findings() -> list[str]:

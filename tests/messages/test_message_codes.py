@@ -25,7 +25,17 @@ from eomgen.base.message_codes import (
     rows,
 )
 from eomgen.cli import main
-from eomgen.cli.explain import examples, explanation, own_causes, pages, shown_pattern, topic_name
+from eomgen.cli.explain import (
+    examples,
+    explanation,
+    own_causes,
+    pages,
+    pages_of_codes,
+    pages_of_sections,
+    shown_pattern,
+    topic_name,
+)
+from eomgen.scene.document.schema import Document
 from tests.failures.catalogue import CHAPTERS
 from tests.messages import catalogue
 from tests.messages.extraction import ROOT, Source
@@ -145,6 +155,48 @@ def test_every_room_has_a_page() -> None:
     assert {topic_name(row.room) for row in rows()} == pages().keys()
 
 
+def test_every_section_has_a_page() -> None:
+    sections = {name for name in pages_of_sections() if "." not in name}
+    assert sections == Document.model_fields.keys()
+    assert {row.code for row in rows()} >= pages_of_codes().keys()
+    every = {*pages_of_sections().values(), *pages_of_codes().values()}
+    assert all((ROOT / "docs" / page).is_file() for page in every)
+
+
+@pytest.mark.parametrize(
+    ("page", "texts"),
+    [
+        ("scene.md", ["this is not TOML: Illegal character", "'hinge' is not known here"]),
+        ("scene/beams.md", ["the key stiffness is missing", "the beam deforms in no way"]),
+        ("scene/bodies.md", ["the mass -1 is negative"]),
+        ("scene/constraints.md", ["the equation names no coordinate, so it holds no motion"]),
+        ("scene/curves.md", ["there is no column 'hight'; there are time, height", "'road.csv' cannot be read: no"]),
+        (
+            "scene/curves.md",
+            ["the points are not in order: 1 comes after 2", "column 'y': 'high' is not a number"],
+        ),
+        ("scene/joints.md", ["the axis has no direction"]),
+        ("scene/mjcf.md", ["a ball joint with armature on a body that moves is not supported"]),
+        ("scene/mjcf.md", ["the sidesite 'a' is not on the body of its geom"]),
+        ("scene/sdf.md", [next(row.pattern for row in rows() if row.room == "scene.sources.sdf")]),
+        ("scene/simulation.md", ["a number is needed here, not 'fast'"]),
+        ("scene/top_level.md", ["the key format is missing"]),
+        ("scene/units.md", ["there is no unit degg"]),
+        ("scene/values_and_formulas.md", ["unknown function 'sinus'"]),
+    ],
+)
+def test_explanations_name_the_page_of_the_key(page: str, texts: list[str]) -> None:
+    named = {row.code: explanation(row)["page"] for row in rows()}
+    assert {named[code_of(text)] for text in texts} == {f"docs/{page}"}
+
+
+def test_notes_name_the_page_of_their_subject() -> None:
+    named = {row.pattern: explanation(row)["page"] for row in rows()}
+    assert named["its unit {} is a label, and its values are in {}"] == "docs/scene/outputs.md"
+    (tape,) = (page for pattern, page in named.items() if pattern.startswith("the tape engine steps this run, which"))
+    assert tape == "docs/python/load_and_build.md"
+
+
 def test_no_cause_is_shown_that_is_not_of_the_code() -> None:
     assert {row.code for row in rows() if explanation(row)["cause"]} == own_causes().keys()
     assert shown_pattern("{}.{}{}: {} in {}") == "...: ... in ..."
@@ -183,7 +235,7 @@ def test_explain_prints_a_code_with_its_example(capsys: pytest.CaptureFixture[st
         assert main(["explain", *words]) == 0
         shown = capsys.readouterr().out
         assert shown.startswith(f"{code}: description error, exit code 3\n\nmessage  the mass ... is negative\nsee ")
-        assert "\nsee      docs/scene/values_and_formulas.md\n" in shown and "\nremedy " not in shown
+        assert "\nsee      docs/scene/bodies.md\n" in shown and "\nremedy " not in shown
         assert shown.endswith(f"the mass -1 is negative; try: a positive number of kg [{code}]\n")
     assert main(["explain", code, "--json"]) == 0
     (data,) = json.loads(capsys.readouterr().out)

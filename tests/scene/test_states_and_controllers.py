@@ -146,6 +146,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
             'c = { type = "pdi", signal = 1 }',
             "'pdi' is not known here; try: one of pi, pid, low_pass, lead_lag, state_feedback, skyhook or sampled",
         ),
+        ('c = { type = "sky_hook", signal = 1 }', "'sky_hook' is not known here; try: skyhook"),
         (
             'c = { type = "low_pass", signal = 1 }',
             "a low_pass controller needs time_constant; try: time_constant = 0.01",

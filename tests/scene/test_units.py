@@ -207,7 +207,13 @@ def test_every_name_has_one_meaning() -> None:
                 'try: a parameter, name = "3 m", and its name here'
             ),
         ),
-        ("3 m m)", "", "'3 m m)' is not a number with a unit: it is not well formed at ')'; try: \"2.5 kN/m\""),
+        (
+            "3 m m)",
+            "",
+            "'3 m m)' is not a number with a unit: it is not well formed at ')'; try: a number and its unit, as in",
+        ),
+        ("2.5kg*2", "kg", "more follows '2.5 kg', and units are not read within formulas; try: a parameter, name ="),
+        ("3 kg/2", "kg", "more follows '3 kg', and units are not read within formulas; try: a parameter, name ="),
         ("3 N/", "", "'3 N/' is not a number with a unit: it is not well formed at its end"),
         ("3 N/(m s", "", "'3 N/(m s' is not a number with a unit: it is not well formed at its end"),
         ("3 N/((m) s)", "", "'3 N/((m) s)' has more brackets than a unit needs"),

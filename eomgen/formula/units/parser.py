@@ -218,15 +218,17 @@ class _Unit:
         rest = self.unit[self.place :].lstrip(" \t")
         if rest[:1] in _ADVICE:
             return UnitError(f"{shown(rest[0])} is not part of a unit", _ADVICE[rest[0]])
-        if rest[:1] in ("+", "*", "<", ">", "["):
+        before = self.unit[: self.place].strip()
+        unit = before.rstrip("*/ \t")
+        of_formula = rest[:1].isdigit() and unit not in (before, "1")  # as 2.5 kg*2
+        if of_formula or rest[:1] in ("+", "*", "<", ">", "["):
             number = self.text[: len(self.text.rstrip(" \t")) - len(self.unit)].strip()
-            fault = (
-                f"more follows {shown(f'{number} {self.unit[: self.place].strip()}')}, and units are not read within"
-                " formulas"
-            )
-            return UnitError(fault, _parameter(number, self.unit[: self.place].strip()))
+            read = unit if of_formula else before
+            fault = f"more follows {shown(f'{number} {read}')}, and units are not read within formulas"
+            return UnitError(fault, _parameter(number, read))
         where = f"at {shown(rest[:20])}" if rest else "at its end"
-        return UnitError(f"{shown(self.text)} is not a number with a unit: it is not well formed {where}", '"2.5 kN/m"')
+        fault = f"{shown(self.text)} is not a number with a unit: it is not well formed {where}"
+        return UnitError(fault, 'a number and its unit, as in "2.5 kN/m"')
 
 
 def _nearest(name: str) -> str:

@@ -414,7 +414,15 @@ def _word_meant(message: str, location: tuple[str | int, ...], given: object) ->
         return "formula"
     if location[-1] == "shape" and given in ("sine", "sin", "cosine", "cos"):
         return 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
+    alike = [name for name in names if _letters(name) == _letters(str(given))]
+    if alike:
+        return alike[0]
     return nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
+
+
+def _letters(word: str) -> str:
+    """Return the letters and digits of a word, small: ``skyhook`` of ``Sky_hook``."""
+    return "".join(filter(str.isalnum, word)).lower()
 
 
 def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:

@@ -109,6 +109,11 @@ def source_of(path: Path) -> Source | None:
     return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 
+def endings_like(path: Path) -> set[str]:
+    """Return the endings of eomgen's own sources, and the ending of a file."""
+    return {path.suffix.lower(), *(ending for source in BUILT_IN for ending in source.endings)}
+
+
 def readable(path: Path) -> str:
     """Return a hint for a file that no source reads."""
     ending = path.suffix.lower()

@@ -3,7 +3,7 @@ UTF-8, and their names in messages."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -163,15 +163,20 @@ def shown_file(path: Path) -> str:
     return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
 
 
-def _in_place_of(path: Path) -> str:
+def _in_place_of(path: Path, endings: Collection[str]) -> str:
     """Return a hint for a file that cannot be read."""
     if path.parts[:1] == ("package:",):
         return f"a path of the file system: no ROS is asked where {_PACKAGE}{'/'.join(path.parts[1:2])} is"
-    return nearby(path)
+    return nearby(path, endings=endings)
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, endings: Collection[str] = ()) -> str:
     """Return the text of a UTF-8 file, with or without a byte order mark.
+
+    Parameters
+    ----------
+    endings : collection of str
+        Of files that the remedy of a missing file may name; all by default.
 
     Raises
     ------
@@ -181,7 +186,7 @@ def read_text(path: Path) -> str:
         data = read_bytes(path, LARGEST_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", _in_place_of(path))) from None
+        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", _in_place_of(path, endings))) from None
     if len(data) > LARGEST_FILE:
         raise FileError(
             Problem(
