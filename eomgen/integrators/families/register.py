@@ -256,7 +256,7 @@ def without_effect(name: str, scene: Simulation) -> list[str]:
 
     Parameters
     ----------
-    name : of the method of the run; other methods than the scene's take what they can
+    name : of the method of the run; other methods than the scene's take the options that they have
     """
     if scene.method != AUTO and canonical_name(scene.method, scene.tolerance) != name:
         return []
