@@ -242,7 +242,7 @@ HOW_TO = {
     ),
     "Equations, derivatives and code": (
         "equations_as_symbols", "exact_derivatives", "check_derivatives", "gradients_in_jax",
-        "c_code_for_a_microcontroller", "fmu_for_simulink", "machine_without_compiler",
+        "urdf_to_c", "c_code_for_a_microcontroller", "fmu_for_simulink", "machine_without_compiler",
     ),
 }  # fmt: skip  # lists of words
 

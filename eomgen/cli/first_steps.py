@@ -21,7 +21,7 @@ from eomgen.errors import FileError, Problem, UsageError
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
-#: The scene of ``eomgen new`` without an example: the first scene of README.md.
+#: The scene of ``eomgen new`` without an example.
 FIRST_SCENE = Path(__file__).with_name("first_scene.toml")
 _HEADING = re.compile(r"# (.+)")
 _SENTENCE = re.compile(r"(?<=\.)\s")

@@ -30,9 +30,10 @@ def test_eomgen_alone_leads_to_a_running_scene(capsys: pytest.CaptureFixture[str
     assert len(example_names()) >= 50  # as the text says
 
 
-def test_the_first_scene_is_the_one_of_the_first_page() -> None:
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f"```toml\n{FIRST_SCENE.read_text(encoding='utf-8')}```" in readme
+def test_the_first_scene_has_two_links_on_a_base_that_moves() -> None:
+    scene = eomgen.load(FIRST_SCENE)
+    assert [joint.name for joint in scene.joints] == ["shoulder", "elbow"]
+    assert scene.base.position is not None and scene.notes == ()
 
 
 def test_new_makes_a_scene_of_this_name(
