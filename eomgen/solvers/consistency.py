@@ -290,6 +290,9 @@ def _contradiction(
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
         if level == "positions" and len(worst) == 1 and names[first].endswith(": formula"):
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
+        driven = [name.partition(":")[0] for name in names if name.endswith((": driven angle", ": driven travel"))]
+        if driven and level == "positions":
+            hint += f", or a drive of {' and '.join(driven)} that starts within the range of its loop"
     return ModelError(Problem("constraints", text, hint))
 
 

@@ -18,7 +18,7 @@ from eomgen.simulation.judgement.singular_positions import (
     way_through,
 )
 from tests.models.scenes import jointed_chain, zigzag
-from tests.oracles.placed_loops import four_bar, windows
+from tests.oracles.placed_loops import four_bar, parallelogram, windows
 
 SINGULAR = ", where branches of configurations cross"
 WAY = (
@@ -144,6 +144,37 @@ def test_ways_are_those_of_the_method() -> None:
     assert way_through(passes, 1e-3) == "a step smaller than 0.001 s"
     past = way_past(passes, 1e-3, at_start=False)
     assert past.startswith("a much smaller step where lengths fit all but exactly, else ")
+
+
+@pytest.mark.slow_cases("absolute")
+@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
+def test_a_drive_beyond_the_reach_of_its_loop_is_named(coordinates: str) -> None:
+    """The rocker reaches inwards until crank and coupler lie in line: cos = (0.3^2 + 0.4^2 - 0.45^2) / (2 0.3 0.4)."""
+    scene = four_bar("revolute") | {"coordinates": coordinates}
+    scene["joints"]["support"] = {**scene["joints"]["support"], "drive": "2.0 - 0.8 * t"}
+    del scene["joints"]["support"]["initial"]
+    scene["joints"]["drive"]["initial"] = {"position": 0.5}
+    run = eomgen.build(scene, profile="instant").simulate(1.0, 1e-3, method="generalized_alpha")
+    limit = np.pi - np.arccos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))
+    assert run.t[-1] == pytest.approx((2.0 - limit) / 0.8, abs=1.1e-3)
+    at = ", at 1.7704 rad" if coordinates == "joint" else ""
+    assert run.message.endswith(
+        "; after t = 0.287 s no position meets the constraints: the drive of support leaves the range that its loop can"
+        f" reach{at}; try: a drive that turns back before, or lengths with which the loop reaches farther"
+    )
+    start = eomgen.build(scene, profile="instant")
+    with pytest.raises(eomgen.ModelError, match="lengths and axes that fit, or a drive of support that starts within"):
+        start.consistent(start.initial_q, np.zeros(start.nv), t=1.0)
+
+
+def test_a_driven_loop_at_crossing_branches_is_not_beyond_its_reach() -> None:
+    scene = parallelogram("revolute")
+    scene["joints"]["drive"] = {**scene["joints"]["drive"], "drive": "0.8 + 1.1 * t + 0.3 * sin(3 * t)"}
+    del scene["joints"]["drive"]["initial"]
+    model = eomgen.build(scene, profile="instant")
+    few = {"max_iterations": 2, "max_halvings": 0}
+    run = model.simulate(3.0, 5e-3, method="generalized_alpha", settings=few)
+    assert not run.success and SINGULAR in run.message and "reach" not in run.message
 
 
 def test_a_run_that_meets_none_says_nothing(model: eomgen.Model) -> None:

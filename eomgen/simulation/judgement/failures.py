@@ -25,7 +25,7 @@ from eomgen.simulation.judgement.diagnosis import (
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.instability import own_growth, unbounded_growth, unstable_growth
 from eomgen.simulation.judgement.invariants import FAILED_VIOLATION
-from eomgen.simulation.judgement.singular_positions import singular_ahead, way_past
+from eomgen.simulation.judgement.singular_positions import beyond_reach, singular_ahead, way_past
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import ending, parameters_with, without_value
 from eomgen.simulation.stepping.run import Run
@@ -122,7 +122,7 @@ def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastSt
 
 
 def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, finite: bool) -> Finding | None:
-    """Return a finding on the inertia matrix, a fast turn or a singular position at the end of a run.
+    """Return a finding on the inertia matrix, a drive beyond reach, a fast turn or a singular position at the end.
 
     With blocks that are not finite, turns alone are known.
     """
@@ -130,6 +130,8 @@ def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, fini
     times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
     if finite and (inertia := inertia_warning(model, last.q, last.p, positions[0], step)):
         return Finding(text=inertia.text, hint=inertia.hint)
+    if finite and len(times) > 1 and (beyond := beyond_reach(model, float(times[-1]), positions[-1], last.p, step)):
+        return beyond
     if turn := fast_joint(model, float(times[-1]), last.q, last.v, last.p, step):
         return Finding(text=turn, hint=advice(run.method, trajectory.status, run.settings))
     if finite and (singular := singular_ahead(model, times, positions, last.v, last.p, step)):

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.equations import nonzeros
+from eomgen.errors import ModelError
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
+from eomgen.results.finding import Finding
 from eomgen.solvers.sparse_rows import SparseRows, largest_singular_value, smallest_singular_value
 from eomgen.system.terms import NONZEROS
 
@@ -39,6 +41,8 @@ _LONG = 300
 _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
 #: Examined steps beyond the last row, along the velocity of this row: the failed step, and the next step.
 _AHEAD = np.linspace(0.0, 2.0, 9)
+#: Steps beyond the last row at which a position that meets the constraints is looked for.
+_BEYOND = (1.0, 3.0, 10.0, 30.0)
 #: Ratio of the estimated error to the tolerance above which the error does not follow the tolerance.
 _FOLLOWED = 1e3
 
@@ -91,6 +95,39 @@ def singular_ahead(
         ahead = np.array([product.update(model.factors, q[-1], part * step * v) for part in _AHEAD])
     times, positions = np.concatenate([t[chosen], t[-1] + step * _AHEAD]), np.concatenate([q[chosen], ahead])
     return _nearest(model, times, positions, p, len(chosen))
+
+
+def beyond_reach(model: CompiledModel, t: float, q: Array, p: Array, step: float) -> Finding | None:
+    """Return a finding on drives that leave the range which their loop can reach; None if the next steps have
+    positions that meet the constraints, as past a position at which branches cross.
+
+    Parameters
+    ----------
+    t : of the last row, s
+    q : (nq,) in the last row
+    p : (np,) parameters
+    step : s
+    """
+    term, rest = "constraint_velocity", np.zeros(model.nv)
+    if not model.multipliers or term not in model.functions:
+        return None
+    rates = np.concatenate(list(model.evaluate(term, q, rest, t=t, parameters=p).values()))
+    driven = dict.fromkeys(name.partition(":")[0] for name, rate in zip(model.multipliers, rates, strict=True) if rate)
+    if not driven:
+        return None
+    for steps in _BEYOND:
+        try:
+            model.consistent(q, rest, t + steps * step, parameters=p)
+        except ModelError:
+            continue
+        return None
+    values = dict(zip(model.q_names, zip(q, model.q_units, strict=True), strict=True))
+    at = [f", at {value:.5g} {unit}" for name in driven for value, unit in [values.get(f"q.{name}", (0.0, ""))] if unit]
+    text = (
+        f"after t = {t:.6g} s no position meets the constraints: the drive of {' and '.join(driven)} leaves the range"
+        f" that its loop can reach{''.join(at)}"
+    )
+    return Finding(text=text, hint="a drive that turns back before, or lengths with which the loop reaches farther")
 
 
 def way_past(method: Method, step: float, *, at_start: bool) -> str:
