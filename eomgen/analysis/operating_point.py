@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
+#: Largest velocity, rad/s or m/s, of a state that is called an equilibrium and not a steady motion.
+_AT_REST = 1e-9
 #: Fractions of a turn of the base for the check of constant forces, and the largest displacement of the rest by changed
 #: forces, in rad or scene lengths.
 _LATER, _STEADY = (0.11, 0.37, 1.0, 2.6), 1e-7
@@ -275,8 +277,9 @@ def as_found(
 ) -> tuple[OperatingState, OperatingPoint]:
     """Return the state of a search, and the base; warn if velocities change direction with the motion.
 
-    ``stacklevel`` is of the warning.
+    An equilibrium beside drives that move is a steady motion. ``stacklevel`` is of the warning.
     """
+    kind = "steady motion" if np.any(np.abs(rest.v) > _AT_REST) else kind
     if np.any(rest.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"

@@ -6,6 +6,7 @@ while its formulas keep their text and take their namespace along.
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -20,7 +21,7 @@ from eomgen.formula.units.parser import UnitError, is_quantity
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
 from eomgen.scene.document.schema import Include, document_for, include_of, section_keys
-from eomgen.scene.document.units import in_si
+from eomgen.scene.document.units import in_si, start_in_si
 from eomgen.scene.document.validation import explained, wrong_format
 from eomgen.scene.formula.namespaces import FileData, IncludedText, Namespace
 from eomgen.scene.formula.scope import REACTING
@@ -183,7 +184,7 @@ def with_included(data: Mapping[str, Any], report: Report, folder: Path) -> File
     """
     part = FileData(dict(data), {key: report.place(key) for key in report.lines})
     try:
-        return _Includer(report).expanded(part, report, folder, (folder / report.file,))
+        return _Includer(report, folder).expanded(part, report, folder, (folder / report.file,))
     except _TooManyFilesError as error:  # further faults follow, or are reported later with fewer files
         raise DescriptionError(error.problem) from None
 
@@ -195,11 +196,20 @@ class _TooManyFilesError(Exception):
 
 
 class _Includer:
-    def __init__(self, report: Report) -> None:
+    def __init__(self, report: Report, folder: Path) -> None:
         self.report = report  # of the scene: the problems of other files end here
+        self.folder = folder  # of the scene
         self.files = 0
         self.scenes: dict[Path, ConvertedScene] = {}  # by path: one file may be included many times
         self._resolved: dict[Path, Path] = {}
+
+    def shown_file(self, path: Path) -> str:
+        """Return the path of an included file from the folder of the scene, for messages: names may be equal."""
+        try:
+            shorter = min(os.path.relpath(path, self.folder), str(path), key=len)
+        except ValueError:  # on another drive
+            shorter = str(path)
+        return shown_file(Path(shorter), whole=True)
 
     def resolved(self, path: Path) -> Path:
         """Return a path without links, for which the file system is asked once."""
@@ -243,7 +253,7 @@ class _Includer:
             report.add(place, f"{shown(entry.file)} is not a path: {error}", "a path from the folder of this file")
             return None
         if again is not None:
-            names = ", ".join(shown_file(step) for step in [*chain[chain.index(again) :], path])
+            names = ", ".join(self.shown_file(step) for step in [*chain[chain.index(again) :], path])
             report.add(place, f"files include one another in a circle: {names}", "one of them without the include")
             return None
         if len(chain) > _DEEPEST or self.files > _MOST_FILES:
@@ -262,10 +272,10 @@ class _Includer:
                 )
             if source.scenes:
                 return self.scene(source, path, [*chain, path])
-            part = _part(source, read_text(path, endings_like(path)), path, entry)
+            part = _part(source, read_text(path, endings_like(path)), path, self.shown_file(path), entry)
             if "include" not in part.data:
                 return part
-            inner = Report(shown_file(path), part.lines)
+            inner = Report(self.shown_file(path), part.lines)
             part = self.expanded(part, inner, path.parent, [*chain, path])
             self.report.noted += inner.all()
             return part
@@ -279,7 +289,7 @@ class _Includer:
         return None
 
     def scene(self, source: Source, path: Path, chain: Sequence[Path]) -> FileData:
-        file, same = shown_file(path), self.resolved(path)
+        file, same = self.shown_file(path), self.resolved(path)
         if same not in self.scenes:
             self.scenes[same] = source.read(read_text(path), file=file, included=True)
         read = self.scenes[same]
@@ -320,8 +330,7 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
     return entry
 
 
-def _part(source: Source, text: str, path: Path, entry: Include) -> FileData:
-    file = shown_file(path)
+def _part(source: Source, text: str, path: Path, file: str, entry: Include) -> FileData:
     options = {option.name: getattr(entry, option.name) for option in source.options}
     read = source.convert(text, path, included=True, **options)
     places = {key: line if isinstance(line, str) else f"{file}:{line}" for key, line in read.lines.items()}
@@ -380,7 +389,11 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
             part.lines[f"{key}.{old}"] = place
         elif match and match[1] in sections:
             part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", place)
-    part.notes += inner.notes
+    starts = f"{key}.initial."
+    for written in [written for written in part.lines if written.startswith(starts)]:
+        joint, dot, rest = written.removeprefix(starts).partition(".")
+        part.lines[f"joints.{prefix}{joint}.initial{dot}{rest}"] = part.lines[written]
+    part.notes += [note for note in inner.notes if note not in part.notes]  # of a file that is included several times
     part.judged |= {prefix + body for body in inner.judged}
     part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
     part.bound |= {f"{key}.{bound}": IncludedText(text, space) for bound, text in inner.bound.items()}
@@ -391,11 +404,12 @@ def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> No
     """Give joints of a part the initial states of an include."""
     joints = data.get("joints", {})
     for name, initial in entry.initial.items():
+        place = f"{key}.initial.{key_of(name)}"
         if name not in joints:
-            place = f"{key}.initial.{key_of(name)}"
             report.add(place, f"{shown(entry.file)} has no joint {shown(name)}", nearest(name, joints))
         else:
-            data["joints"] = joints = {**joints, name: {**joints[name], "initial": initial}}
+            start = start_in_si(data, name, place, initial, report)
+            data["joints"] = joints = {**joints, name: {**joints[name], "initial": start}}
 
 
 def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:

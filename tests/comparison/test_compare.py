@@ -12,8 +12,10 @@ from sympy.physics import mechanics as me
 
 import eomgen
 from eomgen.base.verbs import own
+from eomgen.scene.load import load_toml
 from tests.comparison.test_planted_differences import MJCF, SCENE, URDF
 
+PI_SERVO = Path(__file__).parents[2] / "examples" / "pi_servo"
 #: The arm's slide with its frame elsewhere: turned a quarter about the axis of the joint, and moved along it.
 TURNED = (
     ('<origin xyz="0 0 0.05"/><mass value="0.5"/>', '<origin xyz="0 0 -0.05"/><mass value="0.5"/>'),
@@ -166,6 +168,19 @@ def test_the_command_has_exit_codes_and_json(tmp_path: Path) -> None:
     code, output = run(path, changed)
     assert code == 4
     assert "bodies.coupler" in output
+
+
+def test_states_of_controllers_have_the_line_of_the_controller() -> None:
+    """Places of formulas are no differences: the samples of both files differ, and the lines of two sections too."""
+    scene = PI_SERVO / "scene.toml"
+    text = scene.read_text(encoding="utf-8")
+    other = load_toml(text.replace("integral = 12", "integral = 99"), file="other.toml")
+    (one,) = eomgen.compare(scene, other, states=2).differences
+    line = text[: text.index("[controllers.position]")].count("\n") + 1
+    assert one.element == "states.position_integral" and one.places == (f"scene.toml:{line}", f"other.toml:{line}")
+    sampled = PI_SERVO / "sampled.toml"
+    moved = load_toml("# one line more\n" + sampled.read_text(encoding="utf-8"), file="moved.toml")
+    assert eomgen.compare(sampled, moved, states=2).equal
 
 
 def test_refusals(tmp_path: Path) -> None:

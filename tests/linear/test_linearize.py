@@ -88,6 +88,14 @@ def test_default_is_the_initial_state_where_nothing_balances() -> None:
     assert model.linearize(at="initial").reference.what == "initial state"
 
 
+def test_an_equilibrium_beside_a_drive_that_turns_is_a_steady_motion() -> None:
+    rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
+    rotor.body("shaft", 1.0, inertia=[0.1, 0.1, 0.1])
+    rotor.joint("tilt", "revolute", "base", "shaft", axis=[1, 0, 0], stiffness=7200)
+    rotor.joint("spin", "revolute", "shaft", "disc", axis=[0, 0, 1], drive="100 * t")
+    assert eomgen.build(rotor.build(), profile="instant").linearize().reference.what == "steady motion"
+
+
 def test_about_an_equilibrium_found_before(driven: eomgen.Model) -> None:
     found = driven.equilibrium({"hinge": 3.0}, any_kind=True)
     lin = driven.linearize(at=found)

@@ -69,6 +69,8 @@ def test_a_measured_road_of_a_scene_excites_its_linear_model() -> None:
     assert isinstance(wheels.road, MeasuredRoad)
     assert wheels.name == "road of measured, 299.75 m in 8 segments, 0.015 cycle/m apart at 15 m/s"
     np.testing.assert_array_equal(wheels.road.density, MeasuredRoad.of_profile(x, y).density)
+    assert repr(wheels.road).endswith("8 segments, 0.015 cycle/m apart: 131 frequencies, 0.0301 to 1.98 cycle/m>")
+    assert len(repr(wheels)) < 400
     lin = model.linearize()
     alike = wheels.at(road=Road(roughness=ROUGHNESS, band=wheels.road.band))
     assert lin.rms("travel", wheels) == pytest.approx(lin.rms("travel", alike), rel=0.2)

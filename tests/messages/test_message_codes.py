@@ -166,8 +166,11 @@ def test_every_section_has_a_page() -> None:
 @pytest.mark.parametrize(
     ("page", "texts"),
     [
-        ("scene.md", ["this is not TOML: Illegal character", "'hinge' is not known here"]),
-        ("scene/beams.md", ["the key stiffness is missing", "the beam deforms in no way"]),
+        (
+            "scene.md",
+            ["this is not TOML: Illegal character", "'hinge' is not known here", "the key stiffness is missing"],
+        ),
+        ("scene/beams.md", ["the beam deforms in no way"]),
         ("scene/bodies.md", ["the mass -1 is negative"]),
         ("scene/constraints.md", ["the equation names no coordinate, so it holds no motion"]),
         ("scene/curves.md", ["there is no column 'hight'; there are time, height", "'road.csv' cannot be read: no"]),

@@ -217,7 +217,7 @@ def test_twice_the_same_file(folder: Path) -> None:
     assert scene.source["springs.left_coil.stiffness"] == scene.source["springs.r_coil.stiffness"] == "wheel.toml:28"
     assert scene.source["joints.left_base.position"] == "car.toml:16"
     left_out = [note for note in scene.notes if "gravity" in note]
-    assert left_out == ["wheel.toml: its gravity is left out, that of the scene which includes it holds"] * 2
+    assert left_out == ["wheel.toml: its gravity is left out, that of the scene which includes it holds"]
 
 
 def test_an_included_scene_runs(folder: Path) -> None:
@@ -263,7 +263,7 @@ parameters = { stiffness = "2 * rate", mass = "load" }
     assert scene.springs[0].stiffness == by_hand.stiffness
     assert scene.joints[2].position[1] == scene.bodies[3].mass == by_hand.rest
     assert scene.source["joints.front_end_travel"] == "wheel.toml:14"
-    assert scene.source["joints.front_roll"] == "axle.toml:9"
+    assert scene.source["joints.front_roll"] == "axles/axle.toml:9"
 
 
 def test_references_and_frames_are_renamed(folder: Path) -> None:
@@ -774,6 +774,32 @@ def test_hostile_parts_are_scenes_or_problems(part: dict[str, Any], car: dict[st
             assert str(error).isascii() and all(len(line) < 500 for line in str(error).splitlines())
         else:
             assert scene.content and "nan" not in repr(scene.springs)
+
+
+def test_files_of_one_name_are_named_by_their_folders(tmp_path: Path) -> None:
+    (tmp_path / "left").mkdir()
+    (tmp_path / "left" / "scene.toml").write_text(WHEEL.replace("[0, 0, 1]", '[0, 0, "1 m"]'), encoding="utf-8")
+    text = '[include.front]\nfile = "left/scene.toml"\n[bodies.lost]\nmass = 1\n'
+    (tmp_path / "scene.toml").write_text(CAR + text, encoding="utf-8")
+    with pytest.raises(DescriptionError) as caught:
+        load(tmp_path / "scene.toml")
+    lines = str(caught.value).splitlines()
+    assert any(
+        re.search(r"left/scene\.toml:\d+ \(joints\.travel\.axis\[2\]\): '1 m' has a unit", line) for line in lines
+    )
+    assert any(re.search(r"\. scene\.toml:\d+ \(bodies\.lost\): no joint carries", line) for line in lines)
+
+
+def test_starts_of_an_include_have_units_and_their_own_place(tmp_path: Path) -> None:
+    (tmp_path / "wheel.toml").write_text(WHEEL, encoding="utf-8")
+    text = '[include.front]\nfile = "wheel.toml"\ninitial = { travel = { position = "5 cm" } }\n'
+    scene = made(tmp_path, CAR + text)
+    (joint,) = [joint for joint in scene.joints if joint.name == "front_travel"]
+    assert joint.initial_position == pytest.approx([0.05])
+    for wrong, fault in (("5 kg", "is a mass, a length in m is expected"), ("five", "unknown name 'five'")):
+        with pytest.raises(DescriptionError, match=fault) as caught:
+            made(tmp_path, CAR + text.replace("5 cm", wrong))
+        assert "wheel.toml" not in str(caught.value)
 
 
 # -- nothing is forgotten ----------------------------------------------------------------------------------------------

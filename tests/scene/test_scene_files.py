@@ -259,6 +259,15 @@ def test_byte_order_mark_and_line_ends(tmp_path: Path) -> None:
             b"format = 1\nname 3",
             "scene.toml:2: this is not TOML: Expected '=' after a key in a key/value pair (column 6)",
         ),
+        (
+            b"a = [1, [2]\n\nb = 3\n",
+            "scene.toml:1: this is not TOML: Unclosed array (line 3 does not continue the array); try: a ] at the end",
+        ),
+        (
+            b"a = [\n [1]\n [2]]\n",
+            "scene.toml:3: this is not TOML: Unclosed array (column 2); try: a comma between two",
+        ),
+        (b"b = 1\na = [1, 2\n", "scene.toml:2: this is not TOML: Unclosed array (at end of document); try: a ] at"),
         (b"a = 1\na = 2\n", "scene.toml:2: this is not TOML: the key a is given twice; try: one of them"),
         (b"a = " + b"[" * 5000, "scene.toml: lists or tables are nested too deep"),
         (b"a = " + b"9" * 5000, "this is not TOML"),

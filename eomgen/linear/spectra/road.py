@@ -201,6 +201,10 @@ class MeasuredRoad(Road):
         object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
         object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
 
+    def __repr__(self) -> str:
+        low, high = self.band
+        return f"<MeasuredRoad {self.source}: {len(self.frequencies)} frequencies, {low:.3g} to {high:.3g} cycle/m>"
+
     @classmethod
     def of_profile(
         cls,

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 #: Number of random states at which the force of an element is evaluated.
 _DRAWN = 8
 #: Fields of force elements, states and controllers that no equation follows from.
-_SAID = frozenset({"name", "label", "description", "unit"})
+_SAID = frozenset({"name", "label", "description", "unit", "place"})
 
 
 class Placement(NamedTuple):
@@ -449,11 +449,11 @@ def _is_idle(element: Any, scene: Scene, values: _Values) -> bool:
 def _place(source: Mapping[str, str], key: str) -> str:
     """Return ``file:line`` of a key, or of the nearest enclosing key; empty if none is known."""
     parts = key.split(".")
-    while parts:
-        if (place := source.get(".".join(parts))) is not None:
-            return place
-        parts.pop()
-    return ""
+    keys = [".".join(parts[:count]) for count in range(len(parts), 0, -1)]
+    if parts[0] == "states":  # one that a controller makes has the name of the controller and a _ first
+        words = parts[1].split("_")
+        keys += [f"controllers.{'_'.join(words[:count])}" for count in range(len(words) - 1, 0, -1)]
+    return next((source[name] for name in keys if name in source), "")
 
 
 class _Equations:

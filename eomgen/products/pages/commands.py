@@ -35,8 +35,9 @@ def live(scene: str, path: str, **options: Any) -> int:
     if click.get_current_context().get_parameter_source("profile") is ParameterSource.DEFAULT:
         options["profile"] = "reproducible"
     model, solution = run(read_scene(scene, options), options)
+    say(f"{solution.message}\nthe model is compiled for browsers, in up to a minute the first time")
     page = written(model, target, solution=solution)
-    say(f"{solution.message}\nwritten to {page}, {page.stat().st_size / 1e3:.0f} kB: a page for a browser")
+    say(f"written to {page}, {page.stat().st_size / 1e3:.0f} kB: a page for a browser")
     return outcome_code(solution)
 
 

@@ -24,6 +24,7 @@ from eomgen.formula.units.parser import (
 from eomgen.formula.units.table import names
 from eomgen.scene.document.schema import document_for
 from eomgen.scene.formula.namespaces import IncludedText
+from eomgen.scene.joints.schema import Initial
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Column, Inner, KeyMetadata, Table, Units, fields_of
 from eomgen.scene.reading.kinds import FaultyText
 from eomgen.scene.reading.report import Report
@@ -134,6 +135,12 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
     """
     converter = _Converter(data, report)
     return converter.table(document_for(data), "", data, None), converter.notes, converter.units
+
+
+def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[str, Any], report: Report) -> Any:
+    """Return the initial state of a joint of a scene's data with numbers in place of unit strings; the state is written
+    at a place of the report."""
+    return _Converter(data, report).entry(Initial, place, start, data["joints"][joint].get("type"), None)
 
 
 class _Converter:

@@ -158,9 +158,10 @@ LARGEST_FILE = 10_000_000
 _PACKAGE = "package://"
 
 
-def shown_file(path: Path) -> str:
-    """Return a file's name for messages, with control characters escaped."""
-    return path.name if path.name.isascii() and path.name.isprintable() else ascii(path.name)
+def shown_file(path: Path, *, whole: bool = False) -> str:
+    """Return a file's name for messages, or the ``whole`` path, with control characters escaped."""
+    text = path.as_posix() if whole else path.name
+    return text if text.isascii() and text.isprintable() else ascii(text)
 
 
 def _in_place_of(path: Path, endings: Collection[str]) -> str:

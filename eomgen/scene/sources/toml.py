@@ -156,6 +156,8 @@ _KEY = re.compile(r"\s*([A-Za-z0-9_.-]+)\s*=")
 _BARE_LIST = re.compile(
     r"^\s*([A-Za-z0-9_-]{1,64})\s*=\s*([-+0-9.eE]{1,32}(?:\s*,\s+[-+0-9.eE]{1,32}|(?:,[-+0-9.eE]{1,32}){2,}){1,8})\s*(?:#|$)"
 )
+#: The beginning of the next key or table, or the end.
+_NEXT = re.compile(r"[A-Za-z0-9_.\"-]+\s*=|\[{1,2}[A-Za-z]|$")
 
 
 def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
@@ -180,10 +182,28 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         key = _KEY.match(line)
         if "overwrite a value" in fault and key:
             fault, column = f"the key {key[1][:64]} is given twice", ""
-        problem = Problem(where, f"this is not TOML: {fault[:200]}{column}", _toml_hint(fault, line))
+        hint = _toml_hint(fault, line)
+        if fault.startswith("Unclosed array"):
+            seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
+            number, hint = _unclosed(text, seen, at)
+            where = f"{file}:{number}"
+            column = f" (line {seen} does not continue the array)" if place and number != seen else column
+        problem = Problem(where, f"this is not TOML: {fault[:200]}{column}", hint)
         raise DescriptionError(problem) from None
     except RecursionError:
         raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
+
+
+def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
+    """Return the line, from 1, of an array that is not closed, and a remedy, for the place after the array that does not
+    continue the array: the next key or table, or an entry."""
+    lines = f"{text}\n".split("\n")[:line]
+    rest, lines[-1] = lines[-1][column - 1 :], lines[-1][: column - 1]
+    for number in range(line if _NEXT.match(rest) else 0, 0, -1):
+        piece, key = "\n".join(lines[number - 1 :]), _KEY.match(lines[number - 1])
+        if key and piece.count("[") > piece.count("]"):
+            return number, f"a ] at the end of the array {key[1][:64]}"
+    return line, "a comma between two entries, or a ] after the last"
 
 
 def _toml_hint(fault: str, line: str) -> str:
