@@ -277,7 +277,7 @@ def as_found(
 ) -> tuple[OperatingState, OperatingPoint]:
     """Return the state of a search, and the base; warn if velocities change direction with the motion.
 
-    An equilibrium beside drives that move is a steady motion. ``stacklevel`` is of the warning.
+    An equilibrium with drives that move is a steady motion. ``stacklevel`` is of the warning.
     """
     kind = "steady motion" if np.any(np.abs(rest.v) > _AT_REST) else kind
     if np.any(rest.a):

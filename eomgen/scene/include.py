@@ -389,10 +389,7 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
             part.lines[f"{key}.{old}"] = place
         elif match and match[1] in sections:
             part.lines.setdefault(f"{match[1]}.{prefix}{match[2]}{match[3]}", place)
-    starts = f"{key}.initial."
-    for written in [written for written in part.lines if written.startswith(starts)]:
-        joint, dot, rest = written.removeprefix(starts).partition(".")
-        part.lines[f"joints.{prefix}{joint}.initial{dot}{rest}"] = part.lines[written]
+    part.lines |= _places_of_starts(f"{key}.initial.", prefix, part.lines)
     part.notes += [note for note in inner.notes if note not in part.notes]  # of a file that is included several times
     part.judged |= {prefix + body for body in inner.judged}
     part.bound |= {f"{key}.parameters.{parameter}": text for parameter, text in values.items()}
@@ -410,6 +407,12 @@ def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> No
         else:
             start = start_in_si(data, name, place, initial, report)
             data["joints"] = joints = {**joints, name: {**joints[name], "initial": start}}
+
+
+def _places_of_starts(key: str, prefix: str, places: Mapping[str, str]) -> dict[str, str]:
+    """Return the places of the initial states of an include by the keys of the joints in the scene."""
+    written = [(name.removeprefix(key).partition("."), place) for name, place in places.items() if name.startswith(key)]
+    return {f"joints.{prefix}{joint}.initial{dot}{rest}": place for (joint, dot, rest), place in written}
 
 
 def _base(name: str, entry: Include, part: FileData, report: Report, taken: Collection[str]) -> str:

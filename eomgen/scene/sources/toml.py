@@ -195,8 +195,8 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
 
 
 def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
-    """Return the line, from 1, of an array that is not closed, and a remedy, for the place after the array that does not
-    continue the array: the next key or table, or an entry."""
+    """Return the line, from 1, of an array that is not closed, and a remedy, for the place after the array that does
+    not continue the array: the next key or table, or an entry."""
     lines = f"{text}\n".split("\n")[:line]
     rest, lines[-1] = lines[-1][column - 1 :], lines[-1][: column - 1]
     for number in range(line if _NEXT.match(rest) else 0, 0, -1):
