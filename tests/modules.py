@@ -3,7 +3,6 @@ docs/modules.md`` renews it."""
 
 from __future__ import annotations
 
-import ast
 import re
 import sys
 from collections.abc import Iterator
@@ -21,7 +20,8 @@ changes with their files are on [two pages](contributing/changes_of_scenes_and_e
 
 def first_sentence(file: Path) -> str:
     """Return the first sentence of a module's docstring on one line; empty for a module without docstring."""
-    paragraph = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").split("\n\n")[0]
+    docstring = re.match(r'"""(.*?)"""', file.read_text(encoding="utf-8"), re.DOTALL)
+    paragraph = docstring[1].split("\n\n")[0] if docstring else ""
     text = " ".join(paragraph.split()).replace("``", "`").replace("|", "\\|")
     return re.split(r"(?<=[.;])\s(?=[A-Z`])", text, maxsplit=1)[0].rstrip(".;")
 

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import pytest
 
 import eomgen
+from tests.syntax import facts
 
 PACKAGE = Path(eomgen.__file__).parent
 
@@ -550,24 +551,7 @@ def _modules() -> tuple[tuple[str, Path], ...]:
     return tuple(found)
 
 
-class Syntax(NamedTuple):
-    """The facts of a file that the tests below compare; the tree itself would fill the memory."""
-
-    imports: tuple[tuple[str, Kind], ...]
-    identifiers: frozenset[str]
-    evaluations: tuple[str, ...]
-    foreign: tuple[str, ...]
-
-
-@cache
-def _syntax(path: Path) -> Syntax:
-    """Return the facts of a file, which is parsed once for all tests of a process."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    nodes = list(ast.walk(tree))
-    return Syntax(_imports(path, tree), _identifiers(nodes), tuple(_evaluations(nodes)), tuple(_foreign(nodes)))
-
-
-def _imports(path: Path, tree: ast.Module) -> tuple[tuple[str, Kind], ...]:
+def imports_of(path: Path, tree: ast.Module) -> tuple[tuple[str, Kind], ...]:
     """Return every imported module, and when it is imported."""
     kinds: dict[ast.AST, Kind] = {}
 
@@ -604,10 +588,16 @@ def _is_module(name: str) -> bool:
 
 def _own() -> Iterator[tuple[str, str, Kind]]:
     """Yield importing module, imported module and kind of all imports within the package, names without ``eomgen.``."""
+    for module, name, kind in _imports():
+        if name.split(".")[0] == "eomgen":
+            yield module, name.removeprefix("eomgen").removeprefix("."), kind
+
+
+def _imports() -> Iterator[tuple[str, str, Kind]]:
+    """Yield importing module, imported module and kind of all imports."""
     for module, path in _modules():
-        for name, kind in _syntax(path).imports:
-            if name.split(".")[0] == "eomgen":
-                yield module, name.removeprefix("eomgen").removeprefix("."), kind
+        for name, kind in facts()[path].imports:
+            yield module, name, Kind[kind]
 
 
 def room_of(module: str) -> str:
@@ -641,10 +631,14 @@ def test_imports_of_products_by_the_core_are_in_use() -> None:
     assert {(module, name) for module, names in OF_PRODUCTS.items() for name in names} - used == set()
 
 
-def _identifiers(nodes: Sequence[ast.AST]) -> frozenset[str]:
+#: Attributes of nodes that hold a name.
+_NAMED = {"id", "arg", "attr", "name", "asname", "module"}
+
+
+def identifiers(nodes: Sequence[ast.AST]) -> frozenset[str]:
     """Return the names that code of a file uses or defines, and each part of the names that it imports."""
-    keys = ("id", "arg", "attr", "name", "asname", "module")
-    names = {value for node in nodes for key, value in vars(node).items() if key in keys and isinstance(value, str)}
+    values = (getattr(node, key, None) for node in nodes for key in _NAMED.intersection(node._fields))
+    names = {value for value in values if isinstance(value, str)}
     return frozenset(part for name in names for part in name.split("."))
 
 
@@ -654,7 +648,7 @@ def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
         f"{module}: {name}"
         for module, path in _modules()
         if not module.startswith("products") and module not in OF_PRODUCTS
-        for name in PRODUCT_WORDS[product] & _syntax(path).identifiers
+        for name in PRODUCT_WORDS[product].intersection(facts()[path].identifiers)
     }
     assert used == set()
 
@@ -662,7 +656,7 @@ def test_core_rooms_do_not_use_words_of_a_product(product: str) -> None:
 @pytest.mark.parametrize("product", PRODUCT_WORDS)
 def test_words_of_a_product_are_in_use_there(product: str) -> None:
     files = [path for module, path in _modules() if room_of(module) == product]
-    assert PRODUCT_WORDS[product] <= {name for path in files for name in _syntax(path).identifiers}
+    assert PRODUCT_WORDS[product] <= {name for path in files for name in facts()[path].identifiers}
 
 
 def test_no_door_is_open_for_nobody() -> None:
@@ -780,23 +774,21 @@ def test_imports_within_functions_have_a_reason() -> None:
 def test_sympy_is_imported_where_laws_are_derived_only() -> None:
     wrong = [
         module
-        for module, path in _modules()
-        if room_of(module) not in SYMPY_ROOMS
-        for name, kind in _syntax(path).imports
-        if name.split(".")[0] == "sympy" and kind is not Kind.TYPING
+        for module, name, kind in _imports()
+        if room_of(module) not in SYMPY_ROOMS and name.split(".")[0] == "sympy" and kind is not Kind.TYPING
     ]
     assert wrong == []
 
 
 def test_dask_is_imported_where_it_is_asked_for_only() -> None:
-    every = [(module, name, kind) for module, path in _modules() for name, kind in _syntax(path).imports]
+    every = list(_imports())
     assert {module for module, name, _ in every if name.split(".")[0] in ("dask", "distributed")} == {
         "products.ensembles.worker"
     }
     assert {kind for _, name, kind in every if name.startswith("eomgen.products.ensembles.worker")} == {Kind.LATE}
 
 
-def _evaluations(nodes: Sequence[ast.AST]) -> Iterator[str]:
+def evaluations(nodes: Sequence[ast.AST]) -> Iterator[str]:
     """Yield the lines of a file that execute a text, and the functions by which they do so."""
     for node in nodes:
         if (
@@ -814,9 +806,9 @@ def _evaluations(nodes: Sequence[ast.AST]) -> Iterator[str]:
 def test_nothing_is_evaluated_or_unpickled() -> None:
     wrong = []
     for module, path in _modules():
-        imports = (name for name, _ in _syntax(path).imports)
+        imports = (name for name, _ in facts()[path].imports)
         wrong += [f"{module} imports {name}" for name in imports if name.split(".")[0] in NO_PICKLE_NO_EVAL]
-        wrong += [f"{module}:{place}" for place in _syntax(path).evaluations]
+        wrong += [f"{module}:{place}" for place in facts()[path].evaluations]
     assert wrong == []
 
 
@@ -831,7 +823,7 @@ _OF_SYMPY = {
 }
 
 
-def _foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:
+def foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:
     """Yield the lines of a file that use private names of other files, and the private names that it imports."""
     own = {node.name for node in nodes if isinstance(node, ast.FunctionDef | ast.ClassDef)}
     own |= {node.id for node in nodes if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)}
@@ -846,7 +838,7 @@ def _foreign(nodes: Sequence[ast.AST]) -> Iterator[str]:
 
 
 def test_private_names_are_used_in_their_own_modules() -> None:
-    assert [f"{module}{use}" for module, path in _modules() for use in _syntax(path).foreign] == []
+    assert [f"{module}{use}" for module, path in _modules() for use in facts()[path].foreign] == []
 
 
 def _is_private(name: str) -> bool:

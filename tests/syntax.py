@@ -1,0 +1,94 @@
+"""Facts of the package's files that tests compare, by one syntax tree of each file for all processes of a run.
+
+To parse and walk all files takes seconds for each test. Facts are kept in the folder for temporary files, under the
+digest of the files and of the modules that gather the facts.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import json
+import os
+import tempfile
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+ROOT = Path(__file__).parents[1]
+PACKAGE = ROOT / "eomgen"
+
+
+class Facts(NamedTuple):
+    """Facts of a file; its tree would fill the memory."""
+
+    #: Imported modules, and the name of the ``Kind`` of import of each.
+    imports: Sequence[Sequence[str]]
+    identifiers: Sequence[str]
+    #: Lines that execute a text, and the functions by which they do so.
+    evaluations: Sequence[str]
+    #: Lines that use private names of other files.
+    foreign: Sequence[str]
+    #: Comments, docstrings and literals of three words or more.
+    texts: Sequence[str]
+    #: Each occurrence of a variable, an argument, an attribute or a function name.
+    names: Sequence[str]
+    import_lines: int
+    #: Complexity of each function above ``READABLE``.
+    complexities: Sequence[tuple[str, int]]
+
+
+def nodes_of(tree: ast.AST) -> list[ast.AST]:
+    """Return the nodes of a tree in the order of ``ast.walk``, which takes twice as long."""
+    nodes = [tree]
+    for node in nodes:
+        for name in node._fields:
+            value = getattr(node, name, None)
+            if isinstance(value, list):
+                nodes += [part for part in value if isinstance(part, ast.AST)]
+            elif isinstance(value, ast.AST) and not isinstance(value, ast.expr_context):
+                nodes.append(value)
+    return nodes
+
+
+def _facts(path: Path) -> Facts:
+    from tests import grain, language, test_complexity, test_doors
+
+    source = path.read_text(encoding="utf-8")
+    tree = ast.parse(source)
+    nodes = nodes_of(tree)
+    texts, names = language.of_nodes(source, nodes)
+    return Facts(
+        [(name, kind.name) for name, kind in test_doors.imports_of(path, tree)],
+        sorted(test_doors.identifiers(nodes)),
+        list(test_doors.evaluations(nodes)),
+        list(test_doors.foreign(nodes)),
+        texts,
+        names,
+        grain.import_lines(nodes),
+        list(test_complexity.complex_functions(source, test_complexity.READABLE, tree)),
+    )
+
+
+@cache
+def facts() -> dict[Path, Facts]:
+    """Return the facts of each ``.py`` and ``.pyi`` file of the package, sorted by path."""
+    files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
+    gathering = (ROOT / "tests" / f"{name}.py" for name in ("syntax", "grain", "language", "test_complexity", "test_doors"))
+    digest = hashlib.sha256()
+    for file in (*files, *gathering):
+        digest.update(f"{file}\0".encode() + file.read_bytes() + b"\0")
+    folder = Path(tempfile.gettempdir()) / f"eomgen-syntax-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
+    record = folder / f"{digest.hexdigest()}.json"
+    if record.is_file():
+        rows = json.loads(record.read_text(encoding="utf-8"))
+        return {file: Facts(*row) for file, row in zip(files, rows, strict=True)}
+    made = {file: _facts(file) for file in files}
+    folder.mkdir(exist_ok=True)
+    for old in folder.glob("*.json"):
+        old.unlink(missing_ok=True)
+    part = record.with_suffix(f".{os.getpid()}")
+    part.write_text(json.dumps(list(made.values())), encoding="utf-8")
+    part.replace(record)
+    return made
