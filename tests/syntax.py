@@ -75,7 +75,9 @@ def _facts(path: Path) -> Facts:
 def facts() -> dict[Path, Facts]:
     """Return the facts of each ``.py`` and ``.pyi`` file of the package, sorted by path."""
     files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
-    gathering = (ROOT / "tests" / f"{name}.py" for name in ("syntax", "grain", "language", "test_complexity", "test_doors"))
+    gathering = (
+        ROOT / "tests" / f"{name}.py" for name in ("syntax", "grain", "language", "test_complexity", "test_doors")
+    )
     digest = hashlib.sha256()
     for file in (*files, *gathering):
         digest.update(f"{file}\0".encode() + file.read_bytes() + b"\0")

@@ -12,7 +12,6 @@ from enum import Enum, auto
 from functools import cache
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 

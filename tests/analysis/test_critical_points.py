@@ -62,7 +62,7 @@ def test_round_rods_have_a_double_bifurcation_at_eulers_load(column: Model, slen
     np.testing.assert_array_equal(path.negative, np.where(path.values > path.critical[0].value, 2, 0))
 
 
-@pytest.mark.slow_except("1e-07")
+@pytest.mark.slow
 @pytest.mark.parametrize("rotary", [1e-5, 1e-7, 1e-9, 1e-12])
 def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
     path = column.equilibrium_path("load", 12.0, parameters={"rotary": rotary, "second": 4.0})
@@ -80,6 +80,7 @@ def test_becks_column_has_no_other_rest_at_any_load(rotary: float) -> None:
     assert not path.negative.any()
 
 
+@pytest.mark.slow
 def test_a_branch_of_a_round_rod_is_one_of_a_family_and_stable(column: Model) -> None:
     """All planes of bending are alike, so one stiffness is zero but for rounding, and is no bifurcation."""
     path = column.equilibrium_path("load", 1.1 * euler(1.0))
@@ -96,6 +97,7 @@ def elastica(load: float) -> tuple[float, float]:
     return 2.0 * ellipe(k**2) / ellipk(k**2) - 1.0, 2.0 * k / ellipk(k**2)
 
 
+@pytest.mark.long_except("100000.0-2.0")
 @pytest.mark.parametrize(("stretch", "factor"), [(16e4, 1.2), (16e6, 1.5), (1e5, 2.0)])
 def test_rest_past_buckling_does_not_depend_on_the_last_digit(column: Model, stretch: float, factor: float) -> None:
     load, ends = factor * euler(1.0), []
@@ -188,6 +190,7 @@ def rotor(gravity: list[float]) -> Model:
     return eomgen.build(scene, profile="quick")
 
 
+@pytest.mark.slow
 def test_slender_blades_on_a_turning_base_are_linear_about_their_rest() -> None:
     """Flapping at omega = 4: 5.585, at rest 3.516 (Wright, Smith, Thresher and Wang 1982); 4 elements miss 3 %."""
     blade = rotor([0.0, 0.0, 0.0])
@@ -228,6 +231,7 @@ def elastica_across(load: float) -> Array:
     return np.asarray(y[2:, -1])
 
 
+@pytest.mark.long_except("30.0-False", "150.0-True")
 @pytest.mark.parametrize(("load", "noted"), [(3.0, False), (30.0, False), (100.0, True), (150.0, True)])
 def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: float, noted: bool) -> None:
     """Four elements, against the elastica."""
@@ -252,6 +256,7 @@ def test_rest_of_a_beam_with_too_few_elements_says_by_how_much_it_is_off(load: f
         assert 1.0 / 3.0 < float(said[1]) / (100.0 * error) < 3.0
 
 
+@pytest.mark.long_except("4")
 @pytest.mark.parametrize("elements", [4, 8])
 def test_the_end_of_a_cantilever_sinks_too_far_under_its_weight(elements: int) -> None:
     """By 1 / 3 n^2, the error of the trapezoidal rule on w s^2 (3 - s) / 6."""

@@ -22,6 +22,7 @@ _UNUSED = "\n[parameters.unused]\nvalue = 1.0\n"
 _RUN = ("--t-end", "0.01", "--step", "1e-3")
 
 
+@pytest.mark.slow_cases("ensemble")
 @pytest.mark.parametrize(
     "arguments",
     [

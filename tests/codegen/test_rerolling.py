@@ -203,6 +203,7 @@ def of_inputs(block: str, *, with_map: bool) -> System:
     )
 
 
+@pytest.mark.long_cases("t-False", "q-False", "v-False", "a-False", "z-False", "lam-False", "u-False", "base-False")
 @pytest.mark.parametrize("with_map", [False, True])
 @pytest.mark.parametrize("block", SIZES)
 def test_special_operations_of_every_block_compile_beside_loops(

@@ -69,6 +69,7 @@ def test_factors_multiply_what_the_scene_says(cart: eomgen.Model, tmp_path: Path
     np.testing.assert_allclose(found[0], cart.simulate(error_estimate=False).outputs["place"][-1], rtol=1e-4)
 
 
+@pytest.mark.slow
 def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
     options = {"vary": {"seed.push": "integers(0, 9)", "scale.push": "lognormal(1, 20 %)"}, "samples": 40, "seed": 1}
     found = cart.simulate_many(**options)

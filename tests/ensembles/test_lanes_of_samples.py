@@ -270,7 +270,7 @@ def test_inputs_may_change_with_time(
     assert beside.deviation("q.hinge")[-1] > 1e-3
 
 
-@pytest.mark.slow_except("rk4")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["rk4", "generalized_alpha"])
 def test_inputs_by_formulas_are_those_of_each_sample(method: str, monkeypatch: pytest.MonkeyPatch) -> None:
     pull = {"unit": "N m", "formula": "mass * cos(3 * t)"}
@@ -285,7 +285,7 @@ def test_inputs_by_formulas_are_those_of_each_sample(method: str, monkeypatch: p
         assert (beside.deviation("input.pull")[-1] > 1e-3) == ("mass" in vary) and "side by side" in beside.how
 
 
-@pytest.mark.slow_except("rk4")
+@pytest.mark.slow
 def test_a_law_beyond_all_bounds_fails_alone(pushed: eomgen.Model) -> None:
     table = {"scale.push": [1.0, 1e300, 2.0]}
     ensemble = found(pushed, vary=None, table=table, samples=3)

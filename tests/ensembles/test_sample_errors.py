@@ -89,12 +89,14 @@ def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
     assert "the discretisation error of samples is not known: it was switched off" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_ensemble_passes_on_what_the_run_without_variations_warns_of() -> None:
     model = eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide + 10*sin(2*pi*200*t)")))
     found = model.simulate_many(1.0, 0.01, vary={"k": "uniform(99, 101)"}, samples=2)
     assert "the run without variations: the force along slide, which depends on t, varies faster than" in found.message
 
 
+@pytest.mark.slow
 def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None:
     """G ~ exp(-2 (pi l f)^2), so the share above f is erfc(sqrt(2) pi l f)."""
     scale = 0.05

@@ -215,6 +215,7 @@ def test_ensembles_in_lanes_have_the_bits_of_single_runs() -> None:
         assert many.results["output.front_tyres[1].final"][place] == single.outputs["front_tyres"][-1, 1]
 
 
+@pytest.mark.slow
 def test_a_gust_moves_the_car_out_of_its_lane() -> None:
     """First tier: still air leaves the car straight; in the gust it goes with the wind, and comes back."""
     model = eomgen.build(SCENE)

@@ -131,6 +131,7 @@ def test_lift_off_and_touchdown_converge_to_the_located_ones(model: Model, refer
     assert np.all(np.abs(slopes[:, 0] - 2.0) < 0.1) and np.all(np.abs(slopes[:, 1] - 2.0) < 0.4), slopes
 
 
+@pytest.mark.slow
 def test_small_steps_of_another_method_find_the_same_instants(model: Model, reference: Reference) -> None:
     run = model.simulate(0.3, 1.25e-5, method="rk4", record_every=1)
     np.testing.assert_allclose(instants(run), [reference.lift_off, reference.touchdown], rtol=0.0, atol=1e-9)

@@ -58,6 +58,7 @@ def test_weak_and_strong_shaking_have_the_digits_of_another_solver() -> None:
     np.testing.assert_allclose(ends(run), STRONG_AT_5, rtol=0, atol=2e-11)
 
 
+@pytest.mark.slow
 def test_the_scene_runs_as_its_file_says() -> None:
     run = frame().simulate()
     assert run.metadata["method"] == "rosenbrock" and run.t[-1] == pytest.approx(20.0)

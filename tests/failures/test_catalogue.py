@@ -90,6 +90,7 @@ def test_the_catalogue_is_as_wide_as_it_says() -> None:
         assert entry.code in GOES_ON or names_its_kind, f"{chapter}: {entry.title}"
 
 
+@pytest.mark.slow
 def test_a_page_is_written_with_every_entry_in_its_chapter(tmp_path: Path) -> None:
     errors_page.main([str(tmp_path / "new" / "errors.md")])
     text = (tmp_path / "new" / "errors.md").read_text(encoding="utf-8")

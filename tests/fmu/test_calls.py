@@ -453,6 +453,7 @@ def test_accumulating_events_end_model_exchange_with_an_error(version: int) -> N
     assert messages[-1].startswith("at t = 0.95") and messages[-1].endswith("an event comes again and again at once")
 
 
+@pytest.mark.long_except("2-types2", "3-types0")
 @pytest.mark.parametrize("types", [("me", "cs"), ("me",), ("cs",)])
 @pytest.mark.parametrize("version", [2, 3])
 def test_sources_without_outputs_compile_without_warnings(version: int, types: tuple[str, ...], tmp_path: Path) -> None:

@@ -138,6 +138,7 @@ def test_other_kinds_of_fmus_have_no_such_layer() -> None:
 _SWITCH, _ALGEBRAIC = '<EnableDAEParameter valueReference="', '<AlgebraicVariable valueReference="'
 
 
+@pytest.mark.slow_except("pendulum")
 @pytest.mark.parametrize("name", ["pendulum", "heavy_top"])
 def test_validators_accept_such_fmus(name: str, tmp_path: Path) -> None:
     file = tmp_path / "unit.fmu"
@@ -146,6 +147,7 @@ def test_validators_accept_such_fmus(name: str, tmp_path: Path) -> None:
     assert toolbox_findings(file) == []
 
 
+@pytest.mark.slow_except("pendulum")
 @pytest.mark.parametrize("name", ["pendulum", "four_bar"])
 def test_unswitched_fmus_solve_for_the_same_algebraic_variables(name: str) -> None:
     switched, plain = (System(folder_of(name), switched=flag) for flag in (True, False))
@@ -199,6 +201,7 @@ def test_a_residual_too_few_is_named() -> None:
     assert "0 residuals determine 2 unknowns" in finding
 
 
+@pytest.mark.long_except("pendulum", "four_bar")
 @pytest.mark.parametrize("name", SCENES)
 def test_residuals_are_the_terms_of_the_model(name: str, rng: np.random.Generator) -> None:
     system, model = System(folder_of(name)), model_of(name)

@@ -162,6 +162,8 @@ CASES = [(name, version) for name in (*SCENES, *ABSOLUTE, "gimbal") for version 
 SECOND = [name for name, version in CASES if version == 2 and name not in QUICK]
 
 
+@pytest.mark.long_cases("four_bar-3")
+@pytest.mark.slow_cases("gimbal-3")
 @pytest.mark.long_except_every(3)
 @pytest.mark.slow_except(*(f"{name}-3" for name in QUICK))
 @pytest.mark.long_cases(*(f"{name}-3" for name in LARGE), *(f"{name}-2" for name in SECOND))

@@ -402,6 +402,7 @@ def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
     assert np.ptp(found.q, axis=0).max() < 1e-12
 
 
+@pytest.mark.long_cases("generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive", "tdg1_adaptive"])
 def test_internal_states_are_controlled_beside_a_body_that_coasts(method: str) -> None:
     """A logistic state against its closed form: the time of a uniform motion is no time of the state."""

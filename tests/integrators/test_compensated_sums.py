@@ -55,6 +55,7 @@ int main(int argc, char **argv)
 END, STEPS = 128.0, 2**20
 
 
+@pytest.mark.long_except("rosenbrock")
 @pytest.mark.parametrize("method", ["rosenbrock", "lsrt2", "corrected_predictor"])
 def test_a_million_short_steps_do_not_drift(method: str, tmp_path: Path) -> None:
     made = program(tmp_path, oscillator(1.0, 0.0), method, MAIN, flags=("-DEOMGEN_REAL_FLOAT",))

@@ -289,6 +289,7 @@ def test_order_down_to_steps_of_1e_5_and_what_rounding_leaves_of_multipliers(com
     assert 0.0 < np.abs(noise).max() <= floor
 
 
+@pytest.mark.long_except("SE3-5e-05")
 @pytest.mark.parametrize(("group", "finest"), [("R3xSO3", 2e-6), ("SE3", 5e-5)])
 def test_published_position_after_two_seconds(compiled, group, finest):
     published, stepper, ends = anchor("heavy_top_places").reference[3:], top(compiled, group), []
@@ -321,6 +322,7 @@ def test_index_3_without_perturbed_start_loses_an_order(compiled):
     assert slope(TRANSIENT_STEPS, errors) == pytest.approx(1.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_a_perturbed_start_gives_index_3_its_order_back(compiled):
     errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS)
     assert np.all(np.array(errors) <= 1.1 * np.array([2.13, 0.531, 0.133]))

@@ -419,7 +419,7 @@ def test_rows_hold_the_accelerations_of_their_states(method: str) -> None:
         np.testing.assert_allclose(end.a[row], wanted, rtol=1e-10, atol=1e-10)
 
 
-@pytest.mark.slow_except("tdg3")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["tdg1", "tdg3"])
 def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
     made, file = model("controlled"), tmp_path / "run.ckpt"

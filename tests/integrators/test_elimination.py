@@ -106,6 +106,7 @@ def test_beams_have_pivots_in_any_units(model: str, system_of_units: str) -> Non
         assert method_data(method, system, step)
 
 
+@pytest.mark.long_except("cosserat")
 @pytest.mark.parametrize("model", MODELS)
 def test_states_for_the_choice_of_pivots_are_the_same_in_any_units(model: str) -> None:
     """Size and number of the sample states; units of the test are powers of 1000, as the scale of these states is."""

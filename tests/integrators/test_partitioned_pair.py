@@ -67,6 +67,7 @@ def test_extreme_tolerances_hold(tolerance: float) -> None:
     assert found.stats["rejections"] < 0.2 * found.stats["own_steps"] + 3
 
 
+@pytest.mark.slow
 def test_states_between_rows_lie_on_the_constraints() -> None:
     coarse = model("four_bar").simulate(0.4, 0.4, method=METHOD, tolerance=1e-8, **QUIET)
     at = coarse.at(true("four_bar").t)

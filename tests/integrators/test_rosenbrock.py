@@ -265,6 +265,7 @@ def test_rows_hold_the_accelerations_of_their_states(method: str) -> None:
         np.testing.assert_allclose(end.a[row], expected, rtol=1e-10, atol=1e-10)
 
 
+@pytest.mark.long_except("rosenbrock")
 @pytest.mark.parametrize("method", METHODS)
 def test_a_checkpoint_goes_on_with_the_same_bits(method: str, tmp_path: Path) -> None:
     made, file = model("controlled"), tmp_path / "run.ckpt"

@@ -57,6 +57,7 @@ def test_a_tyre_in_c_is_the_tyre_by_definitions(folder: Path, *, partials: bool)
     assert partials or slopes > 1e-14
 
 
+@pytest.mark.long_except("rk4", "generalized_alpha")
 @pytest.mark.parametrize("method", ["rk4", "rosenbrock", "generalized_alpha", "dopri5"])
 def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> None:
     scenes = wheel_scene(TYRE_LAW, folder), wheel_scene(None)
@@ -67,6 +68,7 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
     assert difference(run.outputs["forces"], expected.outputs["forces"]) < 1e-10
 
 
+@pytest.mark.long_except("instant")
 @pytest.mark.parametrize("profile", ["instant", "fast"])
 def test_profiles_give_the_same_numbers(folder: Path, profile: str) -> None:
     models = [eomgen.build(wheel_scene(TYRE_LAW, folder), profile=name) for name in (profile, "reproducible")]
@@ -74,6 +76,7 @@ def test_profiles_give_the_same_numbers(folder: Path, profile: str) -> None:
     assert difference(runs[0].q, runs[1].q) < 1e-13
 
 
+@pytest.mark.slow
 def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
     model, formula = (eomgen.build(scene) for scene in (wheel_scene(TYRE_LAW, folder), wheel_scene(None)))
     linear, expected = (item.linearize(*(row[0] for row in states(model))) for item in (model, formula))
@@ -99,6 +102,7 @@ def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     subprocess.run(["./car"], cwd=folder / "c", check=True, capture_output=True)
 
 
+@pytest.mark.slow
 def test_ensembles_have_the_bits_of_single_runs(folder: Path) -> None:
     model = eomgen.build(wheel_scene(TYRE_LAW, folder))
     values = np.linspace(0.5, 1.0, 9)

@@ -98,6 +98,7 @@ def test_critical_speeds_are_roots_of_their_own_polynomial(overhung: eomgen.Mode
     assert f"1x at {of_order_1[0]:.6g}" in repr(diagram) and "<td" in diagram._repr_html_()
 
 
+@pytest.mark.long_except("2", "10")
 @pytest.mark.parametrize("after", [2, 5, 9, 10])
 def test_ctrl_c_keeps_the_values_and_crossings_so_far(overhung: eomgen.Model, after: int) -> None:
     speeds, told = np.linspace(0.0, 1500.0, 9), list[tuple[int, int]]()
@@ -259,6 +260,7 @@ def test_orders_are_labelled_with_the_letter_that_is_asked_for() -> None:
     assert {"1P", "3P"} <= {text.get_text() for text in axis.texts}
 
 
+@pytest.mark.slow
 @settings(max_examples=8, deadline=None)
 @given(
     st.lists(st.floats(0.01, 4.0), min_size=1, max_size=24),

@@ -53,7 +53,7 @@ def mathieu() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-@pytest.mark.slow_except("1.2-0.3-0.1")
+@pytest.mark.slow
 @pytest.mark.parametrize(("d", "e", "c"), [(1.2, 0.3, 0.0), (1.2, 0.3, 0.1), (3.7, 0.8, 0.02)])
 def test_the_equation_of_mathieu_is_that_of_an_independent_integration(
     mathieu: eomgen.Model, d: float, e: float, c: float

@@ -68,6 +68,7 @@ def test_along_a_run(driven: eomgen.Model) -> None:
     np.testing.assert_array_equal(again.linearize(0.3).K0, lin.K0)
 
 
+@pytest.mark.long
 def test_along_a_run_with_constraints(crank: eomgen.Model) -> None:
     lin = crank.simulate(0.2, 1e-3, initial={"main": {"velocity": 3.0}}).linearize(0.1234)
     assert len(lin.coordinates) == 1

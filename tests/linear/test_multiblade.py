@@ -145,6 +145,7 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
     assert max(np.min(np.abs(eigenvalues - alone - 1j * shift)) for shift in shifts) < 1e-12
 
 
+@pytest.mark.slow_cases("3-False-60.0")
 @pytest.mark.parametrize(
     ("count", "wake", "along_y"),
     [
@@ -207,6 +208,7 @@ def test_a_cyclic_moment_moves_the_support_as_the_equations_say() -> None:
         assert x == pytest.approx(z if w > 0.0 else np.conj(z), abs=1e-13)
 
 
+@pytest.mark.slow
 def test_signals_of_single_blades_in_no_group_are_named() -> None:
     """Signals of the support and signals in groups are the same at all azimuths; a diagram needs no signals."""
     scene = scene_of(3)

@@ -112,6 +112,7 @@ def test_several_clocks_and_delays_move_as_the_matrix_says() -> None:
         state = loop.A @ state
 
 
+@pytest.mark.slow
 def test_what_grows_does_so_at_the_rate_of_the_loop() -> None:
     pole = model(POLE)
     loop = pole.linearize(at="initial").sampled_loop()

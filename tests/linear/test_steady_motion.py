@@ -179,6 +179,7 @@ def test_a_free_body_spins_about_a_principal_axis() -> None:
     assert found.ignorable == ("v.ball[0]", "v.ball[1]", "v.ball[2]")
 
 
+@pytest.mark.slow
 def test_a_search_that_ends_where_coordinates_are_singular(model: eomgen.Model) -> None:
     """Upright, precession and spin turn about one axis."""
     with pytest.raises(ModelError, match="the inertia matrix is singular at the end of the search"):

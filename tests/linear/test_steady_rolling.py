@@ -202,6 +202,7 @@ def test_symmetries_of_discs() -> None:
         assert len(symmetries(conditions, model.initial_q, model.initial_z)) == 4
 
 
+@pytest.mark.slow
 def test_a_linear_model_about_velocities_that_turn_is_warned_of() -> None:
     model = built("axes")
     found = model.steady_motion({"spin": 8.0}, {"lean": 0.3}, {"yaw": {"velocity": -1.0}, "rise": 0.28})

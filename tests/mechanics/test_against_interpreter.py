@@ -15,6 +15,8 @@ from tests.oracles.interpreter.generator import scene
 KINDS = ("tree", "loop", "absolute", "beam", "hull", "exact_beam")
 
 
+@pytest.mark.long_cases("absolute", "hull")
+@pytest.mark.slow_cases("beam")
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
     monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path))

@@ -123,7 +123,7 @@ def test_drag_is_across_the_axis_and_against_the_relative_velocity() -> None:
     assert spun < 0.0
 
 
-@pytest.mark.slow_except("0.3")
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [0.0, 0.3, 1.5])
 def test_a_sunk_hull_is_lifted_by_what_it_displaces(angle: float) -> None:
     """Whatever its direction is, and at the middle of its axis."""
@@ -153,6 +153,7 @@ def test_a_tilted_column_is_righted_by_its_water_plane() -> None:
     assert righting == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_added_mass_is_across_the_axis() -> None:
     """By hand, of an upright column: rho C_a A T across, its moments about the origin, and what moves along."""
     model = _model({"type": "free"})

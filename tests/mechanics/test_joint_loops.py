@@ -71,7 +71,8 @@ def values(system: System, seed: int = 3) -> dict[str, np.ndarray]:
     return found
 
 
-@pytest.mark.slow_except("kind0", "kind2", "kind5")
+@pytest.mark.long_cases("kind2", "kind5")
+@pytest.mark.slow_except("kind0")
 @pytest.mark.parametrize(
     "kind",
     [
@@ -120,6 +121,7 @@ def grown(measure: Callable[[System], int]) -> list[int]:
     return [measure(derive(chain("revolute", count, axis=[0, 1, 0]), TERMS)) for count in (24, 48, 96)]
 
 
+@pytest.mark.slow
 def test_the_tape_grows_by_as_many_operations_for_each_body() -> None:
     few, more, most = grown(lambda system: len(system.tape.op))
     assert most - more == pytest.approx(2 * (more - few), rel=1e-3)  # constants of bodies may coincide

@@ -46,6 +46,7 @@ def model(**keys: str) -> Any:
     return eomgen.build(eomgen.load(scene(**keys)))
 
 
+@pytest.mark.slow
 def test_a_plane_as_a_formula_is_the_plane() -> None:
     """Height 0.75 x + 0.2 is the plane with the normal (-0.6, 0, 0.8) through (0, 0, 0.2); same tangents."""
     by_formula = model(surface='surface = "0.75 * x + 0.2"')
@@ -109,6 +110,7 @@ class RollingSphere:
         return np.concatenate([moved, np.linalg.solve(matrix, moment)])
 
 
+@pytest.mark.long_cases("0.1 * x * y + 0.2 * cos(x)")
 @pytest.mark.slow_cases("1.5 - sqrt(2.25 - x**2 - y**2)")
 @pytest.mark.parametrize("surface", SURFACES)
 def test_a_sphere_rolls_by_the_equations_of_newton_and_euler(surface: str) -> None:
@@ -208,6 +210,7 @@ def contact(shape: str, q: Any) -> tuple[Any, Any, Any]:
     return at(root(off, q[4:6], tol=1e-13).x)
 
 
+@pytest.mark.slow_cases("disc")
 @pytest.mark.parametrize("shape", TIERS)
 def test_other_shapes_roll_by_newton_and_euler_about_their_contact(shape: str) -> None:
     """At rows of a run: contact, no slip, and m (v' + g) and I omega' + omega x I omega of one force at the contact."""

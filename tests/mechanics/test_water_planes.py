@@ -91,6 +91,7 @@ def _by_quadrature(radius: float, low: float, high: float, matrix: Array, place:
     return forces.sum(axis=0), np.cross(middles, forces).sum(axis=0)
 
 
+@pytest.mark.slow_cases("10.0-2.0-1.5-4146000.0-slices0")
 @pytest.mark.parametrize(
     ("diameter", "draught", "kg", "stiffness", "slices"),
     [
@@ -116,6 +117,7 @@ def test_the_righting_stiffness_of_a_disc_and_of_a_spar(
         assert model.linearize([0.0], [0.0]).K0[0, 0] == pytest.approx(exact, rel=2e-5), stations
 
 
+@pytest.mark.long_cases("1")
 @pytest.mark.parametrize("seed", range(10))
 def test_wall_sided_hulls_at_any_angle_against_quadrature(seed: int) -> None:
     """Also at large angles, as long as the surface crosses no end; sections that are no circles count as one."""

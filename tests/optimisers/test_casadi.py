@@ -228,6 +228,7 @@ def flown() -> eomgen.Scene:
     return builder.effort("motor", "hinge", "-pull * sin(q.hinge) * v.hinge**2").build()
 
 
+@pytest.mark.slow_cases("frame_poses")
 @pytest.mark.parametrize("name", [pytest.param("inverse_dynamics", marks=pytest.mark.slow), "frame_poses"])
 def test_quaternions_are_differentiated_on_the_unit_sphere(name: str, rng: np.random.Generator) -> None:
     """By differences of the function of the quaternions over their lengths, and of that function's gradient."""

@@ -102,6 +102,7 @@ def test_derivatives_are_the_exact_partials(floating: Any) -> None:
     assert np.allclose(by_q @ turned, K, rtol=0.0, atol=1e-13 * np.abs(K).max())
 
 
+@pytest.mark.slow
 def test_gradient_through_a_loop_of_steps_is_the_difference_of_runs() -> None:
     model = eomgen.build(PENDULUM)
     functions = eomgen.jax(model)
@@ -175,6 +176,7 @@ def test_float32_is_refused(floating: Any) -> None:
         jax.config.update("jax_enable_x64", True)
 
 
+@pytest.mark.slow
 def test_gradient_of_a_run_is_the_adjoint_and_the_difference() -> None:
     swing = eomgen.SceneBuilder("bob").parameter("length", 0.8, tunable=True).input("push", unit="N m")
     swing.body("bob", 1.0, center_of_mass=[0, 0, "-length"], inertia=[0.01, 0.01, 0.01])
@@ -211,6 +213,7 @@ def test_gradient_through_a_loop_is_the_adjoint() -> None:
     assert np.array_equal(gradient, found.gradients([{output: weights}])[0])
 
 
+@pytest.mark.long
 def test_gradient_of_a_run_with_impacts_and_samples_is_the_adjoint() -> None:
     """The state jumps at samples of a controller and at a stop."""
     builder = eomgen.SceneBuilder("jax_jumps").parameter("gain", 4.0, tunable=True).parameter("e", 0.6, tunable=True)

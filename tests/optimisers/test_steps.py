@@ -183,6 +183,8 @@ def along(function: Callable[[Array], Array], y: Array, step: float) -> Array:
     return np.stack(rows, axis=-1)
 
 
+@pytest.mark.long_cases("double_pendulum-generalized_alpha")
+@pytest.mark.slow_cases("four_bar-rattlie")
 @pytest.mark.slow_except(*FAST)
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random.Generator) -> None:
@@ -217,6 +219,7 @@ def test_derivatives_of_a_step_are_differences(scene: str, method: str, rng: np.
     assert np.max(np.abs(hessian - by_gradients)) < 2e-11 * np.max(np.abs(by_gradients))
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", *(pytest.param(m, marks=pytest.mark.slow) for m in KIN)])
 def test_the_jacobian_is_that_of_the_derivatives_of_a_run(method: str, rng: np.random.Generator) -> None:
     """Derivatives of runs are made of matrices of linearised steps, in NumPy."""
@@ -238,6 +241,7 @@ def test_the_jacobian_is_that_of_the_derivatives_of_a_run(method: str, rng: np.r
     assert found == pytest.approx(jacobian[:, :5], rel=1e-10, abs=1e-12)
 
 
+@pytest.mark.long_except("four_bar-rattlie", "spins-rk4")
 @pytest.mark.parametrize(
     ("scene", "method"), [("four_bar", "rattlie"), ("spins", "trapezoidal"), ("spins", "leapfrog"), ("spins", "rk4")]
 )

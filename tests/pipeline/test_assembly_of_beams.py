@@ -145,6 +145,7 @@ def test_a_prestrained_string_that_fits_stays_as_it_is() -> None:
     assert [note for note in system.notes if "corrected" in note or "strained" in note] == []
 
 
+@pytest.mark.slow
 def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
     coupler, rocker = closed(START)
     scene = four_bar(START, coupler, rocker, elements=2)

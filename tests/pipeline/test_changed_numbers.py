@@ -123,6 +123,7 @@ def test_numbers_of_long_models_and_of_loops_stand_apart_too(
     assert compiled == [f"{scene['name']}_numbers.c"]
 
 
+@pytest.mark.long
 def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path) -> None:
     built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     for file in tmp_path.glob("*/object.o"):
@@ -147,6 +148,7 @@ def test_a_changed_structure_compiles_the_functions_that_have_it(compiled: list[
     assert torque[0] == pytest.approx((0.21 + 1.7 * 0.25) * 3.0 + 1.7 * 10.0 * 0.5 * np.sin(0.2))
 
 
+@pytest.mark.slow_cases("spherical_pendulum-fast")
 @pytest.mark.parametrize(
     ("example", "profile"),
     [

@@ -140,6 +140,7 @@ def test_the_start_of_free_bodies_is_the_start_of_the_equations() -> None:
         np.testing.assert_allclose(start[1], system.initial_v, rtol=0, atol=1e-14)
 
 
+@pytest.mark.slow
 def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = net(48)
     run = eomgen.build(scene).simulate(0.02)

@@ -51,6 +51,7 @@ def _sources(library: Library) -> set[str]:
     return {file.name for file in library.folder.glob("*.c")}
 
 
+@pytest.mark.slow
 def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,6 +101,7 @@ def test_another_process_finds_the_library_of_runs_and_compiles_the_rest_when_it
     assert np.array_equal(model.coupling(*batch)[2], coupling)
 
 
+@pytest.mark.slow
 def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
     build: Build, release: threading.Event, tmp_path: Path
 ) -> None:

@@ -79,6 +79,7 @@ def _samples(pair: list[Array], count: int) -> list[Array]:
     return [z @ modes for modes in pair]
 
 
+@pytest.mark.slow_except("gusts by a table")
 @pytest.mark.parametrize(
     ("covariance", "coherence", "window", "limit"),
     [(RoadProfile("C"), ExponentialCoherence(2.0), 60.0, 0.7), (Exponential(1.0, 0.3), TABLE, 16.0, 1.1)],
