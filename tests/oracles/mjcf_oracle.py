@@ -18,6 +18,7 @@ from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from tests.oracles.evaluation import Array, relative_error, tape_evaluator
+from tests.oracles.mujoco_exact import neglected_offsets, refine_rings
 from tests.oracles.states import random_states, rotation_of
 
 STATES = 20
@@ -70,12 +71,15 @@ class Imported:
         A = self.place(q, v)
         if self.system.nu:  # without inputs the file switches actuators off
             self.data.ctrl[self._controls()], self.data.act[:] = u, z
+        rest_of_M, rest_of_bias = neglected_offsets(self.model, self.data)
         mujoco.mj_fwdPosition(self.model, self.data)
+        refine_rings(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
         mujoco.mj_fwdActuation(self.model, self.data)
         M = np.zeros((self.system.nv, self.system.nv))
         mujoco.mj_fullM(self.model, self.data, M)
-        parts = [self.data.qfrc_bias, M @ self._drift(q, v), -self.data.qfrc_passive, -self.data.qfrc_actuator]
+        M += rest_of_M
+        parts = [self.data.qfrc_bias + rest_of_bias, M @ self._drift(q, v), -self.data.qfrc_passive, -self.data.qfrc_actuator]
         return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
 
     def _controls(self) -> list[int]:

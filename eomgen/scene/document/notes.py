@@ -164,7 +164,7 @@ def _below_planes(facts: SceneFacts) -> Iterator[str]:
 
 def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
     """Note an acceleration of the base that equals the gravity of the scene."""
-    given, gravity = facts.data.get("base", {}).get("acceleration"), facts.document.gravity
+    given, gravity = (facts.data.get("base") or {}).get("acceleration"), facts.document.gravity
     if given is None or tuple(given) != gravity or not any(gravity):
         return
     fault = "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight"

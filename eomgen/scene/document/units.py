@@ -171,6 +171,7 @@ class _Converter:
         own = columns_of(model, data)
         columns = own or columns
         kind = data.get("type", kind or self.kind_of_joint(data))
+        kind = kind if isinstance(kind, str) else None
         result = dict(data)
         fields = fields_of(model)
         for name, (meaning, inner) in fields.items():

@@ -181,7 +181,9 @@ class Rotation(Table):
 
 def plain_angles(value: object) -> TypeGuard[list[float]]:
     """Return whether a value in place of rotations is three numbers, such as roll, pitch and yaw."""
-    return isinstance(value, list | tuple) and len(value) == 3 and all(isinstance(part, int | float) for part in value)
+    if not isinstance(value, list | tuple) or len(value) != 3:
+        return False
+    return all(isinstance(part, int | float) and abs(part) < 1e300 for part in value)
 
 
 def is_matrix(value: object) -> bool:
