@@ -13,7 +13,7 @@ from eomgen.scene.load import from_data
 
 
 def pendulum(**changes: Any) -> dict[str, Any]:
-    hinge = {"type": "revolute", "parent": "world", "child": "rod", "axis": [0, 1, 0]}
+    hinge = {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0]}
     body = {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
     return {"format": 1, "name": "pendulum", "bodies": {"rod": body}, "joints": {"hinge": hinge}, **changes}
 

@@ -44,7 +44,9 @@ def _contacts(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Iterat
     pulleys = iter(model.wrap_prm[k] for k in listed if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_PULLEY)
     elements = iter(k for k in listed if model.wrap_type[k] != mujoco.mjtWrap.mjWRAP_PULLEY)
     sites = [
-        int(model.site_bodyid[model.wrap_objid[k]]) for k in elements if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE
+        int(model.site_bodyid[model.wrap_objid[k]])
+        for k in elements
+        if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE
     ]
     divisor, passed = 1.0, -1
     for k in range(count):
