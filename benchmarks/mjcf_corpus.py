@@ -3,10 +3,10 @@
     python -m benchmarks.mjcf_corpus out/mjcf --install
 
 installs the packages below ``out/mjcf`` (2 GB; without their dependencies) and measures each distinct model that moves.
-Two approximations of MuJoCo are taken out (`tests/oracles/mujoco_exact.py`): the search for the point at which a tendon
-touches a ring, and centres of mass taken at frames of bodies. Results go into ``out/mjcf/results.jsonl``, so that an interrupted run goes on, and the table is printed. The models
-stay in that folder: none is part of the repository. A model is distinct by its sizes, its mass and the places of
-bodies.
+Two approximations of MuJoCo are taken out (``tests/oracles/mujoco_exact.py``): the search for the point at which a
+tendon touches a ring, and centres of mass taken at frames of bodies. Results go into ``out/mjcf/results.jsonl``, so
+that an interrupted run goes on, and the table is printed. The models stay in that folder: none is part of the
+repository. A model is distinct by its sizes, its mass and the places of bodies.
 """
 
 from __future__ import annotations
