@@ -79,12 +79,8 @@ class Imported:
         M = np.zeros((self.system.nv, self.system.nv))
         mujoco.mj_fullM(self.model, self.data, M)
         M += rest_of_M
-        parts = [
-            self.data.qfrc_bias + rest_of_bias,
-            M @ self._drift(q, v),
-            -self.data.qfrc_passive,
-            -self.data.qfrc_actuator,
-        ]
+        bias = self.data.qfrc_bias + rest_of_bias
+        parts = [bias, M @ self._drift(q, v), -self.data.qfrc_passive, -self.data.qfrc_actuator]
         return A.T @ M @ A, A.T @ sum(parts), np.sum([np.abs(A.T @ part) for part in parts], axis=0)
 
     def _controls(self) -> list[int]:

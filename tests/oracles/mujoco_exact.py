@@ -42,12 +42,8 @@ def _contacts(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Iterat
     points = data.wrap_xpos.reshape(-1, 3)[start : start + count].copy()
     listed = range(model.tendon_adr[tendon], model.tendon_adr[tendon] + model.tendon_num[tendon])
     pulleys = iter(model.wrap_prm[k] for k in listed if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_PULLEY)
-    elements = iter(k for k in listed if model.wrap_type[k] != mujoco.mjtWrap.mjWRAP_PULLEY)
-    sites = [
-        int(model.site_bodyid[model.wrap_objid[k]])
-        for k in elements
-        if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE
-    ]
+    sites = [model.wrap_objid[k] for k in listed if model.wrap_type[k] == mujoco.mjtWrap.mjWRAP_SITE]
+    bodies = [int(model.site_bodyid[site]) for site in sites]
     divisor, passed = 1.0, -1
     for k in range(count):
         if objects[k] == -2:
@@ -55,7 +51,7 @@ def _contacts(model: mujoco.MjModel, data: mujoco.MjData, tendon: int) -> Iterat
         elif objects[k] == -1:
             passed += 1
         elif k and objects[k - 1] == objects[k] and np.array_equal(points[k - 1], points[k]):
-            ends = (sites[passed], points[k - 2]), (sites[passed + 1], points[k + 1])
+            ends = (bodies[passed], points[k - 2]), (bodies[passed + 1], points[k + 1])
             yield ends[0], (int(objects[k]), points[k]), ends[1], divisor
 
 
