@@ -77,14 +77,29 @@ _WITHOUT_SLOW_PASSES = (
     "-fno-dse",
 )
 #: Further passes that gcc leaves out for models whose functions have no branches: copies after registers are chosen,
-#: which compare all pairs of entries of the workspace, a seventh of the compiler's time; of these functions also the
-#: analysis of pointers. Bits are the same, and times of functions within 3 %.
-AFTER_REGISTERS = ("-fdisable-rtl-postreload",)
-OF_STRAIGHT = (*AFTER_REGISTERS, "-fno-tree-pta")
+#: which compare all pairs of entries of the workspace, a seventh of the compiler's time, the combination of
+#: instructions, a tenth, and constants and equal values, which the templates do not write. Bits are the same, and times
+#: of functions within 2 %.
+AFTER_REGISTERS = (
+    "-fdisable-rtl-postreload",
+    "-fdisable-rtl-combine",
+    "-fno-tree-ccp",
+    "-fno-rerun-cse-after-loop",
+    "-fno-cse-follow-jumps",
+)
+#: Of these functions also the analysis of pointers, and the search for values to move to memory, of which there are
+#: thousands: a fifth of the compiler's time, and the chosen registers are as good.
+OF_STRAIGHT = (*AFTER_REGISTERS, "-fno-tree-pta", "--param=lra-max-considered-reload-pseudos=10")
 #: The same for the long stepper of such a model, which is mostly an elimination without branches: also the search for
-#: values that dominators know, and copies of the heads of loops. Compilers take a third less time; bits of the step of
+#: values that dominators know, copies of the heads of loops, and far searches for the last store to an address.
+#: Compilers take a third less time; bits of the step of
 #: a car are the same, and its time within 1.5 %.
-OF_ELIMINATION = (*OF_STRAIGHT, "-fno-tree-dominator-opts", "-fno-tree-ch")
+OF_ELIMINATION = (
+    *OF_STRAIGHT,
+    "-fno-tree-dominator-opts",
+    "-fno-tree-ch",
+    "--param=sccvn-max-alias-queries-per-access=10",
+)
 #: Versions of gcc, on x86-64, that have the pass by this name.
 _LAST_GCC = 14
 #: Characters of a source with branches from which on the slow passes are left out. Steps of shorter models were up to
