@@ -1,5 +1,5 @@
 """Copies of this process: one imports matplotlib while a model runs, and draws the figures of the stored solution,
-another does work, such as a long table, while this process goes on.
+others do work while this process goes on, such as a long table, or compute a value.
 
 Import and drawing of matplotlib take most of a short ``eomgen simulate``, on one core. The copy is made by fork before
 the run and waits for an order; then a second copy is made, and both take figures in turn.
@@ -10,13 +10,15 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import pickle
 import signal
 import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NoReturn, TypeVar
 
 from eomgen.base.figures import new_figure
 
@@ -27,6 +29,9 @@ Drawings = Callable[[Mapping[str, Any]], Sequence[Drawing]]
 
 _COPIES = 2
 _DONE = b"done\n"
+#: Whether the process is eomgen's own: the process of a caller of Python is not copied for a value.
+_OWN: ContextVar[bool] = ContextVar("own process", default=False)
+_T = TypeVar("_T")
 
 
 class DrawingProcess:
@@ -134,9 +139,49 @@ def in_copy(work: Callable[[], object]) -> Iterator[Callable[[], bool]]:
             done()
 
 
+@contextlib.contextmanager
+def own_process() -> Iterator[None]:
+    """Let ``from_copy`` copy this process, which is one of the command line."""
+    before = _OWN.set(True)
+    try:
+        yield
+    finally:
+        _OWN.reset(before)
+
+
+@contextlib.contextmanager
+def from_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
+    """Compute a value, which can be pickled, in a copy of this process meanwhile.
+
+    Gives a function that waits and returns the value, for one call: None under the conditions of ``in_copy``, and
+    outside of ``own_process``. The caller computes the value then, and reports faults.
+    """
+    if not _OWN.get():
+        yield lambda: None
+        return
+    taken, given = os.pipe()
+
+    def send() -> None:
+        with os.fdopen(given, "wb") as stream:
+            pickle.dump(compute(), stream, pickle.HIGHEST_PROTOCOL)
+
+    with os.fdopen(taken, "rb") as answer, in_copy(send) as done:
+        os.close(given)
+
+        def value() -> _T | None:
+            data = answer.read()
+            return pickle.loads(data) if done() else None
+
+        yield value
+
+
 def _copied() -> bool:
     """Return whether this process can be copied, and would go on at the same time."""
-    return sys.platform == "linux" and len(os.sched_getaffinity(0)) >= _COPIES and threading.active_count() == 1
+    if sys.platform != "linux" or len(os.sched_getaffinity(0)) < _COPIES:
+        return False
+    # a spinner of rich writes to the terminal alone, and no copy does
+    spinners = sum(type(thread).__module__ == "rich.live" for thread in threading.enumerate())
+    return threading.active_count() - spinners == 1
 
 
 def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn:

@@ -79,13 +79,14 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
 
     ``once``: whether the model is for this run alone, so that the tape engine may step the model.
     """
+    from eomgen.base.drawing_process import own_process  # noqa: PLC0415  # most verbs make no copies
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     resumed, t_end = options.get("resume"), options["t_end"]
     shared = {name: options[name] for name in _OPEN if name in options}
     own = {name: value for name, value in options.items() if name not in (*_OPEN, "resume", "t_end", "profile")}
     method = own["method"] if resumed is None else _method_of(resumed, own)
-    with building(scene.name):
+    with building(scene.name), own_process():
         steps = _steps(scene, options) if once and resumed is None else None
         model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
     if model.library.profile == "instant" != options["profile"]:

@@ -7,11 +7,13 @@ Three scenes are derived that differ from the given one in the number of its equ
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import chain, groupby, pairwise
 from typing import Any, cast
 
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
+from eomgen.base.drawing_process import from_copy
 from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
@@ -118,7 +120,7 @@ class EqualElements:
         scenes = list(map(self.fewer, counts))
         long = least == _FEW_OF_OTHERS  # 80 elements have all loops of longer scenes
         samples = [WHOLE if long else Sample(n, self.count - n) for n in counts]
-        made = list(map(derived, scenes, samples))
+        made = derived_samples(derived, scenes, samples)
         if len({refusal for _, refusal in made}) > 1:
             return None
         middles = [_middles(scene) for scene in (*scenes, self.scene)]
@@ -135,6 +137,15 @@ class EqualElements:
             check_workspace(function.name, function.workspace)
         q, v = joint_start(Derivation(scenes[0]), self.scene, program.factors)
         return replace(program, initial_q=q, initial_v=v), made[0][1]
+
+
+def derived_samples(derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample]) -> list[tuple[Program, str]]:
+    """Return the Programs and the reasons of three scenes; the last scene is derived by a copy of the process, if a copy
+    may be made."""
+    first = derived(scenes[0], samples[0])  # with imports, and laws that the other scenes share
+    with from_copy(partial(derived, scenes[2], samples[2])) as third:
+        second = derived(scenes[1], samples[1])
+        return [first, second, third() or derived(scenes[2], samples[2])]
 
 
 def equal_elements(scene: Scene) -> EqualElements | None:

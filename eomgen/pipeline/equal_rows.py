@@ -9,7 +9,7 @@ rows, or grow evenly.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Hashable, Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import cache, cached_property
 from typing import Any, cast
 
@@ -22,10 +22,10 @@ from eomgen.codegen.continuation import IrregularSamples, Samples, continued_pro
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
 from eomgen.mechanics.initial_coordinates import free_start
+from eomgen.pipeline.equal_elements import Derived, derived_samples
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
 
-Derived = Callable[[Scene, Sample], tuple[Program, str]]
 #: The parts of a name between its numbers, and the numbers.
 Parts = tuple[tuple[str, ...], tuple[int, ...]]
 #: Bodies from which on three scenes with few rows are derived faster; least bodies and rows of the smallest of them,
@@ -314,7 +314,7 @@ class EqualRows:
         if None in scenes:
             return None
         samples = [Sample(count, self.count - count) for count in counts]
-        made = list(map(derived, cast("list[Scene]", scenes), samples))
+        made = derived_samples(derived, cast("list[Scene]", scenes), samples)
         start = free_start(self.scene)
         if len({refusal for _, refusal in made}) > 1 or start is None:
             return None

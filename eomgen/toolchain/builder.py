@@ -314,7 +314,7 @@ class Builder:
                     if name in (written or {}):  # may include files that are unknown here
                         compilation.add(source)
                         continue
-                    flags = self._flags_for(name, text, straight)
+                    flags = self._flags_for(name, text, straight, loops=bool(layout.get("loop_operations")))
                     key = library_key(_with_includes(name, texts), self.compiler, self.profile, flags, "object")
                     known = self.cache.get(key)
                     if known is None:
@@ -356,14 +356,14 @@ class Builder:
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
 
-    def _flags_for(self, name: str, text: str, straight: Collection[str]) -> tuple[str, ...]:
+    def _flags_for(self, name: str, text: str, straight: Collection[str], *, loops: bool = False) -> tuple[str, ...]:
         if name == _ENGINE:
             return (*ENGINE_FLAGS, *_REALS[self.real])
         if name in straight:
             return without_slow_passes(self.flags, self.compiler.version, OF_STRAIGHT)
         if straight:  # in a run of a model this long, functions take most of the time, not the stepper
             return without_slow_passes(self.flags, self.compiler.version, beside_straight(text))
-        return passes_for(text, self.flags, self.compiler.version)
+        return passes_for(text, self.flags, self.compiler.version, loops=loops)
 
     def build_lanes(self, library: Library, cdef: str, files_of: LaneFiles) -> LaneLibrary | str:
         """Return the library that steps several trajectories side by side, made of the files of a library of one, or

@@ -104,6 +104,9 @@ _LAST_GCC = 14
 #: Characters of a source with branches from which on the slow passes are left out. Steps of shorter models were up to
 #: 5 % slower without these passes, and take at most a second to compile with them.
 _LONG = 130_000
+#: The same for a model with loops over elements: without the slow passes the bodies of loops, which are straight
+#: and most of the text, are as fast, of beams of 800 elements.
+_LONG_WITH_LOOPS = 60_000
 #: First gcc whose ``-O2`` turns loops into vectors, as these flags say; older versions are called with ``-O2``.
 _FIRST_GCC = 12
 _GCC = r"\S*g?cc\S* \(.*?\) (\d+)\."
@@ -171,12 +174,14 @@ def beside_straight(source: str) -> tuple[str, ...]:
     return OF_ELIMINATION if len(source) > _LONG else AFTER_REGISTERS
 
 
-def passes_for(source: str, flags: Sequence[str], version: str) -> tuple[str, ...]:
+def passes_for(source: str, flags: Sequence[str], version: str, *, loops: bool = False) -> tuple[str, ...]:
     """Return the flags for a generated source: without the slow passes if the source is so long that these passes take
     seconds.
 
     Parameters
     ----------
     version : the first line of the compiler's text about its version
+    loops : whether the source is of a model with loops over elements
     """
-    return without_slow_passes(flags, version) if len(source) > _LONG else tuple(flags)
+    long = len(source) > (_LONG_WITH_LOOPS if loops else _LONG)
+    return without_slow_passes(flags, version) if long else tuple(flags)

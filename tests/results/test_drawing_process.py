@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from eomgen.base.drawing_process import Drawing, Drawings, drawing_process, in_copy
+from eomgen.base.drawing_process import Drawing, Drawings, drawing_process, from_copy, in_copy, own_process
 
 ONLY_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="the process is copied by fork on Linux alone")
 EXAMPLE = Path(__file__).parents[2] / "examples" / "quarter_car" / "scene.toml"
@@ -99,6 +99,19 @@ def test_work_is_done_by_a_copy_unless_it_fails(
     (written,) = tmp_path.iterdir()
     assert written.read_text(encoding="utf-8") != f"{os.getpid()}"
     assert capfd.readouterr() == ("", "")
+
+
+@ONLY_LINUX
+def test_a_value_comes_from_a_copy_of_an_own_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(threading, "active_count", lambda: 1)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    with from_copy(os.getpid) as value:
+        assert value() is None
+    with own_process(), from_copy(lambda: (os.getpid(), "x" * 100_000)) as value:  # more than a pipe holds
+        number, text = value() or (os.getpid(), "")
+        assert number != os.getpid() and len(text) == 100_000
+    with own_process(), from_copy([].pop) as nothing:
+        assert nothing() is None
 
 
 @ONLY_LINUX

@@ -73,6 +73,8 @@ def test_short_sources_are_compiled_with_all_passes() -> None:
     flags, version = PROFILES["fast"].flags, "cc (Debian 12.2.0-14+deb12u1) 12.2.0"
     assert passes_for("x" * 130_000, flags, version) == flags
     assert passes_for("x" * 130_001, flags, version) == without_slow_passes(flags, version) != flags
+    assert passes_for("x" * 60_000, flags, version, loops=True) == flags
+    assert passes_for("x" * 60_001, flags, version, loops=True) == without_slow_passes(flags, version)
 
 
 def test_the_stepper_of_a_model_with_several_files_has_few_passes() -> None:
