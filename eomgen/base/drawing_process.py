@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import json
 import os
-import pickle
 import signal
 import sys
 import threading
@@ -151,7 +150,7 @@ def own_process() -> Iterator[None]:
 
 @contextlib.contextmanager
 def from_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
-    """Compute a value, which can be pickled, in a copy of this process meanwhile.
+    """Compute a value, which a pipe can take, in a copy of this process meanwhile.
 
     Gives a function that waits and returns the value, for one call: None under the conditions of ``in_copy``, and
     outside of ``own_process``. The caller computes the value then, and reports faults.
@@ -159,18 +158,17 @@ def from_copy(compute: Callable[[], _T]) -> Iterator[Callable[[], _T | None]]:
     if not _OWN.get():
         yield lambda: None
         return
-    taken, given = os.pipe()
+    from multiprocessing import Pipe  # noqa: PLC0415  # for long derivations only
 
-    def send() -> None:
-        with os.fdopen(given, "wb") as stream:
-            pickle.dump(compute(), stream, pickle.HIGHEST_PROTOCOL)
-
-    with os.fdopen(taken, "rb") as answer, in_copy(send) as done:
-        os.close(given)
+    answer, given = Pipe(duplex=False)
+    with answer, in_copy(lambda: given.send(compute())) as done:
+        given.close()
 
         def value() -> _T | None:
-            data = answer.read()
-            return pickle.loads(data) if done() else None
+            with contextlib.suppress(EOFError):  # without a copy, or of one that has failed
+                computed: _T = answer.recv()
+                return computed if done() else None
+            return None
 
         yield value
 

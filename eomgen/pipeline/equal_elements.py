@@ -140,7 +140,7 @@ class EqualElements:
 
 
 def derived_samples(derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample]) -> list[tuple[Program, str]]:
-    """Return the Programs and the reasons of three scenes; the last scene is derived by a copy of the process, if a copy
+    """Return the Programs and the reasons of three scenes; the last scene is derived by a copy of the process, if one
     may be made."""
     first = derived(scenes[0], samples[0])  # with imports, and laws that the other scenes share
     with from_copy(partial(derived, scenes[2], samples[2])) as third:
