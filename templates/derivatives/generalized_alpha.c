@@ -467,7 +467,7 @@ EG_SEEN long eomgen_plan_room(const eg_steps *given)
     return (eg_plan_of(given)->values + eg_equations(given) * eg_equations(given)) * EG_LANES;
 }
 
-/* Choose the order of pivots by the step in the middle. numbers: room as above, nonzero: (n, n), room: as above.
+/* Choose the order of pivots by steps from the first to the last. numbers: room as above, nonzero: (n, n), room: as above.
  * 0: done, -1: it needs more memory. */
 EG_SEEN int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero, double *room)
 {
@@ -483,7 +483,7 @@ EG_SEEN int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero
     arena.capacity = given->capacity;
     arena.full = 0;
     for (e = 0; e < EG_LANES; ++e)
-        lanes[e] = given->steps / 2;
+        lanes[e] = given->steps * (2 * e + 1) / (2 * EG_LANES);
     memset(nonzero, 0, (size_t)(n * n));
     for (e = 0; e < plan->sums; ++e)
         nonzero[sum[3 * e]] = 1;
@@ -494,8 +494,9 @@ EG_SEEN int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero
         place[e] = e;
     plan->place = place;
     eg_coefficients_of(&g, c);
+    plan->entries = (int)(n * n);
     eg_gather(given, plan, lanes, room);
-    eg_dense_matrix(plan, c, room, 0, n, S);
+    eg_matrices(plan, c, room, S);
     plan->eliminated = eg_choose_order(&plan->order, &arena, nonzero, S, given->scale, entry, numbers + n * n, (int)n);
     if (arena.full)
         return -1;
@@ -506,8 +507,7 @@ EG_SEEN int eomgen_step_order(const eg_steps *given, int *numbers, char *nonzero
         for (e = 0; e < plan->sums; ++e)
             sum[3 * e] = entry[sum[3 * e]];
         plan->entries = plan->order.entries;
-    } else
-        plan->entries = (int)(n * n);
+    }
     given->plan[0] = 1;
     return 0;
 }

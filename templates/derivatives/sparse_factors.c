@@ -7,10 +7,11 @@
  */
 
 #define EG_LANES 8
-/* Smallest part of the largest entry of its column that a pivot may be, and the largest multiple of a pivot row, rows
- * scaled as in the sample, that a step may need. */
+/* Smallest part of the largest entry of its column that a pivot may be in all matrices of the sample, and the largest
+ * multiple of a pivot row, rows scaled as in the sample, that a step may need: 1e4 costs two digits of a run's
+ * derivatives. */
 #define EG_PIVOT 0.05
-#define EG_GROWTH 1e4
+#define EG_GROWTH 1e2
 
 #if defined(EG_VECTORS)
 typedef double eg_lanes __attribute__((vector_size(8 * EG_LANES), aligned(8), may_alias));
@@ -82,8 +83,20 @@ typedef struct eg_order {
     const double *scale;         /* of rows */
 } eg_order;
 
-/* Choose pivots for nonzeros, (n, n), to which fill is added, by the numbers of a sample S, which is eliminated. entry:
- * room for (n, n), numbers of the entries afterwards; counts: room for 3 n. 0: the sample is singular, or no room. */
+/* The least part that a pivot is of the largest entries of its column, over the EG_LANES matrices of a sample. */
+static double eg_least_part(const double *pivot, const double *largest)
+{
+    double least = 1.0;
+    int w;
+    for (w = 0; w < EG_LANES; ++w)
+        if (!(fabs(pivot[w]) > least * largest[w]))
+            least = largest[w] > 0.0 ? fabs(pivot[w]) / largest[w] : 0.0;
+    return least;
+}
+
+/* Choose pivots for nonzeros, (n, n), to which fill is added, by the numbers S, (n, n, EG_LANES), of a sample, whose
+ * matrices are eliminated. entry: room for (n, n), numbers of the entries afterwards; counts: room for 3 n. 0: a matrix
+ * of the sample has no pivot where the others have one, or no room. */
 static int eg_choose_order(eg_order *order, eg_arena *arena, char *nonzero, double *S, double *scale, int *entry,
     int *counts, int n)
 {
@@ -91,15 +104,15 @@ static int eg_choose_order(eg_order *order, eg_arena *arena, char *nonzero, doub
     int *row = eg_take(arena, n), *column = eg_take(arena, n), *pivot = eg_take(arena, n);
     int *lower_at = eg_take(arena, n + 1), *upper_at = eg_take(arena, n + 1), *lower, *upper, *lower_entry, *upper_entry,
         *changed;
-    int i, j, k, entries = 0, count = 0, lowers = 0, uppers = 0, changes = 0;
+    const long width = (long)n * EG_LANES;
+    int i, j, k, w, entries = 0, count = 0, lowers = 0, uppers = 0, changes = 0;
     if (arena->full)
         return 0;
     for (i = 0; i < n; ++i) {
-        scale[i] = eg_inverse_of_largest(S + i * n, 1, n);
+        scale[i] = eg_inverse_of_largest(S + i * width, 1, width);
         if (scale[i] == 0.0)
             return 0;
-        for (j = 0; j < n; ++j)
-            S[i * n + j] *= scale[i];
+        eg_multiply(S + i * width, scale[i], width);
         rows[i] = columns[i] = done[i] = 0;
     }
     for (i = 0; i < n; ++i)
@@ -111,22 +124,32 @@ static int eg_choose_order(eg_order *order, eg_arena *arena, char *nonzero, doub
     for (k = 0; k < n; ++k) {
         int r = -1, c = -1, fewest = n + 1, own_lower = 0, own_upper = 0;
         double least = 0.0, size = 0.0;
+        const double *own_row;
         for (j = 0; j < n; ++j)
             if (!(done[j] & 2) && columns[j] < fewest)
                 fewest = columns[j];
         for (j = 0; j < n; ++j) { /* in the shortest columns */
-            double largest = 0.0;
+            double largest[EG_LANES] = { 0.0 };
             if ((done[j] & 2) || columns[j] > fewest + 1)
                 continue;
             for (i = 0; i < n; ++i)
-                if (!(done[i] & 1) && fabs(S[i * n + j]) > largest)
-                    largest = fabs(S[i * n + j]);
-            for (i = 0; i < n && largest > 0.0; ++i) {
-                const double own = fabs(S[i * n + j]), fill = (double)((rows[i] - 1) * (columns[j] - 1));
-                if (!(done[i] & 1) && own >= EG_PIVOT * largest
-                    && (r < 0 || fill < least || (fill == least && own > size))) {
+                for (w = 0; w < EG_LANES && nonzero[i * n + j] && !(done[i] & 1); ++w) {
+                    const double entry_size = fabs(S[i * width + j * EG_LANES + w]);
+                    largest[w] = entry_size > largest[w] ? entry_size : largest[w];
+                }
+            for (i = 0; i < n; ++i) {
+                double fill, part;
+                int fine;
+                if ((done[i] & 1) || !nonzero[i * n + j])
+                    continue;
+                part = eg_least_part(S + i * width + j * EG_LANES, largest);
+                fill = (double)((rows[i] - 1) * (columns[j] - 1));
+                fine = part >= EG_PIVOT;
+                if (part > 0.0
+                    && (r < 0 || (fine && size < EG_PIVOT) || (fine && (fill < least || (fill == least && part > size)))
+                        || (!fine && part > size))) {
                     least = fill;
-                    size = own;
+                    size = part;
                     r = i;
                     c = j;
                 }
@@ -143,17 +166,19 @@ static int eg_choose_order(eg_order *order, eg_arena *arena, char *nonzero, doub
                 ++own_upper;
                 --columns[j];
             }
+        own_row = S + r * width;
         for (i = 0; i < n; ++i) {
-            double factor;
+            double factor[EG_LANES], *changed_row = S + i * width;
             if ((done[i] & 1) || !nonzero[i * n + c])
                 continue;
             ++own_lower;
             --rows[i];
-            factor = S[i * n + c] / S[r * n + c];
+            for (w = 0; w < EG_LANES; ++w)
+                factor[w] = changed_row[c * EG_LANES + w] / own_row[c * EG_LANES + w];
             for (j = 0; j < n; ++j) {
                 if ((done[j] & 2) || !nonzero[r * n + j])
                     continue;
-                S[i * n + j] -= factor * S[r * n + j];
+                eg_lanes_add(changed_row + j * EG_LANES, -1.0, factor, own_row + j * EG_LANES);
                 if (!nonzero[i * n + j]) {
                     nonzero[i * n + j] = 1;
                     ++rows[i];
