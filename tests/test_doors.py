@@ -313,7 +313,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "external",
         "latency",
         "calculus evaluate kernel periodic rotation series",
-        "reading symbolic_kernel",
+        "reading symbolic_kernel zeros",
     ),
     "integrators": (
         "compositions harmonics newton",

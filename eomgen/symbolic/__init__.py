@@ -15,4 +15,5 @@ __all__ = [
     "series",
     "symbolic_kernel",
     "tape",
+    "zeros",
 ]  # fmt: skip  # a table

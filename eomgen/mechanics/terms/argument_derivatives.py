@@ -30,6 +30,7 @@ from eomgen.symbolic.calculus.partials import forward_partials, gradient_along
 from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, minus
 from eomgen.symbolic.tape import ONE, ZERO, Ref, substituted
+from eomgen.symbolic.zeros import vanishing
 from eomgen.system.system import Block
 from eomgen.system.terms import ARGUMENTS, TERMS
 
@@ -53,7 +54,8 @@ def derivative_blocks(derivation: Derivation, name: str, blocks: Sequence[Block]
         ways.append(arguments.hessian(values) if second else arguments.jacobian(values))
     tape = derivation.tape
     entries = min(ways, key=lambda way: tape.counts(way.values()).weight)
-    by_columns = {(column, row): ref for (row, column), ref in entries.items()}
+    zero = vanishing(tape, entries.values())
+    by_columns = {(column, row): ref for (row, column), ref in entries.items() if ref not in zero}
     block = nonzeros(derivation, name, by_columns, name)
     derivation.patterns[name] = tuple((row, column) for column, row in derivation.patterns[name])
     return [block]
