@@ -1,9 +1,9 @@
 """Values that vanish for all inputs, as (J_y - J_z) omega_x does with equal moments of inertia.
 
-Values are taken modulo a prime at random inputs, so that nothing is rounded (Schwartz 1980). Roots, sines, cases, curves
-and external functions have random values too, equal ones at equal arguments: a rational function of all of these that is
-0 there is 0 everywhere, but for a chance of its degree in 10^9 per sample. Values that are 0 by other properties of
-these functions are not found.
+Values are taken modulo a prime at random inputs, without rounding (Schwartz 1980). Roots, sines, cases, curves and
+external functions have random values too, equal ones at equal arguments: a rational function of all of these that is 0
+at random values is 0 everywhere, but for a chance of its degree in 10^9 per sample. Values that are 0 by other
+properties of these functions are kept.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ class _Residues:
         return _product(2 * tangent, divisor), _product(1 - square, divisor)
 
     def _inverse(self, x: Any) -> Any:
-        """Return 1/x, a random number where x is 0."""
+        """Return 1/x; of 0 a random number."""
         x = np.asarray(x) % _PRIME
         power, result, exponent = x, np.ones_like(x), _PRIME - 2
         while exponent:  # Fermat's theorem
