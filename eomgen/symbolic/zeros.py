@@ -21,7 +21,7 @@ _PRIME, _SAMPLES = 2**31 - 1, 3
 
 
 def vanishing(tape: Tape, refs: Iterable[Ref]) -> set[Ref]:
-    """Return the references whose values are 0 for all inputs, whatever cases hold."""
+    """Return the references whose values are 0 for all inputs and in all cases of laws."""
     distinct = sorted(set(refs))
     residues = _Residues()
     values = run(tape, distinct, residues.leaf, residues.arithmetic)
