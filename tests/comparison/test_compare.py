@@ -154,6 +154,33 @@ def test_an_actuator_of_one_description_alone(tmp_path: Path) -> None:
     assert [(item.element, item.quantity) for item in found.differences] == [("joints.x", "damping")]
 
 
+def test_differences_have_the_lines_of_their_elements(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    text = """<mujoco>
+<worldbody>
+<body name="upper"><joint name="shoulder" axis="0 1 0"/>
+<body pos="0 0 1">
+<joint name="elbow" axis="0 1 0" damping="1"/>
+<geom size="0.1" mass="2"/>
+</body>
+<geom size="0.1" mass="1"/>
+<body name="other">
+<joint axis="0 1 0"/><geom size="0.1" mass="4"/></body>
+</body></worldbody></mujoco>"""
+    changes = (('mass="2"', 'mass="3"'), ('damping="1"', 'damping="2"'), ('mass="1"', 'mass="5"'), ('"4"', '"6"'))
+    changed = text
+    for old, new in changes:
+        changed = changed.replace(old, new)
+    found = eomgen.compare(written(tmp_path / "first.xml", text), written(tmp_path / "second.xml", changed))
+    lines = {(item.element, item.quantity): item.places for item in found.differences}
+    assert {item.cause for item in found.differences} == {""}  # twice a damping is no diameter in place of a radius
+    for element, quantity, line in (
+        *(("bodies.upper", "mass", 3), ("bodies.body_2", "mass", 4)),
+        *(("joints.elbow", "damping", 5), ("bodies.other", "mass", 9)),
+    ):
+        assert lines[element, quantity] == (f"first.xml:{line}", f"second.xml:{line}")
+
+
 def test_the_command_has_exit_codes_and_json(tmp_path: Path) -> None:
     path = written(tmp_path / "four_bar.toml", SCENE)
     changed = written(tmp_path / "other.toml", SCENE.replace("mass = 2.0", "mass = 2.5"))

@@ -12,6 +12,9 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.scene.inertia import entries_of, steiner, tensor
 
+#: A mistake of lengths alone.
+_HALF = "a factor of 2, as of a diameter against a radius"
+_LENGTHS = ("length", "radius", "limit")
 #: Factors between two values, with the mistake.
 _FACTORS = (
     (180.0 / math.pi, "degrees against radians"),
@@ -20,7 +23,7 @@ _FACTORS = (
     (1e9, "g mm^2 against kg m^2"),
     (9.81, "a weight against a mass"),
     (9.80665, "a weight against a mass"),
-    (2.0, "a factor of 2, as of a diameter against a radius"),
+    (2.0, _HALF),
     (2.0 * math.pi, "turns against radians"),
     (60.0 / (2.0 * math.pi), "revolutions per minute against rad/s"),
     (0.0254, "inches against metres"),
@@ -41,7 +44,8 @@ def of_number(first: float | str, second: float | str, quantity: str) -> str:
         return f"missing {quantity} in the {'second' if second == 0.0 else 'first'}"
     if abs(first + second) <= _NEAR * abs(first):
         return "opposite sign"
-    return _factor(second / first)
+    cause = _factor(second / first)
+    return cause if cause != _HALF or quantity in _LENGTHS else ""
 
 
 def _factor(ratio: float) -> str:
@@ -119,7 +123,7 @@ def of_inertia(first: Array, second: Array, mass: float, center: Array, turned: 
             if alike(matrix):
                 return f"the {which} is about the origin of the frame, not about the centre of mass"
     ratio = float(np.trace(second) / np.trace(first)) if np.trace(first) else 0.0
-    if ratio and alike(ratio * first) and (cause := _factor(ratio)):
+    if ratio and alike(ratio * first) and (cause := _factor(ratio)) and cause != _HALF:
         return cause
     for axes in (turned, turned.T):
         if alike(axes @ first @ axes.T):

@@ -48,7 +48,7 @@ class Elements:
     ----------
     every : all elements with their files, sections of the top level with their paths
     named : place by kind and name
-    ordered : places by kind, in the order of the file
+    ordered : places by kind, in the order of the compiled model
     includes : place of the last ``<include>`` of each file
     files : that are read
     """
@@ -115,8 +115,11 @@ def _strict(text: str) -> str:
 
 
 def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None) -> None:
-    """Record the children of an element, with the elements of included files in their places."""
-    for child in element.children():
+    """Record the children of an element, with the elements of included files in their places.
+
+    Child bodies come last, as in the compiled model, which numbers all geoms, joints and sites of a body before.
+    """
+    for child in sorted(element.children(), key=lambda child: child.tag == "body"):
         if child.tag == "include":
             result.includes[child.get("file")] = Place(file, child.line)
             for included, name in _included(result, child, folder):
@@ -124,9 +127,10 @@ def _walk(result: Elements, element: Element, path: str, file: str, folder: Path
             continue
         own = f"{path}/{child.tag}" if path else child.tag
         result.every.append((own, child, file))
-        kind = _kind(path, child.tag)
-        if kind:
-            place = Place(file, child.line)
+        kind, place = _kind(path, child.tag), Place(file, child.line)
+        if own == "worldbody":
+            result.ordered.setdefault("body", [place])  # the body 0, of all such sections together
+        elif kind:
             result.ordered.setdefault(kind, []).append(place)
             if child.get("name"):
                 result.named.setdefault((kind, child.get("name")), place)

@@ -39,7 +39,7 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
     for body in range(1, model.nbody):
         written = draft.written("body", body)
         name = names[body] = draft.name("body", written, f"body_{body}")
-        draft.lines[f"bodies.{name}"] = str(draft.place("body", body - 1, model.nbody - 1))
+        draft.lines[f"bodies.{name}"] = str(draft.place("body", body, model.nbody))
         carrier = draft.places[int(model.body_parentid[body])]
         rest = carrier.of(model.body_pos[body].copy(), model.body_quat[body])
         if draft.moving_targets and model.body_mocapid[body] >= 0:
@@ -55,7 +55,7 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
                 note = (
                     f"not modelled: the motion of the mocap body {name}, which rests at its place; mocap=True moves it"
                 )
-                draft.leave_out(draft.place("body", body - 1, model.nbody - 1), note)
+                draft.leave_out(draft.place("body", body, model.nbody), note)
         place = draft.places[body]
         parts.setdefault(place.body, []).append(_inertia(model, body).moved(place.orientation, place.position))
     for link, of_link in parts.items():
