@@ -35,7 +35,7 @@ _PACKAGE = __name__.partition(".")[0]
 def _method(row: Section) -> Callable[..., SceneBuilder]:
     """Return the method that adds an entry of a section, or a section that is one table."""
     signature = signature_of(row)
-    keys = {name: field.alias or name for name, field in row.entry.model_fields.items()}
+    keys = {name: field.alias or name for name, field in row.schema.model_fields.items()}
 
     def called(self: SceneBuilder, /, *args: Any, **kwargs: Any) -> SceneBuilder:
         given = signature.bind(self, *args, **kwargs).arguments
@@ -43,7 +43,7 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
 
     called.__name__ = row.method_name
     called.__qualname__ = f"SceneBuilder.{row.method_name}"
-    describe(called, signature, documentation_of(row.method_documentation, row.entry, signature, row.method_name))
+    describe(called, signature, documentation_of(row.method_documentation, row.schema, signature, row.method_name))
     return called
 
 

@@ -61,7 +61,7 @@ def enters(
     """
 
     def decorated(method: Callable[Concatenate[Builder, P], R]) -> Callable[Concatenate[Builder, P], R]:
-        table = inner_table(schema.Document.model_fields[section].annotation)
+        table = inner_table(schema.document_for({section: {}}).model_fields[section].annotation)
         assert table is not None, section  # sections are named in this package only, never by a user
         written = inspect.signature(method)
         *given, open_ones = written.parameters.values()
@@ -84,7 +84,7 @@ def signature_of(row: Section) -> inspect.Signature:
     by_position = inspect.Parameter.POSITIONAL_OR_KEYWORD
     given = [inspect.Parameter("self", by_position)]
     given += [] if row.single else [inspect.Parameter("name", by_position, annotation="str")]
-    every = {item.name: item for item in _keys(row.entry)}
+    every = {item.name: item for item in _keys(row.schema)}
     given += [every.pop(name).replace(kind=by_position) for name in row.positional]
     return inspect.Signature([*given, *every.values()], return_annotation="Self")
 

@@ -20,7 +20,8 @@ from eomgen.formula.units.labels import number_in_label
 from eomgen.formula.units.parser import UnitError, is_quantity
 from eomgen.scene.control.controllers import made_by_controller
 from eomgen.scene.control.schema import Controller
-from eomgen.scene.document.schema import Include, document_for, include_of, section_keys
+from eomgen.scene.document.parts_schema import Include, include_of
+from eomgen.scene.document.schema import document_for, section_keys
 from eomgen.scene.document.units import in_si, start_in_si
 from eomgen.scene.document.validation import explained, wrong_format
 from eomgen.scene.formula.namespaces import FileData, IncludedText, Namespace
@@ -55,7 +56,7 @@ class Renamer:
         """Return the sections of a file, each entry under the new name."""
         result = {}
         schema = document_for(data)
-        sections = section_keys(schema)
+        sections = section_keys(data)
         for section, (_, inner) in fields_of(schema).items():
             if section in sections and inner is not None and isinstance(data.get(section), Mapping):
                 names = self.space.names[section]
@@ -344,10 +345,10 @@ def _check_top_level(data: dict[str, Any], report: Report) -> None:
         missing = ("the key format is missing", "format = 1")
         report.add("format", *(wrong_format(data["format"]) if "format" in data else missing))
     schema = document_for(data)
-    sections = section_keys(schema)
+    sections = section_keys(data)
     for key in list(data):
         if key not in schema.model_fields:
-            report.add(key_of(key), f"the key {shown(key)} is unknown here", nearest(key, schema.model_fields))
+            report.add(key_of(key), f"the key {shown(key)} is unknown here", nearest(key, schema.known_keys()))
         elif key in sections and not isinstance(data[key], Mapping):
             report.add(key, f"a table is needed here, not {described(data[key])}")
             del data[key]
@@ -363,7 +364,7 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
     known = frozenset(_names(part.data, "parameters") + _names(part.data, "inputs"))
     values = overridden(key, entry, inner.data, known, report)
     _start(key, entry, inner.data, report)
-    sections = section_keys(document_for(inner.data))
+    sections = section_keys(inner.data)
     names = {section: {local: prefix + local for local in _names(inner.data, section)} for section in sections}
     names["bodies"] |= names["beams"]
     names["points"] |= names["frames"]

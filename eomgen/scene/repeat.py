@@ -14,7 +14,7 @@ from typing import Any
 
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.formula.evaluate import evaluate
-from eomgen.scene.document.schema import document_for, section_keys
+from eomgen.scene.document.schema import section_keys
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, SceneNames
 from eomgen.scene.formula.tokens import FormulaError
@@ -79,7 +79,7 @@ def _sections(data: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the sections of a scene file, including sections of other distributions in tables ``repeat``."""
     tables = data["repeat"].values() if isinstance(data["repeat"], Mapping) else ()
     within = (key for table in tables if isinstance(table, Mapping) for key in table if key not in (_INDICES, _WHERE))
-    return section_keys(document_for(data, dict.fromkeys(within)))
+    return section_keys(data, dict.fromkeys(within))
 
 
 def numbers_of_copies(data: Mapping[str, Any]) -> dict[str, int]:

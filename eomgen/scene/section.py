@@ -10,17 +10,20 @@ from __future__ import annotations
 import copy
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, cast
 
 from eomgen.base.data import dataclass, field, fields
 from eomgen.base.messages import NAME_LENGTH
+from eomgen.base.products import named
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.formula.scope import SceneNames
-from eomgen.scene.reading.key_metadata import Table
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row
 from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Parameter, variables_of
+
+if TYPE_CHECKING:
+    from eomgen.scene.reading.key_metadata import Table
 
 Kept = TypeVar("Kept")
 #: From the key, body and position of a place to the equivalent body and the position in this body.
@@ -64,7 +67,7 @@ class Section:
     Attributes
     ----------
     key : of the section in a file
-    entry : schema of an entry
+    entry : schema of an entry, or ``module:name`` of a schema that is imported only for scenes with the section
     singular : noun of an entry on the reference page; by default the key without the last letter
     method : name of the builder's method; by default ``singular``
     positional : keys of an entry that the builder's method takes by position, after the name
@@ -84,7 +87,7 @@ class Section:
     """
 
     key: str
-    entry: type[Table]
+    entry: type[Table] | str
     singular: str = ""
     method: str = ""
     positional: tuple[str, ...] = ()
@@ -102,6 +105,11 @@ class Section:
     bounds: Mapping[str, Bound | None] = field(default_factory=dict)
 
     @property
+    def schema(self) -> type[Table]:
+        """Schema of an entry, imported if need be."""
+        return cast("type[Table]", named(self.entry)) if isinstance(self.entry, str) else self.entry
+
+    @property
     def title(self) -> str:
         """Noun of an entry: ``torsion spring``."""
         return self.singular or self.key.removesuffix("s").replace("_", " ")
@@ -114,7 +122,7 @@ class Section:
     @property
     def method_documentation(self) -> str:
         """First lines of the documentation of the builder's method."""
-        return self.documentation or f"Add an entry of the section ``{self.key}``: {self.entry.__doc__}"
+        return self.documentation or f"Add an entry of the section ``{self.key}``: {self.schema.__doc__}"
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         """Return the names that formulas may mention, by field of ``SceneNames``: tuples and dictionaries, to be joined

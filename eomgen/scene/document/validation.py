@@ -13,7 +13,7 @@ from pydantic import BaseModel, ValidationError
 from eomgen.base.messages import is_legal, key_of, nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.formula.units.parser import is_quantity
-from eomgen.scene.document.schema import Document, document_for, section_keys, without_absent_sections
+from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys
 from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, plain_angles
@@ -444,6 +444,8 @@ def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
                 if not candidates:
                     return []
                 model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
+    if issubclass(model, Document):
+        return model.known_keys()
     return [field.alias or name for name, field in model.model_fields.items()]
 
 
@@ -458,11 +460,11 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
         For each section, the names of the entries left out: these names exist, and are not to be reported as unknown.
     """
     schema = document_for(data)
-    sections = section_keys(schema)
+    sections = section_keys(data)
     refused: dict[str, set[str]] = {section: set() for section in sections}
     kept = dict(data)
     try:
-        return without_absent_sections(schema, kept).model_validate(kept), refused
+        return schema.model_validate(kept), refused
     except ValidationError as error:
         broken, renamed = False, set[tuple[str | int, ...]]()
         for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
@@ -476,4 +478,4 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
                 del kept[section]
     if broken:  # avoids a separate problem for every reference into a missing section
         report.raise_problems()
-    return without_absent_sections(schema, kept).model_validate({"format": 1, "name": "scene", **kept}), refused
+    return schema.model_validate({"format": 1, "name": "scene", **kept}), refused
