@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import ClassVar, cast
+from typing import TYPE_CHECKING, ClassVar, cast
 
 import numpy as np
 
@@ -22,13 +22,15 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import listed
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.formula.substitution import folded, product, total
-from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import NO_INERTIA, impossible
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies import beam_schema as written
+    from eomgen.scene.bodies.beam_schema import BeamKeys
 
 #: Terms of the series of a rectangle: the remainder is below 1e-16 if the first side is the longer side.
 _TERMS = 6

@@ -13,7 +13,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import pairwise
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -21,10 +21,12 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
-from eomgen.scene.bodies import beam_schema as written
-from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import quaternion_of, quaternion_of_matrix
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies import beam_schema as written
+    from eomgen.scene.bodies.beam_schema import BeamKeys
 
 #: Steps within an element of a shape whose strains vary.
 _STEPS = 8

@@ -6,6 +6,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Collection, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,7 +17,6 @@ from eomgen.formula.nodes import ZERO, Application, Formula, Number
 from eomgen.formula.recording import law_and_rate
 from eomgen.formula.substitution import total
 from eomgen.formula.units.parser import UnitError, read_unit
-from eomgen.scene.bodies import schema as written
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.design_poses import Axes
 from eomgen.scene.formula.scope import ACCELERATION, MOTION, PARAMETERS
@@ -26,6 +26,9 @@ from eomgen.scene.reading.values import UNKNOWN, Values, read_orientation, read_
 from eomgen.scene.rotations import quaternion_of_matrix, rows
 from eomgen.scene.signals.curves import check_twice_differentiable
 from eomgen.system.description import BASE, WORLD, FixedFrame, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies import schema as written
 
 #: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
 _DRIFTS = 0.02

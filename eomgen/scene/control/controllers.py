@@ -11,6 +11,7 @@ import operator
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of, listed, nearest, shown
@@ -18,7 +19,6 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.control.sampled import read_sampled_controller, sampled_names
-from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.control.state_feedback import feedback_names, parameters_of, read_state_feedback
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.springs import SpringEntry
@@ -26,6 +26,9 @@ from eomgen.scene.formula.scope import PARAMETERS, STATE
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.signals import Parameter, SampledController, State
+
+if TYPE_CHECKING:
+    from eomgen.scene.control.schema import Controller as Written
 
 _LIMITS = ("minimum_damping", "maximum_damping", "width")
 

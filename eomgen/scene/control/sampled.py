@@ -5,17 +5,20 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import key_of, shown
 from eomgen.formula.nodes import Symbol
-from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.sampling import HeldValue, held_states, read_clock
 from eomgen.system.signals import CONTROLLER_ARGUMENTS, CSource, SampledController, State
+
+if TYPE_CHECKING:
+    from eomgen.scene.control.schema import Controller as Written
 
 #: Bytes of a C file.
 _LARGEST = 1_000_000

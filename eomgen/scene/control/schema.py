@@ -1,4 +1,4 @@
-"""Schema of internal states, controllers and state feedback, and of the calibration of gains."""
+"""Schema of internal states, controllers and state feedback, of the calibration of gains, and of reference motions."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from eomgen.scene.formula.scope import FIXED_PARAMETERS, STATE
+from eomgen.scene.formula.scope import FIXED_PARAMETERS, SPRING_FORCE, STATE
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, NumberPair, Numbers, Unit, Value
 
@@ -14,6 +14,7 @@ Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(stric
 Modes = Annotated[tuple[Annotated[int, Field(ge=1, le=100_000)], ...], Field(strict=False)]
 Poles = Annotated[tuple[NumberPair, ...], Field(strict=False)]
 _BY_JOINT = "table of numbers by joint"
+_VALUES = "table of values by joint"
 
 
 class Calibration(Table):
@@ -161,3 +162,32 @@ class Controller(Table):
     )
     unit: Unit = key("label of the output", "")
     description: Description = key("for tables", "")
+
+
+class ReferenceEntry(Table):
+    """Coordinates, velocities and accelerations of joints, in place of the present ones."""
+
+    position: dict[str, Value] = key(
+        "of joints of one coordinate, rad or m; others have their present coordinate",
+        {},
+        refers="joints",
+        names=SPRING_FORCE,
+        kind=_VALUES,
+        shown_default="`{}`",
+    )
+    velocity: dict[str, Value] = key(
+        "the same, rad/s or m/s; others have their present velocity",
+        {},
+        refers="joints",
+        names=SPRING_FORCE,
+        kind=_VALUES,
+        shown_default="`{}`",
+    )
+    acceleration: dict[str, Value] = key(
+        "the same, rad/s² or m/s²; others have 0",
+        {},
+        refers="joints",
+        names=SPRING_FORCE,
+        kind=_VALUES,
+        shown_default="`{}`",
+    )

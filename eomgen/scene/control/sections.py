@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import NAME_LENGTH, NAME_RULE, is_legal, key_of, shown
 from eomgen.formula.nodes import Formula
@@ -17,46 +17,15 @@ from eomgen.scene.control.controllers import (
     states_of_controllers,
 )
 from eomgen.scene.control.model import Reference
-from eomgen.scene.control.schema import Controller
 from eomgen.scene.formula.scope import SPRING_FORCE
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.key_metadata import Table, key
-from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.signals import Parameter
 
-_BY_JOINT = "table of values by joint"
-
-
-class ReferenceEntry(Table):
-    """Coordinates, velocities and accelerations of joints, in place of the present ones."""
-
-    position: dict[str, Value] = key(
-        "of joints of one coordinate, rad or m; others have their present coordinate",
-        {},
-        refers="joints",
-        names=SPRING_FORCE,
-        kind=_BY_JOINT,
-        shown_default="`{}`",
-    )
-    velocity: dict[str, Value] = key(
-        "the same, rad/s or m/s; others have their present velocity",
-        {},
-        refers="joints",
-        names=SPRING_FORCE,
-        kind=_BY_JOINT,
-        shown_default="`{}`",
-    )
-    acceleration: dict[str, Value] = key(
-        "the same, rad/s² or m/s²; others have 0",
-        {},
-        refers="joints",
-        names=SPRING_FORCE,
-        kind=_BY_JOINT,
-        shown_default="`{}`",
-    )
+if TYPE_CHECKING:
+    from eomgen.scene.control.schema import Controller, ReferenceEntry
 
 
 def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], values: Values) -> Reference:
@@ -150,7 +119,7 @@ class _References(Section):
 
 CONTROLLERS = _Controllers(
     key="controllers",
-    entry=Controller,
+    entry="eomgen.scene.control.schema:Controller",
     bare="a controller",
     after=("states",),
     always=True,
@@ -163,7 +132,7 @@ CONTROLLERS = _Controllers(
 )
 REFERENCES = _References(
     key="references",
-    entry=ReferenceEntry,
+    entry="eomgen.scene.control.schema:ReferenceEntry",
     scene_field="references",
     after=("reactions",),
     last=True,

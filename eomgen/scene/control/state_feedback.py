@@ -5,18 +5,21 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback
-from eomgen.scene.control.schema import Calibration as WrittenCalibration
-from eomgen.scene.control.schema import Controller as Written
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values, percent_of_critical
 from eomgen.system.signals import Parameter
+
+if TYPE_CHECKING:
+    from eomgen.scene.control.schema import Calibration as WrittenCalibration
+    from eomgen.scene.control.schema import Controller as Written
 
 
 @dataclass(frozen=True)

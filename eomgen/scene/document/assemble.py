@@ -8,13 +8,12 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.base.messages import key_of
 from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document.checks import CHECKS, LAST_CHECKS, check_names
 from eomgen.scene.document.notes import SceneFacts, notes_of
-from eomgen.scene.document.schema import Document, Simulation
 from eomgen.scene.document.units import in_si
 from eomgen.scene.document.validation import read_document
 from eomgen.scene.formula.namespaces import FileData, signature
@@ -25,6 +24,9 @@ from eomgen.scene.section import Reading, in_reading_order, join
 from eomgen.scene.sections import bounds_of
 from eomgen.scene.signals.curves import digest
 from eomgen.system import description
+
+if TYPE_CHECKING:
+    from eomgen.scene.document.schema import Document, Simulation
 
 
 def assemble(

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
+from typing import TYPE_CHECKING
 
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown, unmentioned
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
 from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
 from eomgen.scene.control.sections import check_controllers
-from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
@@ -22,6 +22,9 @@ from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import TreeSections
 from eomgen.system.events import mode_parameter
 from eomgen.system.motions import motion_parameters
+
+if TYPE_CHECKING:
+    from eomgen.scene.document.schema import Document
 
 
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:

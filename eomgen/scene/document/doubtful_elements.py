@@ -7,6 +7,7 @@ import contextlib
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,12 +16,10 @@ from eomgen.base.messages import key_of, listed
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO, Formula, Symbol, Vector
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.scene.bodies.beam_schema import Section
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.bodies.cross_sections import SHAPES
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.design_poses import UnknownPoseError
-from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.springs import Spring, TorsionSpring
@@ -31,6 +30,10 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import about_axis
 from eomgen.scene.section import Reading
 from eomgen.system.description import BASE, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies.beam_schema import Section
+    from eomgen.scene.document.schema import Document
 
 #: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
 _SLENDEREST = 2.5e4

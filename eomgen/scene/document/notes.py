@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -34,12 +34,14 @@ from eomgen.scene.document.out_of_scale import (
     out_of_scale,
     size_of_scene,
 )
-from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading
 from eomgen.system.description import BASE
+
+if TYPE_CHECKING:
+    from eomgen.scene.document.schema import Document
 
 Element = TypeVar("Element", bound=ForceElement)
 

@@ -9,7 +9,7 @@ import contextlib
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -20,7 +20,6 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Vector
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
-from eomgen.scene.document.schema import Document
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.springs import Spring
 from eomgen.scene.forces.tyres import Tyre
@@ -30,6 +29,9 @@ from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Section
 from eomgen.system.description import BASE, WORLD, Point, Shape
 from eomgen.system.signals import Parameter
+
+if TYPE_CHECKING:
+    from eomgen.scene.document.schema import Document
 
 #: Lengths above this multiple of the scene's size are doubted.
 _FACTOR = 100.0

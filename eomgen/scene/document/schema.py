@@ -7,6 +7,7 @@ Checks of several keys together are in ``checks``; the tables of ``docs/scene.md
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from types import GenericAlias
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, create_model
@@ -137,20 +138,27 @@ def _rows(*data: object) -> tuple[Section, ...]:
 
 def _document(rows: tuple[Section, ...], mentioned: Iterable[str]) -> type[Document]:
     """Return the schema with the sections that are mentioned, or with all of them once several schemas were made."""
-    tables = dict.fromkeys(_OF_PARTS) | {row.key: row for row in rows}
-    wanted = frozenset(mentioned).intersection(tables)
+    keys = [*_OF_PARTS, *(row.key for row in rows)]
+    wanted = frozenset(mentioned).intersection(keys)
     if (rows, wanted) not in _MADE and len(_MADE) >= _MOST_MADE:
-        wanted = frozenset(tables)
+        wanted = frozenset(keys)
     if (rows, wanted) not in _MADE:
-        fields: dict[str, Any] = {}
-        for key, row in tables.items():
-            if row is not None and row not in OWN:
-                fields.setdefault("simulation", _SIMULATION)
-            if key in wanted:
-                schema = row.schema if row is not None else named(_OF_PARTS[key])
-                fields[key] = (schema | None, None) if row is not None and row.single else (dict[str, schema], {})
-        fields.setdefault("simulation", _SIMULATION)
+        parts = {key: _by_name(named(table)) for key, table in _OF_PARTS.items() if key in wanted}
+        own, further = (
+            {row.key: _field(row) for row in part if row.key in wanted} for part in (rows[: len(OWN)], rows[len(OWN) :])
+        )
+        fields: dict[str, Any] = {**parts, **own, "simulation": _SIMULATION, **further}
         made = create_model("Document", __base__=Document, __doc__=Document.__doc__, **fields)
         made.rows = rows
         _MADE[rows, wanted] = made
     return _MADE[rows, wanted]
+
+
+def _field(row: Section) -> tuple[Any, Any]:
+    """Return type and default of a section."""
+    return (row.schema | None, None) if row.single else _by_name(row.schema)
+
+
+def _by_name(entry: object) -> tuple[Any, Any]:
+    """Return type and default of entries by name."""
+    return GenericAlias(dict, (str, entry)), {}

@@ -445,7 +445,7 @@ def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
                     return []
                 model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
     if issubclass(model, Document):
-        return model.known_keys()
+        return list(model.known_keys())
     return [field.alias or name for name, field in model.model_fields.items()]
 
 

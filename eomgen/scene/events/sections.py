@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import key_of, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Symbol
 from eomgen.scene.events.model import Event
-from eomgen.scene.events.schema import Event as WrittenEvent
-from eomgen.scene.events.schema import Mode
 from eomgen.scene.formula.scope import EVERYTHING, Scope
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
@@ -20,6 +18,9 @@ from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
+
+if TYPE_CHECKING:
+    from eomgen.scene.events.schema import Event as WrittenEvent
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
@@ -171,13 +172,13 @@ class _Events(Section):
 
 MODES = _Modes(
     key="modes",
-    entry=Mode,
+    entry="eomgen.scene.events.schema:Mode",
     positional=("value",),
     documentation="Add a number that only events change, ``mode.name`` in formulas.",
 )
 EVENTS = _Events(
     key="events",
-    entry=WrittenEvent,
+    entry="eomgen.scene.events.schema:Event",
     scene_field="events",
     last=True,
     positional=("when",),

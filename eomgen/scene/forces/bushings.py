@@ -13,9 +13,9 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.joints.constraint_schema import Frame as FrameEntry
 from eomgen.scene.joints.frames import read_frame
 from eomgen.scene.joints.model import Frame
-from eomgen.scene.joints.schema import Frame as FrameEntry
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Rotations, SixBySix, Triple
 from eomgen.scene.reading.requirements import DAMPING, STIFFNESS

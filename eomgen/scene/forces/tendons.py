@@ -14,9 +14,9 @@ from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection, Site
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.joint_types import Need
+from eomgen.scene.joints.constraint_schema import Frame as FrameEntry
 from eomgen.scene.joints.frames import read_frame
 from eomgen.scene.joints.model import Frame
-from eomgen.scene.joints.schema import Frame as FrameEntry
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.requirements import above_zero, not_below_zero

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of
 from eomgen.formula.discontinuities import rough_curves
@@ -18,7 +19,6 @@ from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Application, Formula, Operat
 from eomgen.scene.design_poses import UnknownPoseError, size_of
 from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
-from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
 from eomgen.scene.joints.frames import check_two_bodies, read_frame
 from eomgen.scene.joints.model import (
@@ -32,6 +32,9 @@ from eomgen.scene.reading.formula_units import FACTOR, dimension_of_formula, dis
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.description import BASE, WORLD, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.joints import constraint_schema as written
 
 #: Keys of some types only, in the order of their checks.
 _CONSTRAINT_KEYS = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,9 +16,11 @@ from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.recording import law_and_rate
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints import schema as written
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.signals.curves import check_twice_differentiable
+
+if TYPE_CHECKING:
+    from eomgen.scene.joints import schema as written
 
 #: Remainder of the complex step for the rate of a value that is zero.
 _NOISE = 1e-50

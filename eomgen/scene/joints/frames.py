@@ -7,17 +7,20 @@ Two axes do not give the angle between two bodies. So if the angle matters, a fr
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import Need
-from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.model import Frame, Joint
 from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.rotations import frame_about, rows, sequence
 from eomgen.system.description import BASE, WORLD, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.joints import constraint_schema as written
 
 
 def read_frame(

@@ -5,12 +5,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of, shown
 from eomgen.formula.nodes import ZERO, Formula, Number
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.drives import driven_start, read_drives
 from eomgen.scene.joints.model import (
     ONSETS,
@@ -26,6 +26,10 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_orientation
 from eomgen.scene.rotations import frame_about, quaternion_of, rows
 from eomgen.system.description import BASE, WORLD, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.joints import schema as written
+    from eomgen.scene.joints.constraint_schema import Reaction as WrittenReaction
 
 Given = tuple[float | str | None, ...] | None
 
@@ -291,7 +295,7 @@ def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[f
 
 
 def read_reaction(
-    name: str, entry: written.Reaction, bodies: Collection[str], points: Mapping[str, Point], values: Values
+    name: str, entry: WrittenReaction, bodies: Collection[str], points: Mapping[str, Point], values: Values
 ) -> Reaction:
     """Return a reaction; faults go to the report of ``values``."""
     key, report, names = key_of("reactions", name), values.report, values.names

@@ -6,6 +6,7 @@ import hashlib
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -20,7 +21,6 @@ from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
-from eomgen.scene.signals import schema as written
 from eomgen.scene.signals.tables import (
     MOST_ROWS,
     TableError,
@@ -31,6 +31,9 @@ from eomgen.scene.signals.tables import (
     without_unit,
 )
 from eomgen.system.signals import RoadUnderWheel
+
+if TYPE_CHECKING:
+    from eomgen.scene.signals import schema as written
 
 #: Distance of neighbouring points of a spline, relative to the largest distance, below which the equations of the
 #: spline lose all digits.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
@@ -14,8 +14,10 @@ from eomgen.scene.formula.scope import LOAD
 from eomgen.scene.reading.formula_units import dimension_of_formula
 from eomgen.scene.reading.kinds import Value
 from eomgen.scene.reading.values import Values
-from eomgen.scene.signals.schema import State as WrittenState
 from eomgen.system.signals import Sampling, State
+
+if TYPE_CHECKING:
+    from eomgen.scene.signals.schema import State as WrittenState
 
 #: Deviation of a delay from a whole number of samples, as a part of a period, up to which the delay counts as whole.
 _WHOLE = 1e-9

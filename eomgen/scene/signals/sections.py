@@ -6,8 +6,8 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import NAME_LENGTH, key_of, shown
 from eomgen.base.random_inputs import Harmonic
@@ -40,13 +40,15 @@ from eomgen.scene.reading.formula_units import (
 )
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.scene.section import Entries, Reading, Section, UnusedEntries
-from eomgen.scene.signals import schema
+from eomgen.scene.section import Entries, Reading, Section, SectionFormulas, UnusedEntries
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.tables import note_of_label
 from eomgen.system.motions import Motion, motion_parameters
 from eomgen.system.signals import Definition, Input, Output, Parameter, State
+
+if TYPE_CHECKING:
+    from eomgen.scene.signals import schema
 
 
 def unit_of_formulas(formulas: Sequence[Formula], names: SceneNames) -> str:
@@ -162,11 +164,9 @@ _UNITS = {
 }
 
 
-#: From the key, the kind and the entry of an output of sections to the components.
-Sections = Callable[[str, str, schema.Output], tuple[Formula, ...]]
-
-
-def _formulas(key: str, kind: str, output: schema.Output, sections: Sections, values: Values) -> tuple[Formula, ...]:
+def _formulas(
+    key: str, kind: str, output: schema.Output, sections: SectionFormulas, values: Values
+) -> tuple[Formula, ...]:
     """Return the formulas of the components of an output of a kind."""
     if output.formula is not None:
         if not output.formula:
@@ -188,7 +188,7 @@ def _formulas(key: str, kind: str, output: schema.Output, sections: Sections, va
     return tuple(Symbol(kind, name, index) for index in range(3))
 
 
-def read_output(name: str, output: schema.Output, sections: Sections, values: Values) -> Output:
+def read_output(name: str, output: schema.Output, sections: SectionFormulas, values: Values) -> Output:
     """Return an output; by default in the unit of its kind."""
     key = key_of("outputs", name)
     kinds = (*_UNITS, "formula", "energy")
@@ -375,7 +375,7 @@ class _Outputs(Section):
 
 PARAMETERS = _Parameters(
     key="parameters",
-    entry=schema.Parameter,
+    entry="eomgen.scene.signals.schema:Parameter",
     bare="a parameter",
     always=True,
     positional=("value",),
@@ -384,7 +384,7 @@ PARAMETERS = _Parameters(
 )
 CURVES = _Curves(
     key="curves",
-    entry=schema.Curve,
+    entry="eomgen.scene.signals.schema:Curve",
     bare="a curve",
     after=("parameters",),
     always=True,
@@ -394,7 +394,7 @@ CURVES = _Curves(
 )
 DEFINITIONS = _Definitions(
     key="definitions",
-    entry=schema.Definition,
+    entry="eomgen.scene.signals.schema:Definition",
     bare="a definition",
     after=("curves", "random", "waves"),
     positional=("formula",),
@@ -403,7 +403,7 @@ DEFINITIONS = _Definitions(
 )
 INPUTS = _Inputs(
     key="inputs",
-    entry=schema.Input,
+    entry="eomgen.scene.signals.schema:Input",
     bare="an input",
     after=("constraints",),
     always=True,
@@ -416,7 +416,7 @@ INPUTS = _Inputs(
 )
 STATES = _States(
     key="states",
-    entry=schema.State,
+    entry="eomgen.scene.signals.schema:State",
     scene_field="states",
     bare="a state",
     after=("inputs",),
@@ -428,7 +428,7 @@ STATES = _States(
 )
 OUTPUTS = _Outputs(
     key="outputs",
-    entry=schema.Output,
+    entry="eomgen.scene.signals.schema:Output",
     scene_field="outputs",
     after=("events",),
     last=True,

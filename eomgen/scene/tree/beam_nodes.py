@@ -11,19 +11,21 @@ import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from eomgen.base.messages import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.bodies.model import AT_END
-from eomgen.scene.joints import schema as written
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import AttachByKey, Reading, in_reading_order
-from eomgen.scene.signals.schema import Output
 from eomgen.system.description import BASE, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.joints import schema as written
+    from eomgen.scene.signals.schema import Output
 
 AnyPoint = TypeVar("AnyPoint", bound=Point)
 

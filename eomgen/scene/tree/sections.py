@@ -8,18 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Number
-from eomgen.scene.bodies import schema as bodies
-from eomgen.scene.bodies.beam_reading import read_beam
-from eomgen.scene.bodies.beam_schema import Beam
-from eomgen.scene.bodies.cosserat import Cosserat
-from eomgen.scene.bodies.cosserat_reading import check_keys, is_exact, read_cosserat
+from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.bodies.reading import placed_body, read_base, read_body, read_body_frame, read_point
 from eomgen.scene.design_poses import DesignPoses, FramePlacement
@@ -28,7 +24,6 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import Inertia, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joint_types import is_own
-from eomgen.scene.joints import schema as joints
 from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
 from eomgen.scene.joints.model import Constraint, Joint, Reaction
 from eomgen.scene.joints.moved_inertia import check_motion
@@ -50,6 +45,12 @@ from eomgen.scene.tree.beam_nodes import (
 )
 from eomgen.system.description import BASE as BASE_NAME
 from eomgen.system.description import WORLD, FixedFrame, Point
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies import schema as bodies
+    from eomgen.scene.bodies.beam_schema import Beam
+    from eomgen.scene.joints import constraint_schema as constraints
+    from eomgen.scene.joints import schema as joints
 
 
 def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
@@ -132,17 +133,23 @@ class _Beams(Section):
         return _reserved(name)
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        exact = (name for name, beam in reading.document.section("beams").items() if is_exact(beam))
+        exact = (name for name, beam in reading.document.section("beams").items() if beam.model in CONSTRAINED)
         return {"beams": dict.fromkeys(reading.names_in("beams"), 0), "exact_beams": tuple(exact)}
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         values = reading.values
         entries: Mapping[str, Beam] = reading.document.section("beams")
-        for name, beam in entries.items():
-            check_keys(name, beam, values)
-        stations = stations_of(reading.names.exact_beams, reading)
-        exact = {name: read_cosserat(name, entries[name], values, places) for name, places in stations.items()}
-        flexible = {name: read_beam(name, beam, values) for name, beam in entries.items() if name not in exact}
+        exact: dict[str, Cosserat] = {}
+        flexible: dict[str, Body] = {}
+        if entries:
+            from eomgen.scene.bodies.beam_reading import read_beam  # noqa: PLC0415  # most scenes have no beams
+            from eomgen.scene.bodies.cosserat_reading import check_keys, read_cosserat  # noqa: PLC0415
+
+            for name, beam in entries.items():
+                check_keys(name, beam, values)
+            stations = stations_of(reading.names.exact_beams, reading)
+            exact |= {name: read_cosserat(name, entries[name], values, places) for name, places in stations.items()}
+            flexible |= {name: read_beam(name, beam, values) for name, beam in entries.items() if name not in exact}
         reading.tables["beams"] |= {name: body.beam.size for name, body in flexible.items() if body.beam is not None}
         nodes = {node.name: node for beam in exact.values() for node in beam.bodies()}
         reading.items["bodies"] = {**reading.items["bodies"], **flexible, **nodes}
@@ -280,7 +287,7 @@ class _Constraints(Section):
             return f"the name {name} is both a joint and a constraint", "another name for one of them"
         return "", ""
 
-    def read_entry(self, name: str, entry: joints.Constraint, reading: Reading) -> Constraint:
+    def read_entry(self, name: str, entry: constraints.Constraint, reading: Reading) -> Constraint:
         read = read_constraint(name, entry, reading.bodies, reading.items["points"], reading.values)
         return attached_constraint(read, reading.attach)
 
@@ -293,7 +300,7 @@ class _Constraints(Section):
 
 
 class _Reactions(Section):
-    def read_entry(self, name: str, entry: joints.Reaction, reading: Reading) -> Reaction:
+    def read_entry(self, name: str, entry: constraints.Reaction, reading: Reading) -> Reaction:
         return read_reaction(name, entry, reading.bodies, reading.items["points"], reading.values)
 
 
@@ -311,7 +318,7 @@ class _Base(Section):
 
 BASE = _Base(
     key="base",
-    entry=bodies.Base,
+    entry="eomgen.scene.bodies.schema:Base",
     single=True,
     after=("outputs",),
     last=True,
@@ -323,7 +330,7 @@ BASE = _Base(
 )
 BODIES = _Bodies(
     key="bodies",
-    entry=bodies.Body,
+    entry="eomgen.scene.bodies.schema:Body",
     singular="body",
     after=("curves",),
     always=True,
@@ -336,7 +343,7 @@ BODIES = _Bodies(
 )
 BEAMS = _Beams(
     key="beams",
-    entry=Beam,
+    entry="eomgen.scene.bodies.beam_schema:Beam",
     after=("bodies",),
     always=True,
     positional=("length",),
@@ -347,7 +354,7 @@ BEAMS = _Beams(
 )
 JOINTS = _Joints(
     key="joints",
-    entry=joints.Joint,
+    entry="eomgen.scene.joints.schema:Joint",
     after=("beams",),
     attached=True,
     always=True,
@@ -360,7 +367,7 @@ JOINTS = _Joints(
 )
 CONSTRAINTS = _Constraints(
     key="constraints",
-    entry=joints.Constraint,
+    entry="eomgen.scene.joints.constraint_schema:Constraint",
     scene_field="constraints",
     after=("frames",),
     attached=True,
@@ -376,7 +383,7 @@ CONSTRAINTS = _Constraints(
 )
 REACTIONS = _Reactions(
     key="reactions",
-    entry=joints.Reaction,
+    entry="eomgen.scene.joints.constraint_schema:Reaction",
     scene_field="reactions",
     after=("base",),
     last=True,
@@ -384,7 +391,7 @@ REACTIONS = _Reactions(
 )
 POINTS = _Points(
     key="points",
-    entry=bodies.Point,
+    entry="eomgen.scene.bodies.schema:Point",
     scene_field="points",
     after=("joints",),
     attached=True,
@@ -395,7 +402,7 @@ POINTS = _Points(
 )
 FRAMES = _Frames(
     key="frames",
-    entry=bodies.BodyFrame,
+    entry="eomgen.scene.bodies.schema:BodyFrame",
     scene_field="frames",
     after=("points",),
     attached=True,

@@ -4,6 +4,7 @@ g, quantiles."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,12 +36,14 @@ from eomgen.products.reliability.random_processes import (
     quantile_map,
     underlying,
 )
-from eomgen.products.reliability.section import schema as written
 from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.schema import Shape
 from eomgen.system.signals import NormalSeries
+
+if TYPE_CHECKING:
+    from eomgen.products.reliability.section import schema as written
 
 
 @dataclass(frozen=True)

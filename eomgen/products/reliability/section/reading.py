@@ -475,7 +475,7 @@ class _Random(Section):
 RANDOM = _Random(
     key="random",
     behind="inputs",
-    entry=written.RandomProcess,
+    entry="eomgen.products.reliability.section.schema:RandomProcess",
     scene_field="inputs",
     bare="a random process",
     after=("curves",),

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -16,7 +16,6 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Operation, Vector, quantity_of
 from eomgen.products.waves.formula.fields import ELEVATION, SLOPE, WaveField
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
-from eomgen.products.waves.section.schema import SeaWaves
 from eomgen.scene.bodies.model import Base
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import AddedKey, Table, key, optional
@@ -24,6 +23,9 @@ from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import Rotation
 from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault_of_variables
+
+if TYPE_CHECKING:
+    from eomgen.products.waves.section.schema import SeaWaves
 
 #: Share of gravity across z from which on water is not level.
 _LEVEL = 1e-9
@@ -99,7 +101,7 @@ class _Waves(Section):
 WAVES = _Waves(
     key="waves",
     behind="random",
-    entry=SeaWaves,
+    entry="eomgen.products.waves.section.schema:SeaWaves",
     method="waves",
     bounds={"spectrum.height": (lambda height: np.less_equal(height, 0.0), "the height {0} is not positive", "3")},
     after=("random",),

@@ -1,0 +1,113 @@
+"""Schema of frames, of constraints that close loops, and of the points and axes of reactions."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+from pydantic import model_validator
+
+from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, TIME, VELOCITIES
+from eomgen.scene.joint_types import CONSTRAINTS, DRIVE_UNITS, ConstraintType
+from eomgen.scene.joints import model as constraint_model
+from eomgen.scene.joints.model import EquationUnit, Shape
+from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, of_parameters, optional
+from eomgen.scene.reading.kinds import Rotations, Triple, Value
+
+
+class Frame(Table):
+    """A frame that a constraint or a bushing holds: a point's name, or a table."""
+
+    short: ClassVar[str] = "point"
+
+    body: str | None = optional("body of the frame", refers="bodies", kind="body or `base`")
+    point: str | None = optional("the same, by a point's name", refers="points")
+    position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
+    rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
+    axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
+    x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
+    given_in: str | None = given_in(
+        "frame in which position and axes are given, at the [design position](conventions.md#design-position)"
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_point(cls, data: object) -> object:
+        return {"point": data} if isinstance(data, str) else data
+
+
+class Reaction(Table):
+    """Point and axes in which the reaction of a joint or a constraint is expressed."""
+
+    joint: str | None = optional("joint of the reaction, which its parent exerts on its child", refers="joints")
+    constraint: str | None = optional(
+        "constraint of the reaction, which the body of `first` exerts on the body of `second`", refers="constraints"
+    )
+    point: str | None = optional(
+        "about which the moment is taken",
+        refers="points",
+        shown_default="the origin of the child's frame, or of the frame `second`",
+    )
+    axes: str = key("whose axes the components are in", "world", refers="bodies", kind="body, `base` or `world`")
+
+
+class Constraint(Table):
+    """A constraint between two frames, which closes a loop, or an equation of coordinates and points."""
+
+    type: ConstraintType = key("relative motion that it allows", kind="see below")
+    first: Frame | None = optional(
+        "a frame in one body", kind="frame, below", shown_default="required, but for `formula`"
+    )
+    second: Frame | None = optional(
+        "a frame in another, that can move against the first",
+        kind="frame, below",
+        shown_default="required, but for `formula`",
+    )
+    drive: Value | None = optional(
+        "prescribes the angle of `revolute`, or the travel of `prismatic` and `cylindrical`",
+        unit={name: DRIVE_UNITS[row.drive] for name, row in CONSTRAINTS.items() if row.drive},
+        names=TIME,
+    )
+    length: Value | None = optional(
+        "of `distance`, between the origins; a formula of time prescribes it",
+        unit="m",
+        names=TIME,
+        shown_default="their distance at the [design position](conventions.md#design-position), with a note",
+    )
+    smooth: Value | None = of_fixed_parameters(
+        "of a drive, or of a length over time, as of [joints](joints.md#motion-laws-that-jump)",
+        unit="s",
+        shown_default="jumps are refused",
+    )
+    radius: Value | None = of_parameters(
+        "of the disc or sphere, or of the centre line of the torus",
+        unit="m",
+        shown_default="required for `rolling` and `sliding`, but for an ellipsoid",
+    )
+    shape: Shape | None = optional(
+        "for `rolling` and `sliding`", shown_default=f"`{constraint_model.Constraint.shape}`"
+    )
+    semi_axes: Triple | None = of_parameters(
+        "of an ellipsoid, along x, y and z of the second frame", unit="m", shown_default="required for `ellipsoid`"
+    )
+    tube_radius: Value | None = of_parameters("of the tube of a torus", unit="m", shown_default="required for `torus`")
+    surface: Value | None = optional(
+        "of `rolling` and `sliding`: the height over the plane of the first frame",
+        unit="m",
+        names=BETWEEN_FRAMES,
+        kind="value of x, y and parameters",
+        shown_default="the plane",
+    )
+    pitch: Value | None = of_parameters("travel per radian", unit="m/rad", shown_default="required for `helical`")
+    equation: Value | None = optional(
+        "of a `formula`: 0 on the constraint",
+        names=POSITIONS,
+        kind="value of coordinates, positions and time, or of x, y, z between two frames",
+    )
+    velocity_equation: Value | None = optional(
+        "of a `formula`: the same, linear in velocities",
+        names=VELOCITIES,
+        kind="value of velocities, coordinates, positions and time",
+    )
+    unit: EquationUnit | None = optional(
+        "of a `formula`: of its value", shown_default="known of a sum of coordinates, positions and others"
+    )
