@@ -47,6 +47,22 @@ class Product:
     needs: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class LateRow:
+    """A row of a register that is imported only if it is asked for.
+
+    Attributes
+    ----------
+    key : name of the row
+    target : ``module:name`` of the row itself
+    behind : name of the row before it
+    """
+
+    key: str
+    target: str
+    behind: str = ""
+
+
 @cache
 def products() -> dict[str, Product]:
     """Return the products by name, in alphabetical order; a product that needs an absent one is left out."""

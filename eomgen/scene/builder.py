@@ -22,7 +22,7 @@ from eomgen.scene.builder_methods import (
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import GRAVITY, Scene
 from eomgen.scene.section import Section
-from eomgen.scene.sections import OWN, others
+from eomgen.scene.sections import others, own_sections
 
 if TYPE_CHECKING:
     from eomgen.scene.builder_keys import IncludeKeys, SectionMethods, SimulationKeys
@@ -49,7 +49,7 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
 
 def _with_sections(kind: type[SceneBuilder]) -> type[SceneBuilder]:
     """Add a method for each section of the register."""
-    for row in OWN:
+    for row in own_sections():
         setattr(kind, row.method_name, _method(row))
     return kind
 

@@ -16,7 +16,7 @@ from eomgen.base.data import dataclass, field, fields
 from eomgen.base.messages import NAME_LENGTH
 from eomgen.base.products import named
 from eomgen.formula.nodes import Formula, Vector
-from eomgen.scene.formula.scope import SceneNames
+from eomgen.scene.formula.scope import ElementQuantity, SceneNames
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import Bound, Row
 from eomgen.scene.reading.values import Values
@@ -74,7 +74,6 @@ class Section:
     documentation : of the builder's method; by default derived from the documentation of ``entry``
     bare : noun of an entry, ``a parameter``, if formulas refer to entries by name alone
     single : whether the section is one table in place of entries by name
-    behind : key of the preceding section on the reference page, for a force element or a product's row
     after : sections that are read before this section; the order of reading is the order of messages and requirements,
         too
     before : sections, unknown to a product, that are read after this section
@@ -94,7 +93,6 @@ class Section:
     documentation: str = ""
     bare: str = ""
     single: bool = False
-    behind: str = ""
     after: tuple[str, ...] = ()
     before: tuple[str, ...] = ()
     last: bool = False
@@ -329,6 +327,8 @@ class Reading:
         Bounds of single values, by key.
     units : mapping
         Units of the values of formulas, by key.
+    offered : mapping
+        Quantities of force elements for formulas, with their kinds in scopes, by section.
 
     Attributes
     ----------
@@ -353,6 +353,7 @@ class Reading:
         judged: Collection[str],
         bounds: Mapping[str, Row],
         units: Mapping[str, str],
+        offered: Mapping[str, Mapping[str, str]],
     ) -> None:
         self.document = document
         self.refused = refused
@@ -376,6 +377,11 @@ class Reading:
         self.tables: dict[str, Any] = {
             "parameters": tunable | dict.fromkeys(sorted(refused["parameters"]), False),
             "labels": labels | {item.name: item.unit for item in self.parameters},
+            "offered": {
+                kind: ElementQuantity(key, scope, self.names_in(key))
+                for key, scopes in offered.items()
+                for kind, scope in scopes.items()
+            },
         }
         for row in rows:
             join(self.tables, row.names(self))

@@ -3,15 +3,16 @@ add rows."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from typing import cast
 
 from eomgen.base.extensions import broken, extensions, loaded
-from eomgen.base.products import placed, rows_of
+from eomgen.base.products import LateRow, named, placed, rows_of
 from eomgen.scene.bodies.shapes import SHAPES
 from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
 from eomgen.scene.events.sections import EVENTS, MODES
-from eomgen.scene.forces.register import ELEMENTS
+from eomgen.scene.forces.register import ELEMENTS, LateElement
 from eomgen.scene.reading.requirements import BOUNDS, Row, bounds
 from eomgen.scene.section import Section
 from eomgen.scene.signals.sections import CURVES, DEFINITIONS, INPUTS, OUTPUTS, PARAMETERS, STATES
@@ -20,7 +21,7 @@ from eomgen.scene.tree.sections import BASE, BEAMS, BODIES, CONSTRAINTS, FRAMES,
 #: The group of entry points for sections of other distributions: objects of the class ``Section``, each under the key
 #: of the section.
 GROUP = "eomgen.sections"
-_CORE: tuple[Section, ...] = (
+_CORE: tuple[Section | LateRow, ...] = (
     PARAMETERS,
     CURVES,
     DEFINITIONS,
@@ -42,8 +43,12 @@ _CORE: tuple[Section, ...] = (
     EVENTS,
     SHAPES,
 )
-#: Sections of the core and of the installed products.
-OWN = placed(_CORE, rows_of(GROUP, Section), lambda row: row.key, lambda row: row.behind)
+#: Sections of the core and of the installed products; rows of some are imported for scenes that have the section.
+_ROWS = placed(_CORE, rows_of(GROUP, LateRow), lambda row: row.key, lambda row: getattr(row, "behind", ""))
+#: Keys of these sections, in order.
+KEYS = tuple(row.key for row in _ROWS)
+#: Quantities of force elements for formulas, by section.
+OFFERED: Mapping[str, Mapping[str, str]] = {row.key: row.offers for row in _ROWS if isinstance(row, LateElement)}
 
 
 @cache
@@ -60,20 +65,32 @@ def others() -> dict[str, Section]:
         row = loaded(entry, Section)
         if row.key != entry.name or row.single:
             raise broken(entry, f"is the section [{row.key}]")
-        if row.key in rows or any(row.key == own.key for own in OWN):
+        if row.key in rows or row.key in KEYS:
             raise broken(entry, "is a section that there is already")
         rows[row.key] = row
     return rows
 
 
 def sections_for(keys: Iterable[str]) -> tuple[Section, ...]:
-    """Return eomgen's own sections, and the sections of other distributions whose keys are among ``keys``.
+    """Return the sections that files with some keys need: all that are no late rows, late ones with these keys, and
+    sections of other distributions with these keys.
 
     Entry points are looked for only if a key is none of eomgen's own sections.
     """
-    own = {row.key for row in OWN}
-    wanted = [key for key in keys if key not in own]
-    return (*OWN, *(row for key, row in others().items() if key in wanted)) if wanted else OWN
+    wanted = frozenset(keys)
+    own, further = _own(wanted.intersection(KEYS)), wanted.difference(KEYS)
+    return (*own, *(row for key, row in others().items() if key in further)) if further else own
+
+
+def own_sections() -> tuple[Section, ...]:
+    """Return all sections of the core and of the installed products."""
+    return _own(frozenset(KEYS))
+
+
+@cache
+def _own(wanted: frozenset[str]) -> tuple[Section, ...]:
+    rows = (row for row in _ROWS if not isinstance(row, LateRow) or row.key in wanted)
+    return tuple(cast("Section", named(row.target)) if isinstance(row, LateRow) else row for row in rows)
 
 
 @cache

@@ -19,13 +19,15 @@ from eomgen.formula.words import FUNCTIONS
 from eomgen.integrators.families.register import method_names
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.reference import schema
-from eomgen.scene.document.schema import SECTIONS
+from eomgen.scene.document.schema import section_keys
 from eomgen.scene.formula.scope import ENERGIES
 from eomgen.scene.load import from_data, load_toml
 from tests.docs.parts import PAGES as IN_PARTS
 from tests.docs.parts import parts, sections, whole
 from tests.models.cache import shared_cache
 from tests.test_doors import DOORS
+
+SECTIONS = section_keys()
 
 __all__ = ["shared_cache"]
 

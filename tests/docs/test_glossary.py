@@ -14,9 +14,11 @@ import eomgen
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
 from eomgen.scene.document.reference import schema
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import every_document
 from eomgen.system.terms import TERMS
 from tests.docs.test_docs import PAGES, words_of
+
+DOCUMENT = every_document()
 
 COLUMNS = ["term", "symbol", "meaning", "unit", "in other tools", "in eomgen"]
 PAGE = PAGES["glossary.md"] + PAGES["glossary_of_methods.md"]
@@ -72,7 +74,7 @@ def is_in_scene_files(place: str) -> bool:
 
 
 EXISTS: dict[str, Callable[[str], bool]] = {
-    "key": lambda name: name in Document.model_fields,
+    "key": lambda name: name in DOCUMENT.model_fields,
     "term": lambda name: name in TERMS,
     "method": lambda name: name in method_names(),
 }

@@ -10,11 +10,14 @@ from pathlib import Path
 import pytest
 
 from eomgen.scene.document.reference import COMMAND, described, renewed, table, tables
-from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, every_unit, key, meaning_of
 from eomgen.scene.reading.kinds import Triple, Value
 from tests.docs.parts import DOCS, whole
+
+DOCUMENT = every_document()
+SECTIONS = section_keys()
 
 
 def test_the_tables_on_the_pages_are_those_of_the_schema() -> None:
@@ -37,7 +40,7 @@ def test_every_key_says_what_it_means() -> None:
         for name, model in tables().items()
         for field_name, field in model.model_fields.items()
         if field.description is None
-        and not (model is Document and field_name in (*SECTIONS, "include", "repeat", "base", "simulation"))
+        and not (model is DOCUMENT and field_name in (*SECTIONS, "include", "repeat", "base", "simulation"))
     ]
     assert silent == []
 

@@ -18,10 +18,12 @@ from eomgen.formula.units.conversion import measure
 from eomgen.formula.units.parser import read_unit
 from eomgen.integrators.stepper_layout import row_layout
 from eomgen.pipeline.model import Model
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import every_document
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
 from eomgen.simulation.stepping.settings import chosen_method, stepper_settings
 from eomgen.simulation.stepping.stepper import Stepper
+
+DOCUMENT = every_document()
 
 Array = NDArray[np.float64]
 Data = Mapping[str, Any]
@@ -81,7 +83,7 @@ def in_units(document: Data) -> dict[str, Any]:
     that names one of the units is taken as it is, and initial states, which take no tunable parameters, stay what they
     are. Defaults with a unit (gravity, onsets) have to be written.
     """
-    result = _table(Document, document, None, document.get("joints", {}))
+    result = _table(DOCUMENT, document, None, document.get("joints", {}))
     units = {name: {"value": 1.0, "tunable": True} for name in _BASES.values()}
     return result | {"parameters": {**document.get("parameters", {}), **units}}
 

@@ -9,10 +9,13 @@ from collections.abc import Iterator
 from functools import cache
 from typing import Any
 
-from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, fields_of
 from eomgen.scene.sections import OWN, bounds_of
+
+DOCUMENT = every_document()
+SECTIONS = section_keys()
 
 Path = tuple[str | int, ...]
 
@@ -371,7 +374,7 @@ SCENE: dict[str, Any] = {
 }
 
 
-def parameter_keys(model: type[Table] = Document, before: str = "") -> Iterator[str]:
+def parameter_keys(model: type[Table] = DOCUMENT, before: str = "") -> Iterator[str]:
     """Yield every key of the schema whose value formulas of parameters give, without names of entries."""
     for name, (meaning, inner) in fields_of(model).items():
         key = f"{before}.{name}" if before else name

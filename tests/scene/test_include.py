@@ -23,7 +23,7 @@ import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.document.schema import SECTIONS, Document
+from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import SceneNames
 from eomgen.scene.joints.model import Mimic
 from eomgen.scene.load import from_data, load, load_toml
@@ -32,6 +32,9 @@ from eomgen.scene.scene import Scene
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
 from tests.scene.test_urdf import FILES, ROBOTS
+
+DOCUMENT = every_document()
+SECTIONS = section_keys()
 
 __all__ = ["shared_cache"]
 
@@ -846,7 +849,7 @@ def test_every_key_that_names_an_entry_says_so() -> None:
     """A name that is not renamed would point out of an included file."""
     silent = [
         f"{name}.{key}: key(..., refers=...) of schema_key, or a place in _PLAIN"
-        for name, model in tables_of(Document).items()
+        for name, model in tables_of(DOCUMENT).items()
         for key, (meaning, inner) in fields_of(model).items()
         if inner is None
         and not (meaning.refers or meaning.unit or meaning.names or key in _PLAIN or key.endswith("_unit"))

@@ -13,10 +13,12 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.scene.builder import SceneBuilder
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import every_document
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.key_metadata import inner_table
 from tests.builder_keys import COMMAND, stub
+
+DOCUMENT = every_document()
 
 TEXT = """
 format = 1
@@ -166,7 +168,7 @@ METHODS = {"bodies": "body", "waves": "waves", "include": "include", "simulation
     ("section", "table"),
     [
         (name, found.model)
-        for name, field in Document.model_fields.items()
+        for name, field in DOCUMENT.model_fields.items()
         if (found := inner_table(field.annotation)) is not None and name != "repeat"  # in Python a loop does it
     ],
     ids=lambda value: value if isinstance(value, str) else "",

@@ -21,13 +21,15 @@ from eomgen.formula.units.conversion import coherent, measure, to_si, to_unit
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import Dimension, UnitError, dimension_of, is_quantity, read_quantity, read_unit
 from eomgen.formula.units.table import NAMED, PREFIXES, UNITS, names
-from eomgen.scene.document.schema import Document
+from eomgen.scene.document.schema import every_document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.key_metadata import ANY_UNIT, fields_of, tables_of
 from eomgen.scene.reading.report import Report
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
+
+DOCUMENT = every_document()
 
 
 def value(text: str, unit: str) -> float:
@@ -423,7 +425,7 @@ def test_an_effort_has_the_unit_of_its_component(kind: str) -> None:
 def _keys() -> list[tuple[str, str, str, str]]:
     """Return (class, key, type, unit) for every key with a unit, for each type that it depends on."""
     found = []
-    for model in tables_of(Document).values():
+    for model in tables_of(DOCUMENT).values():
         for key, (meaning, _) in fields_of(model).items():
             by_type = meaning.unit if isinstance(meaning.unit, dict) else {"": meaning.unit}
             for kind, units in by_type.items():

@@ -198,7 +198,6 @@ def _refused(name: str, entry: LawEntry) -> FileLaw:
 LAWS = _Laws(
     key="laws",
     entry=LawEntry,
-    behind="maps",
     after=("parameters",),
     before=("inputs", "bodies", "definitions"),
     bounds={"parameters": None},

@@ -332,7 +332,6 @@ def _flat(name: str) -> Surface:
 MAPS = _Maps(
     key="maps",
     entry=Map,
-    behind="curves",
     after=("parameters",),
     before=("inputs", "bodies", "definitions"),
     documentation="""

@@ -1,6 +1,6 @@
 """Random processes of scenes, and distributions of responses to them: random vibration, tails, reliability."""
 
-from eomgen.base.products import Product
+from eomgen.base.products import LateRow, Product
 from eomgen.base.verbs import Verb
 
 __all__ = []
@@ -8,7 +8,7 @@ __all__ = []
 PRODUCT = Product(
     names={name: f"eomgen.products.reliability.vibration:{name}" for name in ("RandomVibration", "random_vibration")},
     rows={
-        "eomgen.sections": ("eomgen.products.reliability.section.reading:RANDOM",),
+        "eomgen.sections": (LateRow("random", "eomgen.products.reliability.section.reading:RANDOM", behind="inputs"),),
         "eomgen.info": ("eomgen.products.reliability.command:PROCESSES",),
         "eomgen.verbs": (
             Verb(

@@ -1,6 +1,6 @@
 """Ocean waves: spectra of seas, waves in scenes, and second-order motion of particles and surface."""
 
-from eomgen.base.products import Product
+from eomgen.base.products import LateRow, Product
 
 __all__ = []
 
@@ -8,8 +8,8 @@ PRODUCT = Product(
     modules={"waves": "eomgen.products.waves.second_order"},
     rows={
         "eomgen.sections": (
-            "eomgen.products.waves.section.sections:WAVES",
-            "eomgen.products.waves.hulls.section:SECTION",
+            LateRow("waves", "eomgen.products.waves.section.sections:WAVES", behind="random"),
+            LateRow("hulls", "eomgen.products.waves.hulls.section:SECTION", behind="efforts"),
         ),
         "eomgen.formula_words": tuple(
             f"eomgen.products.waves.formula.fields:{word}"

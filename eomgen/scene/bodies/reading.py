@@ -29,6 +29,7 @@ from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 
 if TYPE_CHECKING:
     from eomgen.scene.bodies import schema as written
+    from eomgen.scene.bodies.base_schema import Base as WrittenBase
 
 #: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
 _DRIFTS = 0.02
@@ -43,7 +44,7 @@ _UNIT = "m/s^2"
 _Inertia = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 
-def read_base(base: written.Base | None, values: Values, duration: float, units: Mapping[str, str]) -> Base | None:
+def read_base(base: WrittenBase | None, values: Values, duration: float, units: Mapping[str, str]) -> Base | None:
     """Return the motion of the base; formulas of its position and rotation must be twice differentiable.
 
     Parameters

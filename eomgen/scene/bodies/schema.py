@@ -1,37 +1,14 @@
-"""Schema of bodies, body-fixed points, and the base that carries the tree."""
+"""Schema of bodies, and of points and frames fixed in bodies."""
 
 from __future__ import annotations
 
 from typing import Literal
 
-from eomgen.scene.formula.scope import PARAMETERS, TIME
-from eomgen.scene.reading.key_metadata import Table, added_keys, given_in, key, optional
+from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.reading.key_metadata import Table, given_in, key, optional
 from eomgen.scene.reading.kinds import Inertia, Matrix, Rotations, Triple, Value
 
 _ORIGIN = (0.0, 0.0, 0.0)
-
-
-class Base(Table):
-    """The prescribed motion of the frame that carries the tree."""
-
-    position: Triple = key(
-        "of the base's origin, in world axes; z from the surface if it follows one", _ORIGIN, unit="m", names=TIME
-    )
-    acceleration: Triple | None = optional(
-        "of the origin, in world axes; its second integral from rest at t = 0 is added to `position`, see"
-        " [below](base.md#measured-accelerations)",
-        unit="m/s^2",
-        names=TIME,
-        shown_default="none",
-    )
-    drift: Literal["keep", "remove"] | None = optional(
-        "of the integral of `acceleration`: kept as it is, or removed by a straight line in a record's acceleration",
-        kind="`keep` or `remove`",
-        shown_default="`keep`, with a note",
-    )
-    rotation: Rotations = key("intrinsic rotations in order, after the surface's tilt", ())
-    __annotations__ |= {row.added: row.type for row in added_keys("base")}
-    locals().update({row.added: row.field for row in added_keys("base")})
 
 
 class Body(Table):

@@ -21,7 +21,6 @@ from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.control.sampled import read_sampled_controller, sampled_names
 from eomgen.scene.control.state_feedback import feedback_names, parameters_of, read_state_feedback
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.springs import SpringEntry
 from eomgen.scene.formula.scope import PARAMETERS, STATE
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
@@ -29,6 +28,7 @@ from eomgen.system.signals import Parameter, SampledController, State
 
 if TYPE_CHECKING:
     from eomgen.scene.control.schema import Controller as Written
+    from eomgen.scene.forces.springs import SpringEntry
 
 _LIMITS = ("minimum_damping", "maximum_damping", "width")
 

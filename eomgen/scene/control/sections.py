@@ -108,7 +108,7 @@ def _made(name: str, entry: Controller) -> list[tuple[str, str]]:
 
 def check_controllers(reading: Reading) -> None:
     """Report algebraic loops among controllers and tensions of springs."""
-    check_loops(reading.kept(Controllers).outputs, tuple(reading.items["springs"].values()), reading.values)
+    check_loops(reading.kept(Controllers).outputs, tuple(reading.items.get("springs", {}).values()), reading.values)
 
 
 class _References(Section):

@@ -21,7 +21,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.section import Reading, in_reading_order, join
-from eomgen.scene.sections import bounds_of
+from eomgen.scene.sections import OFFERED, bounds_of
 from eomgen.scene.signals.curves import digest
 from eomgen.system import description
 
@@ -52,7 +52,8 @@ def assemble(
     document = check_names(document, refused, report)
     bodies = data.get("bodies", ()) if inertias_checked else part.judged
     judged = {key_of("bodies", body, field) for body in bodies for field in ("mass", "inertia")}
-    reading = Reading(document, refused, data, document.rows, report, folder, judged, bounds_of(document.rows), units)
+    rows = document.rows
+    reading = Reading(document, refused, data, rows, report, folder, judged, bounds_of(rows), units, OFFERED)
     fields = _fields(reading, document, part.bound)
     report.raise_problems()
     return Scene(

@@ -22,8 +22,6 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.design_poses import UnknownPoseError
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.springs import Spring, TorsionSpring
-from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
@@ -34,6 +32,7 @@ from eomgen.system.description import BASE, Point
 if TYPE_CHECKING:
     from eomgen.scene.bodies.beam_schema import Section
     from eomgen.scene.document.schema import Document
+    from eomgen.scene.forces.tyres import Tyre
 
 #: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
 _SLENDEREST = 2.5e4
@@ -155,7 +154,7 @@ def _rigid_arms(
 
 def negative_laws(joints: Iterable[Joint], elements: Iterable[ForceElement], values: Values) -> list[str]:
     """Return a note on each joint and spring whose damping or stiffness is below zero at the default parameters."""
-    elements = [element for element in elements if isinstance(element, Spring | TorsionSpring)]
+    elements = [element for element in elements if element.section in ("springs", "torsion_springs")]
     dampings, stiffnesses = (
         [
             *((key_of("joints", joint.name), law) for joint in joints for law in joint.each(getattr(joint, field))),
@@ -196,8 +195,8 @@ def springs_without_laws(elements: Iterable[ForceElement], written: str) -> list
     return [
         f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
         for element in elements
-        if isinstance(element, Spring)
-        and element.stiffness == element.damping == element.force == ZERO
+        if element.section == "springs"
+        and all(getattr(element, field) == ZERO for field in ("stiffness", "damping", "force"))
         and not re.search(rf"(length|rate|tension)\.{re.escape(element.name)}\b", written)
     ]
 

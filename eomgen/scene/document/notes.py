@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, cached_property
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,16 +34,12 @@ from eomgen.scene.document.out_of_scale import (
     out_of_scale,
     size_of_scene,
 )
-from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading
 from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.scene.document.schema import Document
-
-Element = TypeVar("Element", bound=ForceElement)
 
 
 @dataclass(frozen=True)
@@ -71,9 +67,9 @@ class SceneFacts:
     def starts_in_equilibrium(self) -> bool:
         return self.document.simulation.start == "equilibrium"
 
-    def elements(self, kind: type[Element]) -> list[Element]:
-        """Return the force elements of one kind."""
-        return [element for element in self.scene["elements"] if isinstance(element, kind)]
+    def elements(self, section: str) -> list[Any]:
+        """Return the force elements of one section."""
+        return [element for element in self.scene["elements"] if element.section == section]
 
     @cached_property
     def size(self) -> float:
@@ -142,7 +138,7 @@ def _doubtful_beams(facts: SceneFacts) -> Iterable[str]:
 
 
 def _tyres_in_the_road(facts: SceneFacts) -> Iterable[str]:
-    tyres = facts.elements(Tyre)
+    tyres = facts.elements("tyres")
     return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
 
 

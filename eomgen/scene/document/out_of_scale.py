@@ -21,8 +21,6 @@ from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Vector
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
-from eomgen.scene.forces.springs import Spring
-from eomgen.scene.forces.tyres import Tyre
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
@@ -46,6 +44,8 @@ _HEAVIEST = 25_000.0
 _OF_A_BODY = 2
 #: Arms below this, m, give no scale of a scene.
 _SHORTEST = 1e-3
+#: Lengths of force elements, by section.
+_LENGTHS = {"springs": "length", "tyres": "radius"}
 
 
 class _Arm(NamedTuple):
@@ -62,7 +62,7 @@ def out_of_scale(
     joints: Iterable[Joint],
     points: Iterable[Point],
     frames: Collection[str],
-    elements: Iterable[object],
+    elements: Iterable[ForceElement],
     shaped: Collection[str],
     shapes: Iterable[Shape],
     values: Values,
@@ -103,7 +103,7 @@ def size_of_scene(
     joints: Iterable[Joint],
     points: Iterable[Point],
     frames: Collection[str],
-    elements: Iterable[object],
+    elements: Iterable[ForceElement],
     values: Values,
 ) -> float:
     """Return the largest length of the places in bodies, of beams and of initial travels, m; places that are far beyond
@@ -114,7 +114,9 @@ def size_of_scene(
     return _size([arm.length for arm in arms if arm not in far], bodies, joints, elements)
 
 
-def _size(near: Iterable[float], bodies: Iterable[Body], joints: Iterable[Joint], elements: Iterable[object]) -> float:
+def _size(
+    near: Iterable[float], bodies: Iterable[Body], joints: Iterable[Joint], elements: Iterable[ForceElement]
+) -> float:
     known = [*near, *(abs(travel) for joint in joints for travel in _travels(joint))]
     known += [body.beam.length for body in bodies if body.beam is not None]
     known += [element.beam.length for element in elements if isinstance(element, CosseratBeam)]
@@ -232,7 +234,7 @@ def _far(arms: Sequence[_Arm]) -> list[_Arm]:
 
 
 def _lengths(
-    bodies: Iterable[Body], elements: Iterable[object], shaped: Collection[str], values: Values
+    bodies: Iterable[Body], elements: Iterable[ForceElement], shaped: Collection[str], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
     for body in bodies:
         if body.node_of in shaped:
@@ -247,10 +249,8 @@ def _lengths(
                 yield key_of("bodies", body.name, "inertia"), "the radius of gyration", gyration, "kg m^2"
     lengths: list[tuple[str, str, str, Formula]] = []
     for element in elements:
-        if isinstance(element, Spring):
-            lengths.append(("springs", element.name, "length", element.length))
-        elif isinstance(element, Tyre):
-            lengths.append(("tyres", element.name, "radius", element.radius))
+        if field := _LENGTHS.get(element.section):
+            lengths.append((element.section, element.name, field, getattr(element, field)))
     for section, name, field, formula in lengths:
         yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
 

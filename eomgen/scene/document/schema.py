@@ -18,7 +18,7 @@ from eomgen.scene.reading.key_metadata import Table, key, optional, shown_power
 from eomgen.scene.reading.kinds import Description, Finite, Triple
 from eomgen.scene.scene import GRAVITY
 from eomgen.scene.section import Section
-from eomgen.scene.sections import OWN, others, sections_for
+from eomgen.scene.sections import KEYS, others, sections_for
 from eomgen.system.description import Simulation as Defaults
 from eomgen.system.terms import TERMS
 
@@ -75,8 +75,8 @@ _MOST_MADE = 4
 class Document(Table):
     """A scene file of eomgen; subclasses have the sections that a file mentions, whose schemas are imported then."""
 
-    #: All sections of the register, and sections of other distributions that the file mentions.
-    rows: ClassVar[tuple[Section, ...]] = OWN
+    #: Sections by which the file is read: of the register those that are no late rows, and all that the file mentions.
+    rows: ClassVar[tuple[Section, ...]] = ()
 
     format: Literal[1] = key("version of this format", kind="1")
     name: str = key("name of the scene and prefix of its C functions", kind="name")
@@ -97,8 +97,7 @@ class Document(Table):
     @classmethod
     def known_keys(cls) -> list[str]:
         """Return all keys that a file may have, the keys of sections too that are absent in this schema."""
-        own, further = ([row.key for row in rows] for rows in (OWN, cls.rows[len(OWN) :]))
-        return [*Document.model_fields, *_OF_PARTS, *own, "simulation", *further]
+        return [*Document.model_fields, *_OF_PARTS, *KEYS, "simulation", *_keys_of_others(cls.rows)]
 
     def section(self, name: str) -> Mapping[str, Any]:
         """Return the entries of a section; none of a section that is absent, or whose product is not installed."""
@@ -110,44 +109,47 @@ class Document(Table):
         return getattr(self, name, None)
 
 
-_OF_EVERY_FILE = (*Document.model_fields, *_OF_PARTS, "simulation")
+_OF_EVERY_FILE = frozenset([*Document.model_fields, *_OF_PARTS, "simulation"])
 
 
 def document_for(*data: object) -> type[Document]:
     """Return the schema of files with the sections that nested data mention, of eomgen and of other distributions."""
-    return _document(_rows(*data), [str(key) for part in data if isinstance(part, Mapping) for key in part])
+    return _document(_keys(data))
 
 
 def every_document() -> type[Document]:
     """Return the schema of files with the sections of all distributions that are installed."""
-    rows = sections_for(others())
-    return _document(rows, [*_OF_PARTS, *(row.key for row in rows)])
+    return _document(frozenset([*_OF_PARTS, *KEYS, *others()]))
 
 
 def section_keys(*data: object) -> tuple[str, ...]:
     """Return the keys of all sections that have entries by name, of eomgen and of other distributions that nested data
     mention."""
-    return tuple(row.key for row in _rows(*data) if not row.single)
+    rows = sections_for(_keys(data) - _OF_EVERY_FILE)
+    single = {row.key for row in rows if row.single}
+    return tuple(key for key in (*KEYS, *_keys_of_others(rows)) if key not in single)
 
 
-def _rows(*data: object) -> tuple[Section, ...]:
-    """Return eomgen's own sections, and sections of other distributions that nested data mention."""
-    keys = dict.fromkeys(str(key) for part in data if isinstance(part, Mapping) for key in part)
-    return sections_for(key for key in keys if key not in _OF_EVERY_FILE)
+def _keys(data: Iterable[object]) -> frozenset[str]:
+    return frozenset(str(key) for part in data if isinstance(part, Mapping) for key in part)
 
 
-def _document(rows: tuple[Section, ...], mentioned: Iterable[str]) -> type[Document]:
-    """Return the schema with the sections that are mentioned, or with all of them once several schemas were made."""
-    keys = [*_OF_PARTS, *(row.key for row in rows)]
-    wanted = frozenset(mentioned).intersection(keys)
+def _keys_of_others(rows: Iterable[Section]) -> list[str]:
+    return [row.key for row in rows if row.key not in KEYS]
+
+
+def _document(keys: frozenset[str]) -> type[Document]:
+    """Return the schema with the sections of some keys, or with all of eomgen's own once several schemas were made."""
+    rows = sections_for(keys - _OF_EVERY_FILE)
+    wanted = keys.intersection([*_OF_PARTS, *(row.key for row in rows)])
     if (rows, wanted) not in _MADE and len(_MADE) >= _MOST_MADE:
-        wanted = frozenset(keys)
+        rows = sections_for([*KEYS, *_keys_of_others(rows)])
+        wanted = frozenset([*_OF_PARTS, *(row.key for row in rows)])
     if (rows, wanted) not in _MADE:
         parts = {key: _by_name(named(table)) for key, table in _OF_PARTS.items() if key in wanted}
-        own, further = (
-            {row.key: _field(row) for row in part if row.key in wanted} for part in (rows[: len(OWN)], rows[len(OWN) :])
-        )
-        fields: dict[str, Any] = {**parts, **own, "simulation": _SIMULATION, **further}
+        sections = {row.key: _field(row) for row in rows if row.key in wanted}
+        further = {key: sections.pop(key) for key in _keys_of_others(rows)}
+        fields: dict[str, Any] = {**parts, **sections, "simulation": _SIMULATION, **further}
         made = create_model("Document", __base__=Document, __doc__=Document.__doc__, **fields)
         made.rows = rows
         _MADE[rows, wanted] = made

@@ -28,7 +28,6 @@ from eomgen.scene.joints.schema import Initial
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Column, Inner, KeyMetadata, Table, Units, fields_of
 from eomgen.scene.reading.kinds import FaultyText
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sections import OWN
 from eomgen.scene.signals.tables import MOST_ROWS
 
 
@@ -133,8 +132,9 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
     report : Report
         Takes quantities that cannot be converted.
     """
-    converter = _Converter(data, report)
-    return converter.table(document_for(data), "", data, None), converter.notes, converter.units
+    schema = document_for(data)
+    converter = _Converter(data, [row.key for row in schema.rows if row.bare], report)
+    return converter.table(schema, "", data, None), converter.notes, converter.units
 
 
 def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[str, Any], report: Report) -> Any:
@@ -144,7 +144,7 @@ def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[
 
 
 class _Converter:
-    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
+    def __init__(self, data: Mapping[str, Any], bare: Sequence[str], report: Report) -> None:
         self.report = report
         self.notes: list[str] = []
         self.units: dict[str, str] = {}
@@ -152,7 +152,6 @@ class _Converter:
         self.follows: tuple[str, ...] = ()  # keys below which a fault explains that a key has no unit
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
-        bare = [row.key for row in OWN if row.bare]
         entries = {str(name): entry for section in bare for name, entry in sections.get(section, {}).items()}
         self.known = set(entries)
         self.parameters = frozenset(sections.get("parameters", {}))

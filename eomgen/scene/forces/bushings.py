@@ -142,7 +142,6 @@ _BOUNDS = {"stiffness": STIFFNESS, "rotational_stiffness": STIFFNESS, "damping":
 _ANY = ("first.position", "second.position", "rest", "preload", "rotational_preload")
 SECTION = ElementSection(
     key="bushings",
-    behind="torsion_springs",
     entry=BushingEntry,
     model=Bushing,
     reader=read_bushing,

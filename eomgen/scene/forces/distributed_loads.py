@@ -170,7 +170,6 @@ def _weights(beam: Cosserat, profile: Sequence[float]) -> list[tuple[float, floa
 
 SECTION = ElementSection(
     key="distributed_loads",
-    behind="forces",
     entry=DistributedLoadEntry,
     model=DistributedLoad,
     reader=read_distributed_load,

@@ -48,7 +48,6 @@ class ElementSection(Section):
     model: type[ForceElement]
     reader: Callable[[str, Any, Site], ForceElement]
     offers: Mapping[str, str] = field(default_factory=dict)
-    behind: str = "efforts"
     after: tuple[str, ...] = ("controllers",)
     attached: bool = True
     scene_field: str = "elements"

@@ -95,7 +95,6 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
 
 SECTION = ElementSection(
     key="forces",
-    behind="tyres",
     entry=ForceEntry,
     model=Force,
     reader=read_force,
@@ -151,7 +150,6 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
 
 EFFORT_SECTION = ElementSection(
     key="efforts",
-    behind="distributed_loads",
     entry=EffortEntry,
     model=Effort,
     reader=read_effort,

@@ -1,26 +1,38 @@
-"""The register of force elements: the rows of all modules of this folder, in the order of the sections in a file.
-
-A module that is added needs no line here: its row stands after the section that it names, by default the efforts.
-"""
+"""The register of force elements, in the order of the sections in a file; a row is imported for scenes that have such
+elements."""
 
 from __future__ import annotations
 
-from importlib import import_module
-from pathlib import Path
+from collections.abc import Mapping
 
-from eomgen.base.products import placed
-from eomgen.scene.forces import springs
-from eomgen.scene.forces.element_section import ElementSection
+from eomgen.base.data import dataclass, field
+from eomgen.base.products import LateRow
 
-
-def elements_of(package: str) -> tuple[ElementSection, ...]:
-    """Return the rows in the modules of a package: springs first, each other row after the section that it names."""
-    files = [file for folder in import_module(package).__path__ for file in Path(folder).glob("*.py")]
-    names = [f"{package}.{name}" for name in sorted(file.stem for file in files) if name != "__init__"]
-    modules = (import_module(name) for name in names if name != __name__)
-    rows = [row for module in modules for row in vars(module).values() if isinstance(row, ElementSection)]
-    others = [row for row in dict.fromkeys(rows) if row is not springs.SECTION]
-    return placed((springs.SECTION,), others, lambda row: row.key, lambda row: row.behind)
+_HERE = __name__.rpartition(".")[0]
 
 
-ELEMENTS = elements_of(__name__.rpartition(".")[0])
+@dataclass(frozen=True)
+class LateElement(LateRow):
+    """A section of force elements; ``offers`` as of its row, which formulas of scenes without elements ask for, too."""
+
+    offers: Mapping[str, str] = field(default_factory=dict)
+
+
+def _element(key: str, row: str, offers: Mapping[str, str] | None = None) -> LateElement:
+    return LateElement(key, f"{_HERE}.{row}", offers=offers or {})
+
+
+ELEMENTS = (
+    _element("springs", "springs:SECTION", {"length": "element", "rate": "element", "tension": "tension"}),
+    _element("torsion_springs", "springs:TORSION_SECTION"),
+    _element(
+        "tendons",
+        "tendons:SECTION",
+        {"path_length": "element", "path_rate": "element", "path_tension": "tension"},
+    ),
+    _element("bushings", "bushings:SECTION"),
+    _element("tyres", "tyres:SECTION", {"load": "element", "deflection": "element"}),
+    _element("forces", "forces:SECTION"),
+    _element("distributed_loads", "distributed_loads:SECTION"),
+    _element("efforts", "forces:EFFORT_SECTION"),
+)

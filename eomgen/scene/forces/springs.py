@@ -78,7 +78,6 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
 
 SECTION = ElementSection(
     key="springs",
-    behind="frames",
     entry=SpringEntry,
     model=Spring,
     reader=read_spring,
@@ -155,7 +154,6 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
 
 TORSION_SECTION = ElementSection(
     key="torsion_springs",
-    behind="springs",
     entry=TorsionSpringEntry,
     model=TorsionSpring,
     reader=read_torsion_spring,

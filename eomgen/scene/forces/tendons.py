@@ -176,7 +176,6 @@ def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap
 
 SECTION = ElementSection(
     key="tendons",
-    behind="torsion_springs",
     entry=TendonEntry,
     model=Tendon,
     reader=read_tendon,

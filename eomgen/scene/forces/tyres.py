@@ -183,7 +183,6 @@ _BOUNDS = {
 }
 SECTION = ElementSection(
     key="tyres",
-    behind="bushings",
     entry=TyreEntry,
     model=Tyre,
     reader=read_tyre,

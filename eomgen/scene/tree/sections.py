@@ -318,7 +318,7 @@ class _Base(Section):
 
 BASE = _Base(
     key="base",
-    entry="eomgen.scene.bodies.schema:Base",
+    entry="eomgen.scene.bodies.base_schema:Base",
     single=True,
     after=("outputs",),
     last=True,

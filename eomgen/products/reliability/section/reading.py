@@ -474,7 +474,6 @@ class _Random(Section):
 
 RANDOM = _Random(
     key="random",
-    behind="inputs",
     entry="eomgen.products.reliability.section.schema:RandomProcess",
     scene_field="inputs",
     bare="a random process",

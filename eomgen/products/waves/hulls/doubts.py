@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
-from eomgen.products.waves.hulls.section import Hull
 from eomgen.scene.document.notes import Note, SceneFacts
 from eomgen.scene.reading.values import Values
+
+if TYPE_CHECKING:
+    from eomgen.products.waves.hulls.section import Hull
 
 #: Of a liquid, kg/m^3, below which a number is one of other units.
 _LIGHTEST = 400.0
@@ -24,7 +27,7 @@ _APART = 4.0
 
 def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
     """Yield a note on each property of hulls that is hardly intended."""
-    for hull in facts.elements(Hull):
+    for hull in facts.elements("hulls"):
         for text in _doubts(hull, facts.places, facts.values):
             yield f"{key_of('hulls', hull.name)}: {text}"
 

@@ -135,7 +135,7 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
         check_reference(f"{key}.body", entry.body, site.bodies, "body", report)
     waves = None
     if entry.waves:
-        known = values.names.entries["waves"]
+        known = values.names.entries.get("waves", {})
         if check_reference(f"{key}.waves", entry.waves, known, "wave", report):
             waves = known[entry.waves]
         values.mentioned.add(("waves", entry.waves))
@@ -179,7 +179,6 @@ _BOUNDS = {
 }
 SECTION = ElementSection(
     key="hulls",
-    behind="efforts",
     entry=HullEntry,
     model=Hull,
     reader=read_hull,

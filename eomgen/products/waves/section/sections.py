@@ -100,7 +100,6 @@ class _Waves(Section):
 
 WAVES = _Waves(
     key="waves",
-    behind="random",
     entry="eomgen.products.waves.section.schema:SeaWaves",
     method="waves",
     bounds={"spectrum.height": (lambda height: np.less_equal(height, 0.0), "the height {0} is not positive", "3")},
