@@ -21,6 +21,7 @@ from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Vector
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
+from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
