@@ -10,7 +10,7 @@ from pathlib import Path
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.builder_methods import signature_of
 from eomgen.scene.section import Section
-from eomgen.scene.sections import OWN
+from eomgen.scene.sections import own_sections
 
 COMMAND = "python -m tests.builder_keys eomgen/scene/builder_keys.pyi"
 _HEAD = f'''"""Methods of SceneBuilder from the register of sections, and keys of other methods, for type checkers, by
@@ -32,7 +32,7 @@ def stub() -> str:
             if key.kind is inspect.Parameter.KEYWORD_ONLY:
                 text += f"    {key.name}: {key.annotation}\n"
     text += "\nclass SectionMethods:\n"
-    return text + "".join(_method(row) for row in OWN)
+    return text + "".join(_method(row) for row in own_sections())
 
 
 def _method(row: Section) -> str:

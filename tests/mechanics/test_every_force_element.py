@@ -21,13 +21,13 @@ from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
-from eomgen.scene.sections import OWN
+from eomgen.scene.sections import own_sections
 from tests.scene.every_value import LEVEL, SCENE, TILTED
 
 pytestmark = pytest.mark.slow
 
 #: Of the core and of products, in the order of the sections.
-ELEMENTS = [row for row in OWN if isinstance(row, ElementSection)]
+ELEMENTS = [row for row in own_sections() if isinstance(row, ElementSection)]
 EVERY = pytest.mark.parametrize("row", ELEMENTS, ids=lambda row: row.key)
 ENTRIES: dict[str, Any] = {"efforts": {"motor": {"joint": "hinge", "effort": "2 - 0.3 * v.hinge"}}, **SCENE}
 #: Parts of the scene of every value: an arm on a hinge, a nut on a screw, a free disc, a puck on a table;
@@ -74,8 +74,8 @@ def test_laws_are_in_the_order_of_the_register() -> None:
 def test_files_builders_schema_and_pages_know_it(row: ElementSection) -> None:
     [element] = scene_with(row).elements
     assert isinstance(element, row.model) and getattr(scene_with(row), row.key, (element,)) == (element,)
-    assert schema()["properties"][row.key]["additionalProperties"] == {"$ref": f"#/$defs/{row.entry.__name__}"}
-    assert tables()[row.entry.__name__.removesuffix("Entry")] is row.entry
+    assert schema()["properties"][row.key]["additionalProperties"] == {"$ref": f"#/$defs/{row.schema.__name__}"}
+    assert tables()[row.schema.__name__.removesuffix("Entry")] is row.schema
 
 
 @EVERY

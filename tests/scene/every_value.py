@@ -12,7 +12,7 @@ from typing import Any
 from eomgen.scene.document.schema import every_document, section_keys
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, fields_of
-from eomgen.scene.sections import OWN, bounds_of
+from eomgen.scene.sections import bounds_of, own_sections
 
 DOCUMENT = every_document()
 SECTIONS = section_keys()
@@ -382,7 +382,7 @@ def parameter_keys(model: type[Table] = DOCUMENT, before: str = "") -> Iterator[
             continue
         if inner is not None:
             yield from parameter_keys(inner.model, key)
-        elif meaning.names is PARAMETERS or key in bounds_of(OWN):
+        elif meaning.names is PARAMETERS or key in bounds_of(own_sections()):
             yield key
 
 

@@ -14,21 +14,23 @@ from eomgen.mechanics.describe import describe
 from eomgen.scene.joints.moved_inertia import MovableInertia
 from eomgen.scene.load import from_data
 from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
-from eomgen.scene.sections import OWN, bounds_of
+from eomgen.scene.sections import bounds_of, own_sections
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
 
-ALL_BOUNDS = bounds_of(OWN)
+ALL_BOUNDS = bounds_of(own_sections())
 #: Formulas that have the value N where X is 1, and all that a value can be wrong by elsewhere.
 FORMULAS = ("N * X", "N + X - 1", "N / X", "N * sqrt(X)", "-N + 2 * N * X")
 VALUES = (0.0, -1.0, 2.0, 1e-3, 1e3, -1e-6, 0.5)
 #: Sections for pictures alone, whose values no run refuses: a picture does (``test_shapes``).
-DRAWN = {row.key for row in OWN if row.drawn}
+DRAWN = {row.key for row in own_sections() if row.drawn}
 OF_RUNS = tuple(place for place in places() if place[0] not in DRAWN)
 
 
 def test_every_key_of_parameters_has_a_row_or_may_be_any_number() -> None:
     keys = set(parameter_keys())
-    any_number = UNBOUNDED | {f"{row.key}.{key}" for row in OWN for key, bound in row.bounds.items() if bound is None}
+    any_number = UNBOUNDED | {
+        f"{row.key}.{key}" for row in own_sections() for key, bound in row.bounds.items() if bound is None
+    }
     assert keys == set(ALL_BOUNDS) | any_number and not set(ALL_BOUNDS) & any_number
     related = {key for row in RELATIONS.values() for key in row.keys}
     assert related <= keys

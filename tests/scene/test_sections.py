@@ -23,13 +23,13 @@ from eomgen.formula.words import other_words
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renewed, schema
-from eomgen.scene.document.schema import Document, document_for, every_document
-from eomgen.scene.forces.register import elements_of
+from eomgen.scene.document.schema import document_for, every_document
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import SceneNames
 from eomgen.scene.load import load_toml
 from eomgen.scene.reading.formula_units import unit_of
 from eomgen.scene.section import in_reading_order
-from eomgen.scene.sections import OWN, others
+from eomgen.scene.sections import KEYS, OFFERED, others, own_sections
 from tests.models import drags_for_eomgen as drags
 from tests.models.drags_for_eomgen import law as law_of_drags
 
@@ -58,16 +58,25 @@ step = 1e-2
 
 
 def test_predecessors_are_sections_and_observers_come_last() -> None:
-    keys = [row.key for row in OWN]
-    order = in_reading_order(OWN)
+    rows = own_sections()
+    keys = [row.key for row in rows]
+    order = in_reading_order(rows)
     assert len(set(keys)) == len(keys) and sorted(keys) == sorted(row.key for row in order)
-    for row in OWN:
+    for row in rows:
         assert all(order.index(row) > [other.key for other in order].index(key) for key in row.after), row.key
     assert [row.last for row in order] == sorted(row.last for row in order)
 
 
 def test_fields_of_files_are_the_rows() -> None:
-    assert [name for name in Document.model_fields if name in {row.key for row in OWN}] == [row.key for row in OWN]
+    assert tuple(name for name in every_document().model_fields if name in KEYS) == KEYS
+
+
+def test_late_rows_are_the_rows_of_their_modules() -> None:
+    assert tuple(row.key for row in own_sections()) == KEYS
+    rows = [row for row in own_sections() if isinstance(row, ElementSection)]
+    assert {row.key: row.offers for row in rows if row.offers} == {
+        key: kinds for key, kinds in OFFERED.items() if kinds
+    }
 
 
 @pytest.fixture
@@ -97,25 +106,8 @@ def test_a_body_falls_with_a_drag_of_another_distribution() -> None:
     assert np.allclose(run.outputs["pull"], COEFFICIENT * run.v[:, 0] ** 2, rtol=1e-12)
 
 
-def test_a_force_element_needs_no_line_in_the_register(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rows follow from the modules of a folder: each once, behind the row that it names."""
-    folder = tmp_path / "elements_beside"
-    folder.mkdir()
-    for name, imports in {
-        "__init__": "",
-        "air": f"from {drags.__name__} import DRAGS, WINDS\n",
-        "first": f"from {drags.__name__} import DRAGS\nfrom eomgen.scene.forces.bushings import SECTION\n",
-        "second": "from eomgen.scene.forces.springs import TORSION_SECTION\n",
-    }.items():
-        (folder / f"{name}.py").write_text(imports, encoding="utf-8")
-    (folder / "notes.txt").write_text("", encoding="utf-8")
-    monkeypatch.syspath_prepend(tmp_path)
-    keys = [row.key for row in elements_of("elements_beside")]
-    assert keys == ["springs", "torsion_springs", "bushings", "drags"]
-
-
 @pytest.mark.slow
-def test_a_section_with_its_own_force_law_is_two_files(tmp_path: Path) -> None:
+def test_a_section_with_its_own_force_law_is_two_files_and_a_line(tmp_path: Path) -> None:
     """Drags in a copy of the package, the motion as above: v = v_t tanh(g t / v_t)."""
     package = Path(eomgen.__file__).parent
     shutil.copytree(package, tmp_path / "eomgen")
@@ -125,11 +117,15 @@ def test_a_section_with_its_own_force_law_is_two_files(tmp_path: Path) -> None:
         text = Path(source).read_text(encoding="utf-8").replace(law_of_drags.__name__, law)
         file = tmp_path.joinpath(*module.split(".")).with_suffix(".py")
         file.write_text(text.replace(drags.__name__, scene), encoding="utf-8")
+    register = tmp_path / "eomgen" / "scene" / "forces" / "register.py"
+    text, line = register.read_text(encoding="utf-8"), '    _element("efforts", "forces:EFFORT_SECTION"),\n'
+    added = '    _element("drags", "drags:DRAGS", {"drag": "element"}),\n'
+    register.write_text(text.replace(line, line + added), encoding="utf-8")
     (tmp_path / "fall.toml").write_text(FALL, encoding="utf-8")
     program = (
-        "import eomgen, json; from eomgen.scene.sections import OWN;"
+        "import eomgen, json; from eomgen.scene.sections import KEYS;"
         " run = eomgen.build('fall.toml', profile='quick').simulate(2.0);"
-        " print(json.dumps([eomgen.__file__, [row.key for row in OWN], run.v[-1, 0], run.outputs['pull'][-1]]))"
+        " print(json.dumps([eomgen.__file__, KEYS, run.v[-1, 0], run.outputs['pull'][-1]]))"
     )
     environment = {**os.environ, "PYTHONPATH": str(tmp_path), "EOMGEN_CACHE": str(tmp_path / "cache")}
     run = subprocess.run(
@@ -244,7 +240,7 @@ def test_builders_includes_and_copies_know_it(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("installed")
 def test_editors_and_pages_know_it() -> None:
     assert schema()["properties"]["drags"]["additionalProperties"] == {"$ref": "#/$defs/DragEntry"}
-    assert "drags" not in Document.model_fields and "drags" in every_document().model_fields
+    assert "drags" not in KEYS and "drags" in every_document().model_fields
     row = "| `coefficient` | value of parameters, kg/m | required | force per squared velocity |\n"
     assert row in renewed("<!-- keys of Drag -->\n<!-- end -->")
 
@@ -272,7 +268,7 @@ def test_without_the_distribution_the_section_is_unknown() -> None:
     others.cache_clear()
     with pytest.raises(DescriptionError, match=r"scene.toml:13 \(drags\): the key 'drags' is unknown here"):
         load_toml(FALL)
-    assert document_for({"drags": {}}) is Document
+    assert "drags" not in document_for({"drags": {}}).known_keys()
 
 
 @pytest.mark.usefixtures("installed")
