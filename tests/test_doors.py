@@ -399,6 +399,10 @@ ORDER: dict[str, tuple[str, ...]] = {
 #: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
 LATE: dict[str, dict[str, str]] = {
     "__main__": {"cli": "Ctrl-C while it is imported leaves no traceback"},
+    "scene.tree.sections": {
+        "scene.bodies.beam_reading": "most scenes have no beams",
+        "scene.bodies.cosserat_reading": "likewise",
+    },
     "solvers.consistency": {
         "solvers.strain_energy": "SciPy; few loops strain their beams",
         "solvers.rigid_beams": "few models have exact beams",

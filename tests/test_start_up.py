@@ -78,7 +78,28 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     # pydantic looks for plugins by the former; the latter are for random processes and for mistakes
     assert {"importlib.metadata", "statistics", "difflib"}.isdisjoint(first[2])
     check(start(work, tmp_path / "cache"), 69, 2, [])
-    assert first[0] > 180
+    check(first, 175, 40, first[2])
+
+
+#: Schemas of a file with bodies and joints alone, and the schema of the file.
+SCHEMAS = (
+    *("Body", "BodyFrame", "Document", "Document", "Friction", "Initial", "Joint", "Limits", "Mimic", "Point"),
+    *("Rotation", "Simulation", "Table"),
+)
+_SCHEMAS = """
+from eomgen.scene.reading.key_metadata import Table
+every = [Table]
+for kind in every:
+    every += kind.__subclasses__()
+assert sorted(kind.__name__ for kind in every) == {schemas!r}, every
+"""
+
+
+def test_a_first_reading_imports_what_the_file_mentions(tmp_path: Path) -> None:
+    """A process makes no class of pydantic, and imports no row of force elements or of a product, for other sections."""
+    (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
+    counted = start(f"eomgen.load('arm.urdf')\n{_SCHEMAS.format(schemas=[*SCHEMAS])}", tmp_path / "cache")
+    check(counted, 173, 21, ["csv", "pydantic"])
 
 
 def test_a_model_of_a_loaded_scene_is_the_one_of_its_record(tmp_path: Path) -> None:

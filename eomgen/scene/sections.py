@@ -9,7 +9,6 @@ from typing import cast
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.products import LateRow, named, placed, rows_of
-from eomgen.scene.bodies.shapes import SHAPES
 from eomgen.scene.control.sections import CONTROLLERS, REFERENCES
 from eomgen.scene.events.sections import EVENTS, MODES
 from eomgen.scene.forces.register import ELEMENTS, LateElement
@@ -41,7 +40,7 @@ _CORE: tuple[Section | LateRow, ...] = (
     OUTPUTS,
     MODES,
     EVENTS,
-    SHAPES,
+    LateRow("shapes", "eomgen.scene.bodies.shapes:SHAPES"),
 )
 #: Sections of the core and of the installed products; rows of some are imported for scenes that have the section.
 _ROWS = placed(_CORE, rows_of(GROUP, LateRow), lambda row: row.key, lambda row: getattr(row, "behind", ""))

@@ -15,7 +15,7 @@ PRODUCT = Product(
             f"eomgen.products.waves.formula.fields:{word}"
             for word in ("ELEVATION", "SLOPE", "WATER_VELOCITY", "WATER_ACCELERATION")
         ),
-        "eomgen.keys": ("eomgen.products.waves.section.sections:FOLLOW",),
+        "eomgen.keys": ("eomgen.products.waves.section.following:FOLLOW",),
         "eomgen.keys_elsewhere": ("eomgen.products.waves.section.schema:ELSEWHERE",),
         "eomgen.notes": ("eomgen.products.waves.hulls.doubts:NOTE",),
         "eomgen.info": ("eomgen.products.waves.info:SEAS",),

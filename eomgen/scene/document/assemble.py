@@ -115,6 +115,7 @@ def _fields(reading: Reading, document: Document, bound: Mapping[str, str]) -> d
         join(fields, row.fields(reading))
     return {
         **fields,
+        "parts": {key: items for key, items in fields.get("parts", {}).items() if items},
         "parameters": tuple(reading.parameters),
         "requirements": tuple(reading.values.requirements),
         "simulation": _simulation(document.simulation),

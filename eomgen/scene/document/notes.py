@@ -125,7 +125,7 @@ def _out_of_scale(facts: SceneFacts) -> Iterable[str]:
         [frame.name for frame in scene["frames"]],
         scene["elements"],
         [name for name, beam in beams.items() if beam.section is not None and beam.section.shape],
-        scene["shapes"],
+        scene.get("shapes", ()),
         facts.values,
         facts.reading.parameters,
         scene["constraints"],

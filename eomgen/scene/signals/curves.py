@@ -33,7 +33,7 @@ from eomgen.scene.signals.tables import (
 from eomgen.system.signals import RoadUnderWheel
 
 if TYPE_CHECKING:
-    from eomgen.scene.signals import schema as written
+    from eomgen.scene.signals import curve_schema as written
 
 #: Distance of neighbouring points of a spline, relative to the largest distance, below which the equations of the
 #: spline lose all digits.

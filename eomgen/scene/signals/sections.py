@@ -48,7 +48,7 @@ from eomgen.system.motions import Motion, motion_parameters
 from eomgen.system.signals import Definition, Input, Output, Parameter, State
 
 if TYPE_CHECKING:
-    from eomgen.scene.signals import schema
+    from eomgen.scene.signals import curve_schema, schema
 
 
 def unit_of_formulas(formulas: Sequence[Formula], names: SceneNames) -> str:
@@ -85,7 +85,7 @@ def _factors(label: str) -> Factors:
         return ()
 
 
-def read_motion(name: str, entry: schema.Input, report: Report) -> Motion:
+def read_motion(name: str, entry: curve_schema.Input, report: Report) -> Motion:
     """Return an input with a motion that drives or curves follow; keys for a value over time are reported."""
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
@@ -105,7 +105,9 @@ def piece_of(motion: Motion) -> Formula:
     return result
 
 
-def read_input(name: str, entry: schema.Input, curves: Curves, values: Values) -> tuple[Input, dict[str, AnyCurve]]:
+def read_input(
+    name: str, entry: curve_schema.Input, curves: Curves, values: Values
+) -> tuple[Input, dict[str, AnyCurve]]:
     """Return an input, and the curves in the input."""
     key = key_of("inputs", name)
     if entry.initial is not None:
@@ -227,7 +229,7 @@ class _Parameters(Section):
 
 class _Curves(Section):
     def names(self, reading: Reading) -> Mapping[str, Any]:
-        entries: Mapping[str, schema.Curve] = reading.document.section("curves")
+        entries: Mapping[str, curve_schema.Curve] = reading.document.section("curves")
         units = {name: entry.argument_unit for name, entry in entries.items() if entry.argument_unit}
         return {"curves": {}, "curve_arguments": units}
 
@@ -301,7 +303,7 @@ class _Definitions(Section):
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         made = tuple(item for item in reading.items["definitions"].values() if item is not None)
-        return {"parts": {"definitions": made}} if made else {}
+        return {"parts": {"definitions": made}}
 
 
 class _Inputs(Section):
@@ -329,7 +331,7 @@ class _Inputs(Section):
         return {"inputs": reading.names_in("inputs"), "motions": {}}
 
     def prepare(self, reading: Reading) -> None:
-        entries: Mapping[str, schema.Input] = reading.document.section("inputs")
+        entries: Mapping[str, curve_schema.Input] = reading.document.section("inputs")
         motions = [read_motion(name, entry, reading.report) for name, entry in entries.items() if entry.motion]
         reading.tables["motions"] |= {motion.name: piece_of(motion) for motion in motions}
         reading.add_parameters([item for motion in motions for item in _parameters_of(motion)])
@@ -384,7 +386,7 @@ PARAMETERS = _Parameters(
 )
 CURVES = _Curves(
     key="curves",
-    entry="eomgen.scene.signals.schema:Curve",
+    entry="eomgen.scene.signals.curve_schema:Curve",
     bare="a curve",
     after=("parameters",),
     always=True,
@@ -403,7 +405,7 @@ DEFINITIONS = _Definitions(
 )
 INPUTS = _Inputs(
     key="inputs",
-    entry="eomgen.scene.signals.schema:Input",
+    entry="eomgen.scene.signals.curve_schema:Input",
     bare="an input",
     after=("constraints",),
     always=True,

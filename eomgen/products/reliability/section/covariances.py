@@ -38,8 +38,8 @@ from eomgen.products.reliability.random_processes import (
 )
 from eomgen.scene.formula.scope import TRANSLATION
 from eomgen.scene.reading.values import Values
+from eomgen.scene.signals.curve_schema import Shape
 from eomgen.scene.signals.curves import Curves
-from eomgen.scene.signals.schema import Shape
 from eomgen.system.signals import NormalSeries
 
 if TYPE_CHECKING:

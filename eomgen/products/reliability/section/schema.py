@@ -11,7 +11,7 @@ from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, TRANSLATION
 from eomgen.scene.reading.key_metadata import ANY_UNIT, Table, key, label_of, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Description, Finite, Pair, Unit, Value
-from eomgen.scene.signals.schema import RoadClass, Seed, TableFile
+from eomgen.scene.signals.curve_schema import RoadClass, Seed, TableFile
 
 #: Default of the share of the variance that is kept.
 SHARE = 0.99

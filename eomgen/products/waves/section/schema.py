@@ -10,7 +10,7 @@ from pydantic import Field
 from eomgen.scene.formula.scope import FIXED_PARAMETERS
 from eomgen.scene.reading.key_metadata import ForeignKeys, Table, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Description, Pair, Value
-from eomgen.scene.signals.schema import Seed
+from eomgen.scene.signals.curve_schema import Seed
 
 #: Default number of components of a spectrum, over frequency.
 COMPONENTS = 40

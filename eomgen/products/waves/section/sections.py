@@ -1,27 +1,17 @@
-"""The section of waves, the key ``follow`` of the base, which then goes with their surface, and the requirement that
-gravity points along -z in scenes with water."""
+"""The section of waves, and the requirement that gravity points along -z in scenes with water."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
-from eomgen.base.messages import shown
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Operation, Vector, quantity_of
-from eomgen.products.waves.formula.fields import ELEVATION, SLOPE, WaveField
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
-from eomgen.scene.bodies.model import Base
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.key_metadata import AddedKey, Table, key, optional
-from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.values import Values
-from eomgen.scene.rotations import Rotation
 from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault_of_variables
 
 if TYPE_CHECKING:
@@ -108,50 +98,4 @@ WAVES = _Waves(
     documentation="""
     Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
     acceleration of the water.""",
-)
-
-
-class SurfaceFollowing(Table):
-    """How the base goes with the surface of the water."""
-
-    waves: str = key("with whose surface", refers="waves", kind="wave")
-    tilt: bool = key("whether the base's z is normal to the surface; else it only goes up and down", True)
-
-
-def read_follow(entry: SurfaceFollowing, base: Base, values: Values) -> Base:
-    """Return a base that goes with the surface of waves."""
-    known, name = values.names.entries["waves"], entry.waves
-    values.mentioned.add(("waves", name))
-    if not check_reference("base.follow.waves", name, known, "wave", values.report):
-        return base
-    position, tilt = _afloat(known[name], base.position)
-    if not entry.tilt:
-        return replace(base, position=position)
-    return replace(base, position=position, rotations=(*tilt, *base.rotations), added_by=("follow",) * len(tilt))
-
-
-def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation, Rotation]]:
-    """Return a place whose z counts from the surface, and the rotations that make z normal to the surface there: about
-    y and then about x, so that x stays above the direction of x."""
-    x, y, z = position
-    along, across = (quantity_of(SLOPE, waves, (x, y), component) for component in range(2))
-    pitch = -Operation("atan", (along,))
-    roll = Operation("atan", (across * Operation("cos", (pitch,)),))
-    tilt = Rotation((0.0, 1.0, 0.0), pitch), Rotation((1.0, 0.0, 0.0), roll)
-    return (x, y, z + waves.level + quantity_of(ELEVATION, waves, (x, y))), tilt
-
-
-def _example(given: object) -> str:
-    name = shown(given)[1:-1] if isinstance(given, str) else "NAME"
-    return f'follow = {{ waves = "{name}" }}'
-
-
-FOLLOW = AddedKey(
-    "base",
-    "follow",
-    SurfaceFollowing | None,
-    optional("go with the surface of waves, as a small boat does", kind="table, below"),
-    read_follow,
-    _example,
-    {"waves": '"sea"'},
 )
