@@ -49,7 +49,7 @@ class Product:
 
 @dataclass(frozen=True)
 class LateRow:
-    """A row of a register that is imported only if it is asked for.
+    """A row of a register by name, which is imported on request.
 
     Attributes
     ----------

@@ -71,8 +71,8 @@ def others() -> dict[str, Section]:
 
 
 def sections_for(keys: Iterable[str]) -> tuple[Section, ...]:
-    """Return the sections that files with some keys need: all that are no late rows, late ones with these keys, and
-    sections of other distributions with these keys.
+    """Return the sections that files with some keys need: of late rows, and of sections of other distributions, only
+    rows with these keys.
 
     Entry points are looked for only if a key is none of eomgen's own sections.
     """

@@ -10,5 +10,4 @@ WITHIN = [
     "mesh_files",
     "reading",
     "schema",
-    "shapes",
 ]

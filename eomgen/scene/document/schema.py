@@ -75,7 +75,7 @@ _MOST_MADE = 4
 class Document(Table):
     """A scene file of eomgen; subclasses have the sections that a file mentions, whose schemas are imported then."""
 
-    #: Sections by which the file is read: of the register those that are no late rows, and all that the file mentions.
+    #: Sections by which the file is read: late rows are among them only if the file mentions the section.
     rows: ClassVar[tuple[Section, ...]] = ()
 
     format: Literal[1] = key("version of this format", kind="1")

@@ -2,4 +2,13 @@
 
 __all__ = ["model", "reaction_model", "tree"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["constraint_reading", "frames", "moved_inertia", "reading", "schema", "tree", "unresisted"]
+WITHIN = [
+    "constraint_reading",
+    "constraint_schema",
+    "frames",
+    "moved_inertia",
+    "reading",
+    "schema",
+    "tree",
+    "unresisted",
+]

@@ -1,5 +1,5 @@
 """Parameters, inputs, internal states, curves, roads and outputs of a scene, read into ``system.signals``."""
 
-__all__ = ["curves", "schema", "tables"]
+__all__ = ["curve_schema", "curves", "tables"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["sampling", "sections"]
+WITHIN = ["sampling", "schema", "sections"]
