@@ -96,7 +96,7 @@ assert sorted(kind.__name__ for kind in every) == {schemas!r}, every
 
 
 def test_a_first_reading_imports_what_the_file_mentions(tmp_path: Path) -> None:
-    """A process makes no class of pydantic, and imports no row of force elements or of a product, for other sections."""
+    """No class of pydantic, no force element and no product of other sections."""
     (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
     counted = start(f"eomgen.load('arm.urdf')\n{_SCHEMAS.format(schemas=[*SCHEMAS])}", tmp_path / "cache")
     check(counted, 173, 21, ["csv", "pydantic"])

@@ -55,7 +55,7 @@ class LateRow:
     ----------
     key : name of the row
     target : ``module:name`` of the row itself
-    behind : name of the row before it
+    behind : name of the preceding row
     """
 
     key: str
