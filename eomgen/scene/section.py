@@ -80,7 +80,6 @@ class Section:
     last : whether the section observes a motion, and is read after all sections that do not
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
-    always : whether the digest of a scene's content includes the section even without entries
     drawn : whether entries are for pictures alone, and no part of the digest
     bounds : bound of each single value, by key within the entry; None for any number
     """
@@ -98,7 +97,6 @@ class Section:
     last: bool = False
     attached: bool = False
     scene_field: str = ""
-    always: bool = False
     drawn: bool = False
     bounds: Mapping[str, Bound | None] = field(default_factory=dict)
 

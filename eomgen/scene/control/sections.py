@@ -122,7 +122,6 @@ CONTROLLERS = _Controllers(
     entry="eomgen.scene.control.schema:Controller",
     bare="a controller",
     after=("states",),
-    always=True,
     positional=("type", "signal"),
     documentation="""
     Add a controller, filter or actuator of type pi, pid, low_pass, lead_lag, state_feedback, skyhook or

@@ -71,9 +71,9 @@ def content(document: Document) -> bytes:
     data = document.model_dump(mode="json", exclude_none=True, exclude={"include", "repeat"})
     for row in document.rows:
         if not row.single:
-            data[row.key] = [[name, entry] for name, entry in data.get(row.key, {}).items()]
-            if row.drawn or (not data[row.key] and not row.always):
-                del data[row.key]
+            entries = data.pop(row.key, {})
+            if entries and not row.drawn:
+                data[row.key] = [[name, entry] for name, entry in entries.items()]
     if not data["task_frames"]:
         del data["task_frames"]
     return json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False).encode()

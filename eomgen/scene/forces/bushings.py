@@ -153,5 +153,4 @@ SECTION = ElementSection(
     Stiffnesses and dampings are given along and about x, y, z, or as 6 x 6 matrices, rotations first. At
     ``rest`` and ``rest_rotation``, the second frame's place in the first, only the preload acts on the second
     frame.""",
-    always=True,
 )

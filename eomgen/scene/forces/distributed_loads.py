@@ -176,5 +176,4 @@ SECTION = ElementSection(
     positional=("beam", "force"),
     documentation="""
     Add a force per length (N/m) on a beam, times a polynomial along it, in ``world`` or ``beam`` axes.""",
-    always=True,
 )

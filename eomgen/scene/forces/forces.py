@@ -102,7 +102,6 @@ SECTION = ElementSection(
     positional=("body",),
     documentation="""
     Add a force (N) and torque (N m) on a body at a point of its frame, in ``world`` or ``body`` axes.""",
-    always=True,
 )
 
 
@@ -155,5 +154,4 @@ EFFORT_SECTION = ElementSection(
     reader=read_effort,
     positional=("joint", "effort"),
     documentation="Add a generalized force on one component of a joint.",
-    always=True,
 )

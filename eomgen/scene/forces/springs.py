@@ -85,7 +85,6 @@ SECTION = ElementSection(
     offers={"length": "element", "rate": "element", "tension": "tension"},
     positional=("first", "second"),
     documentation="Add a spring, damper or actuator along the line between two points; ``force`` is a tension.",
-    always=True,
 )
 
 
@@ -160,5 +159,4 @@ TORSION_SECTION = ElementSection(
     bounds=dict.fromkeys(("stiffness", "damping", "rest")),
     positional=("first", "second"),
     documentation="Add a torsion spring between two joints' angles, or between one and its rest angle.",
-    always=True,
 )

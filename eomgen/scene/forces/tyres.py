@@ -194,5 +194,4 @@ SECTION = ElementSection(
 
     ``road`` is the height of the road, a formula of time, inputs and the centre's x and y; stiffnesses of
     ``slip`` are per load, one value or longitudinal and lateral.""",
-    always=True,
 )

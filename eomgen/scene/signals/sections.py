@@ -379,7 +379,6 @@ PARAMETERS = _Parameters(
     key="parameters",
     entry="eomgen.scene.signals.schema:Parameter",
     bare="a parameter",
-    always=True,
     positional=("value",),
     documentation="""
     Add a named number, or a text of a number and its unit; a tunable one can be changed without recompiling.""",
@@ -389,7 +388,6 @@ CURVES = _Curves(
     entry="eomgen.scene.signals.curve_schema:Curve",
     bare="a curve",
     after=("parameters",),
-    always=True,
     documentation="""
     Add a function of one number: table, points, wave, bump or road as in a scene file, interpolation and
     outside.""",
@@ -408,7 +406,6 @@ INPUTS = _Inputs(
     entry="eomgen.scene.signals.curve_schema:Input",
     bare="an input",
     after=("constraints",),
-    always=True,
     positional=("formula",),
     documentation="""
     Add an input; the given formula is its value unless the caller specifies another.
@@ -422,7 +419,6 @@ STATES = _States(
     scene_field="states",
     bare="a state",
     after=("inputs",),
-    always=True,
     positional=("rate",),
     documentation="""
     Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative; or
@@ -434,7 +430,6 @@ OUTPUTS = _Outputs(
     scene_field="outputs",
     after=("events",),
     last=True,
-    always=True,
     documentation="""
     Add an output: formulas, a point's position, velocity or acceleration (world axes), or an energy.""",
 )

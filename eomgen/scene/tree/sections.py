@@ -333,7 +333,6 @@ BODIES = _Bodies(
     entry="eomgen.scene.bodies.schema:Body",
     singular="body",
     after=("curves",),
-    always=True,
     positional=("mass",),
     documentation="""
     Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
@@ -345,7 +344,6 @@ BEAMS = _Beams(
     key="beams",
     entry="eomgen.scene.bodies.beam_schema:Beam",
     after=("bodies",),
-    always=True,
     positional=("length",),
     documentation="""
     Add an elastic beam along x of its frame, from ``start`` on (m), with mass_per_length (kg/m) or a section.
@@ -357,7 +355,6 @@ JOINTS = _Joints(
     entry="eomgen.scene.joints.schema:Joint",
     after=("beams",),
     attached=True,
-    always=True,
     positional=("type", "parent", "child"),
     documentation="""
     Add a joint of type fixed, revolute, prismatic, helical, cylindrical, universal, planar, spherical or free.
@@ -371,7 +368,6 @@ CONSTRAINTS = _Constraints(
     scene_field="constraints",
     after=("frames",),
     attached=True,
-    always=True,
     positional=("type", "first", "second"),
     documentation="""
     Add a constraint that closes a loop between two frames.
@@ -395,7 +391,6 @@ POINTS = _Points(
     scene_field="points",
     after=("joints",),
     attached=True,
-    always=True,
     positional=("body", "position"),
     documentation="""
     Add a point fixed in a body, in the ``base``, or in the ``world`` (at rest while the base moves).""",

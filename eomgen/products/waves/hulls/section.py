@@ -185,5 +185,4 @@ SECTION = ElementSection(
     bounds=_BOUNDS,
     positional=("body",),
     documentation="Add a slender part of a rigid body in water: buoyancy, added mass and drag.",
-    always=True,
 )
