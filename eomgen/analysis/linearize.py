@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from eomgen.analysis.operating_point import (
 from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, number_of

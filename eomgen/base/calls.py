@@ -17,6 +17,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import FrozenInstanceError
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
+from eomgen.base.data import wrap_method
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.base.verbs import methods
@@ -370,11 +371,11 @@ def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
     """Return a class decorator that puts ``checked_call`` on constructor and public methods, also inherited methods."""
 
     def decorated(kind: C) -> C:
-        getattr(kind, "__init__")  # compiles methods of a dataclass  # noqa: B009
+        wrap_method(kind, "__init__", checked_call(what_to_try, **meant))
         for name in dir(kind):
             member = next((vars(base)[name] for base in kind.__mro__ if name in vars(base)), None)
-            if inspect.isfunction(member) and (name == "__init__" or not name.startswith("_")):
-                setattr(kind, name, checked_call(what_to_try if name == "__init__" else "", **meant)(member))
+            if inspect.isfunction(member) and not name.startswith("_"):
+                setattr(kind, name, checked_call(**meant)(member))
         return kind
 
     return decorated
@@ -433,8 +434,7 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
         raise NoAssignment(Problem("", fault, what_to_try.format(name)))
 
     def decorated(kind: C) -> C:
-        getattr(kind, "__init__")  # compiles methods of a dataclass  # noqa: B009
-        type.__setattr__(kind, "__setattr__", refused)
+        wrap_method(kind, "__setattr__", lambda _: refused)
         return kind
 
     return decorated

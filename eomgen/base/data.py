@@ -10,13 +10,24 @@ from __future__ import annotations
 import dataclasses
 import gc
 import threading
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import MISSING, asdict, field, fields, is_dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from dataclasses import MISSING, asdict, field, fields
+from functools import cache, partial
+from types import FunctionType
+from typing import TYPE_CHECKING, Any, cast
 
-__all__ = ["asdict", "dataclass", "field", "fields", "is_dataclass", "replace", "without_garbage_collection"]
+__all__ = [
+    "asdict",
+    "dataclass",
+    "field",
+    "field_names",
+    "fields",
+    "is_dataclass",
+    "replace",
+    "without_garbage_collection",
+    "wrap_method",
+]
 
 #: Attributes that ``dataclasses.dataclass`` makes, by the option that asks for the attribute; empty for any options.
 _MADE = {
@@ -43,26 +54,27 @@ class _DeferredAttribute:
     """Attribute of a dataclass whose methods are not compiled yet: a request compiles the methods and returns the
     attribute itself."""
 
-    __slots__ = ("arguments", "filled", "kind", "module", "name", "options")
+    __slots__ = ("filled", "kind", "module", "name", "options", "wrap")
 
     def __init__(self, kind: type, name: str, options: dict[str, Any]) -> None:
         self.kind, self.name, self.options, self.module = kind, name, options, kind.__module__
-        self.filled, self.arguments = 0, _NONE_YET
+        self.filled = 0
+        self.wrap: Callable[[Any], Any] = _as_compiled
 
     def __get__(self, instance: object, owner: type) -> Any:
         if self.name == "__init__" and instance is not None and self.filled < _MOST_FILLED:
-            if self.arguments is _NONE_YET:
-                self.arguments = _arguments(self.kind)
-            if self.arguments and (self.options.get("frozen") or owner.__setattr__ is _SET):
+            sets = self.options.get("frozen") or owner.__setattr__ is _SET
+            if sets and _arguments(cast("Hashable", self.kind)):
                 self.filled += 1
                 return partial(self._fill, instance)
         return self._compiled(instance, owner)
 
     def _fill(self, instance: Any, /, *values: object, **named: object) -> None:
         """Fill an instance as the constructor does, which is compiled for a call that it refuses."""
-        state = dict(zip(self.arguments, values, strict=False))
-        known = len(state) == len(values) and state.keys().isdisjoint(named) and named.keys() <= self.arguments.keys()
-        for name, (default, factory) in self.arguments.items() if known else ():
+        arguments = _arguments(cast("Hashable", self.kind))
+        state = dict(zip(arguments, values, strict=False))
+        known = len(state) == len(values) and state.keys().isdisjoint(named) and named.keys() <= arguments.keys()
+        for name, (default, factory) in arguments.items() if known else ():
             if name not in state:
                 state[name] = named[name] if name in named else default if factory is MISSING else factory()
                 known = known and state[name] is not MISSING
@@ -113,16 +125,18 @@ class _DeferredAttribute:
                     cell.cell_contents = kind
         for name, value in made.items():
             if name not in _OF_EVERY_CLASS and (name, value) != ("__hash__", None):  # Python's, with an own __eq__
-                setattr(kind, name, value)
+                setattr(kind, name, getattr(vars(kind).get(name), "wrap", _as_compiled)(value))
         for name in [name for name in vars(kind) if name not in vars(compiled)]:
             if name not in (*_OF_EVERY_CLASS, *_LAST):
                 delattr(kind, name)
 
 
-_NONE_YET: _Arguments = {}
+def _as_compiled(value: Any) -> Any:
+    return value
 
 
-def _arguments(kind: type) -> _Arguments:
+@cache
+def _arguments(kind: Any) -> _Arguments:
     """Return the arguments of the constructor of a dataclass; none if only a compiled constructor has all of them, or
     if there is a fault in the class, which is the compilation's to report."""
     arguments: dict[str, tuple[object, Any]] = {}
@@ -173,9 +187,46 @@ def _deferred(kind: type, options: dict[str, Any]) -> type:
     return kind
 
 
+@cache
+def field_names(kind: Any) -> tuple[str, ...]:
+    """Return the names of the fields of a dataclass, in order, without a compilation. Raises TypeError for any other
+    class."""
+    names: dict[str, None] = {}
+    for base in reversed(kind.__mro__):
+        own = _own_fields(base)
+        if own is None or any(word in annotation for annotation, _ in own.values() for word in _SPECIAL[1:]):
+            return tuple([item.name for item in fields(kind)])
+        names |= dict.fromkeys(name for name, (annotation, _) in own.items() if not annotation.startswith("ClassVar"))
+    if not is_dataclass(kind):
+        raise TypeError(f"{kind.__qualname__} is not a dataclass")
+    return tuple(names)
+
+
+def wrap_method(kind: type, name: str, wrap: Callable[[Any], Any]) -> None:
+    """Replace a method of a class by a function of the method, and a method of a dataclass after the compilation."""
+    own = vars(kind).get(name)
+    if isinstance(own, _DeferredAttribute):
+        own.wrap = wrap
+    elif isinstance(given := getattr(kind, name), FunctionType):
+        setattr(kind, name, wrap(given))
+
+
 if TYPE_CHECKING:
-    from dataclasses import dataclass
+    from dataclasses import dataclass, is_dataclass, replace
 else:
+
+    def is_dataclass(value: object) -> bool:
+        """Return whether a class, or the class of an object, is a dataclass; nothing is compiled."""
+        kind = value if isinstance(value, type) else type(value)
+        return any("__dataclass_fields__" in vars(base) for base in kind.__mro__)
+
+    def replace(given: Any, /, **changes: Any) -> Any:
+        """Return a copy of an object with other fields as ``dataclasses.replace`` does; methods are not compiled if the
+        constructor takes all fields."""
+        arguments = _arguments(type(given)) if is_dataclass(given) else {}
+        if not arguments:
+            return dataclasses.replace(given, **changes)
+        return type(given)(**{name: getattr(given, name) for name in arguments} | changes)
 
     def dataclass(kind: type | None = None, /, **options: Any) -> Any:
         """Make a dataclass as ``dataclasses.dataclass`` does, with the same options except ``slots``."""

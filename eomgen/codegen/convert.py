@@ -11,9 +11,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
+from eomgen.base.data import replace
 from eomgen.base.version import __version__
 from eomgen.codegen.program import (
     FunctionPart,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Self, cast
 
 import numpy as np
@@ -13,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import Defaults, unknown_attribute
+from eomgen.base.data import replace
 from eomgen.compiled import (
     actuators,
     bodies,

@@ -10,13 +10,13 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.products import named
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.curves import AnyCurve, Bump, Waves

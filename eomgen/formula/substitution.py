@@ -7,9 +7,9 @@ import functools
 import math
 import operator
 from collections.abc import Callable
-from dataclasses import replace
 from fractions import Fraction
 
+from eomgen.base.data import replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import apply, quantity_at
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import pade
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.messages import listed
 from eomgen.errors import Problem, UsageError
 from eomgen.linear.sampling import seconds

@@ -9,10 +9,9 @@ they read. Formulas of the controller are the formulas of the scene: quantities 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import VECTORS, Application, Formula, Operation, Symbol, infix

@@ -10,11 +10,11 @@ size of the machine the possible accuracy: forces that cancel in a scene at rest
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from itertools import chain, pairwise
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from itertools import chain, groupby
 from typing import Any, cast
 
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.formula.nodes import ZERO_VECTOR, Number, Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3

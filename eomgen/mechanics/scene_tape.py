@@ -4,9 +4,9 @@ large, deep, ill-scaled."""
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import replace
 from functools import cached_property, reduce
 
+from eomgen.base.data import replace
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol

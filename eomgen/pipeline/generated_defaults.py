@@ -8,11 +8,11 @@ import math
 import struct
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.compiled.arguments import Requirements, by_name, check_finite
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import EomgenError, Problem, UsageError

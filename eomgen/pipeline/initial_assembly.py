@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.compiled.consistent_states import corrected_start
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.errors import ModelError

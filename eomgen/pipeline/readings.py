@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.base.data import dataclass, fields, is_dataclass, replace
+from eomgen.base.data import dataclass, field_names, is_dataclass, replace
 from eomgen.base.files import ABSENT, digest_of_file, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import FileError, ModelError, Problem
@@ -254,7 +254,7 @@ def to_text(value: Any) -> str:
         if not is_dataclass(kind) or _object(_name(kind)) is not kind:
             raise NoRecordError(_name(kind))
         if kind not in kinds:
-            kinds[kind] = len(kinds), [field.name for field in fields(kind)]
+            kinds[kind] = len(kinds), list(field_names(kind))
         number, names = kinds[kind]
         others = vars(item).keys() - names
         if not all(isinstance(getattr_static(kind, name), cached_property) for name in others):
@@ -272,7 +272,7 @@ def from_text(text: str) -> Any:
     data."""
     table, data = json.loads(text)
     kinds: list[tuple[type, list[str]]] = [(_object(name), names) for name, names in table]
-    if not all(isinstance(kind, type) and "__dataclass_fields__" in _attributes(kind) for kind, _ in kinds):
+    if not all(isinstance(kind, type) and is_dataclass(kind) for kind, _ in kinds):
         raise NoRecordError
     known: list[Any] = []
 
@@ -291,11 +291,6 @@ def from_text(text: str) -> Any:
         return made
 
     return read(data)
-
-
-def _attributes(kind: type) -> set[str]:
-    """Return the names of the attributes of a class, without compiling the methods of the class."""
-    return {name for base in kind.__mro__ for name in vars(base)}
 
 
 def _array(value: Any) -> Any:

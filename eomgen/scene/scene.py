@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, Typ
 import numpy as np
 
 from eomgen.base.calls import checked_calls, not_assigned_to, unknown_attribute
-from eomgen.base.data import dataclass, field, fields, is_dataclass
+from eomgen.base.data import dataclass, field, field_names, is_dataclass
 from eomgen.base.extensions import code_stamp
 from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve
@@ -130,7 +130,7 @@ def _add_sorted(values: Iterable[Any], parts: _Parts, known: Known) -> None:
 @cache
 def _field_names(kind: Hashable) -> tuple[str, ...]:
     """Return the names of the fields of a class of data, none of any other class."""
-    return tuple(item.name for item in fields(cast("Any", kind))) if is_dataclass(kind) else ()
+    return field_names(kind) if is_dataclass(kind) else ()
 
 
 #: Parts of a scene in the order of the summary, with singular and plural nouns.
@@ -327,7 +327,7 @@ class Scene:
 
         Empty if the content is empty: such a scene is unchecked.
         """
-        data = {item.name: getattr(self, item.name) for item in fields(self) if item.name not in _SAID}
+        data = {name: getattr(self, name) for name in field_names(type(self)) if name not in _SAID}
         return digest_of(data) if self.content else b""
 
     @property

@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol, TypeVar, cast
 
-from eomgen.base.data import dataclass, field, fields
+from eomgen.base.data import dataclass, field, field_names
 from eomgen.base.messages import NAME_LENGTH
 from eomgen.base.products import named
 from eomgen.formula.nodes import Formula, Vector
@@ -30,7 +30,7 @@ Kept = TypeVar("Kept")
 AttachByKey = Callable[[str, str, Vector], tuple[str, Vector]]
 #: From the key, the kind and the entry of an output of a beam's section to the three components.
 SectionFormulas = Callable[[str, str, Any], tuple[Formula, ...]]
-_NAMES = frozenset(item.name for item in fields(SceneNames))
+_NAMES = frozenset(field_names(SceneNames))
 
 
 class Entries(Protocol):

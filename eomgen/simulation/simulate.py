@@ -9,13 +9,13 @@ import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.calls import checked_call
+from eomgen.base.data import replace
 from eomgen.base.messages import Log
 from eomgen.base.progress import Progress, shown
 from eomgen.compiled.arguments import count_of, number_of

@@ -6,7 +6,6 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -14,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
+from eomgen.base.data import replace
 from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError

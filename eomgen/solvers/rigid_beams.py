@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, difference, update

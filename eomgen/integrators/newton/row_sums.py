@@ -20,11 +20,11 @@ is written out, that is.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.integrators.newton.matrix import MatrixIndex
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.newton.solver import GROUPS_UNROLLED

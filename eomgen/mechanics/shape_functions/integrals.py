@@ -9,13 +9,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from fractions import Fraction
 
 import mpmath
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.mechanics.shape_functions import uniform_beams
 from eomgen.mechanics.shape_functions.elements import elements
 from eomgen.mechanics.shape_functions.families import QuadratureGrid, ScaledShapeFunctions, ShapeFunctions

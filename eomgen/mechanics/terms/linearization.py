@@ -30,8 +30,8 @@ held; given inputs and the base follow their laws in p, and u adds to the given 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
+from eomgen.base.data import replace
 from eomgen.mechanics.constraints.joints import joint_velocities
 from eomgen.mechanics.describe import base_disturbances
 from eomgen.mechanics.forces.symbols import input_signal

@@ -6,8 +6,8 @@ Mueller and Kumar, Multibody Syst. Dyn. 53 (2021) 257.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
+from eomgen.base.data import replace
 from eomgen.mechanics.dynamics.elimination import solve_tree
 from eomgen.mechanics.kinematics.fields import Wrench
 from eomgen.mechanics.rates.closed_form import SystemMatrices, inverse_dynamics_closed, matrix_path

@@ -10,8 +10,8 @@ follows from the body's acceleration field, the motion that each velocity compon
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
+from eomgen.base.data import replace
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.mechanics.dynamics.separated import generalized
 from eomgen.mechanics.forces.applied import applied_loads

@@ -9,8 +9,8 @@ into the point.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
+from eomgen.base.data import replace
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record

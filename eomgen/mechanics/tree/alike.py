@@ -9,9 +9,9 @@ link, and one text for all of them; short trees stay as they are.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from operator import eq
 
+from eomgen.base.data import replace
 from eomgen.mechanics.tree.inertia import RecordedInertia
 from eomgen.mechanics.tree.joints import JointMotion, columns_of, motions_of, pose_of
 from eomgen.mechanics.tree.links import ROOT, Link, Mount, Tree

@@ -13,8 +13,8 @@ generalized forces use the grouped tree.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
 
+from eomgen.base.data import replace
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.nodes import Formula
 from eomgen.formula.recording import record

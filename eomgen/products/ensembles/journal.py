@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
 from eomgen.base.json_text import finite
 from eomgen.errors import FileError, Problem

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from eomgen.base.data import replace
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.front_end import FrontEnd, given_options

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -14,6 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.messages import counted, key_of, listed, shown
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import Surface

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 from fractions import Fraction
 from typing import Literal, cast
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.formula.substitution import product, times, total

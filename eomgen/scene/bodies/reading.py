@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Collection, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.integration import Integration, IntegrationError, SecondIntegral

@@ -10,9 +10,9 @@ import ast
 import math
 import re
 from collections.abc import Collection
-from dataclasses import replace
 from typing import Any
 
+from eomgen.base.data import replace
 from eomgen.base.messages import counted, is_legal, listed, nearest, shown
 from eomgen.base.products import fault_of_absent
 from eomgen.formula.evaluate import apply, symbols

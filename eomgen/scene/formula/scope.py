@@ -35,7 +35,7 @@ REACTION_PARTS: Mapping[str, int] = {"moment": 0, "force": 3}
 ENERGIES = ("kinetic", "potential", "total", "base_power", "power")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # scopes are compared by identity
 class Scope:
     """Which kinds of symbols a formula may use; ``power`` stands for the powers among the energies.
 

@@ -63,7 +63,7 @@ def label_of(text: object) -> str:
     return text if isinstance(text, str) else ""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class KeyMetadata:
     """Metadata of a key.
 

@@ -10,9 +10,9 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
+from eomgen.base.data import replace
 from eomgen.base.messages import key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector

@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from dataclasses import replace
 from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.base.messages import counted, listed
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols

@@ -6,9 +6,10 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import MISSING, fields, replace
+from dataclasses import MISSING, fields
 from typing import Any
 
+from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown, unmentioned
 from eomgen.errors import DescriptionError, Problem
 from eomgen.formula.evaluate import evaluate, symbols

@@ -6,10 +6,11 @@ import json
 import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols

@@ -7,11 +7,11 @@ import functools
 import math
 import operator
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.base.messages import key_of
 from eomgen.base.random_inputs import FASTEST, standard_normals
 from eomgen.errors import UsageError

@@ -6,13 +6,13 @@ The verdict on one closed form: its entries that differ by more than the error b
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.calls import meant_term
+from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline

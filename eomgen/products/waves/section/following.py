@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
+from eomgen.base.data import replace
 from eomgen.base.messages import shown
 from eomgen.formula.nodes import Operation, Vector, quantity_of
 from eomgen.products.waves.formula.fields import ELEVATION, SLOPE, WaveField

@@ -4,10 +4,10 @@ constraints; and of the regressor."""
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
+from eomgen.base.data import replace
 from eomgen.products.studies.verification.claims.claim import (
     Array,
     Blocks,
