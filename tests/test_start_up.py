@@ -78,7 +78,7 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     # pydantic looks for plugins by the former; the latter are for random processes and for mistakes
     assert {"importlib.metadata", "statistics", "difflib"}.isdisjoint(first[2])
     check(start(work, tmp_path / "cache"), 69, 2, [])
-    check(first, 175, 40, first[2])
+    check(first, 175, 13, first[2])
 
 
 #: Schemas of a file with bodies and joints alone, and the schema of the file.
@@ -99,7 +99,7 @@ def test_a_first_reading_imports_what_the_file_mentions(tmp_path: Path) -> None:
     """No class of pydantic, no force element and no product of other sections."""
     (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
     counted = start(f"eomgen.load('arm.urdf')\n{_SCHEMAS.format(schemas=[*SCHEMAS])}", tmp_path / "cache")
-    check(counted, 173, 21, ["csv", "pydantic"])
+    check(counted, 173, 5, ["csv", "pydantic"])
 
 
 def test_a_model_of_a_loaded_scene_is_the_one_of_its_record(tmp_path: Path) -> None:

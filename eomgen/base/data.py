@@ -54,10 +54,13 @@ class _DeferredAttribute:
     """Attribute of a dataclass whose methods are not compiled yet: a request compiles the methods and returns the
     attribute itself."""
 
-    __slots__ = ("filled", "kind", "module", "name", "options", "wrap")
+    __slots__ = ("filled", "given", "kind", "module", "name", "options", "wrap")
 
-    def __init__(self, kind: type, name: str, options: dict[str, Any]) -> None:
+    def __init__(
+        self, kind: type, name: str, options: dict[str, Any], given: Mapping[str, dataclasses.Field[Any]]
+    ) -> None:
         self.kind, self.name, self.options, self.module = kind, name, options, kind.__module__
+        self.given = given
         self.filled = 0
         self.wrap: Callable[[Any], Any] = _as_compiled
 
@@ -112,7 +115,7 @@ class _DeferredAttribute:
         kind = self.kind
         own = {name: value for name, value in vars(kind).items() if not isinstance(value, _DeferredAttribute)}
         namespace = {name: value for name, value in own.items() if name not in ("__dict__", "__weakref__")}
-        namespace |= {"__module__": self.module, "__qualname__": kind.__qualname__}
+        namespace |= {"__module__": self.module, "__qualname__": kind.__qualname__, **self.given}
         compiled: Any = type(kind)(kind.__name__, kind.__bases__, namespace)
         options = {**self.options, "repr": False, "eq": self.options.get("order", False)}
         dataclasses.dataclass(**options)(compiled)  # types of fields are looked up in the module
@@ -165,7 +168,7 @@ def _own_fields(base: type) -> dict[str, tuple[str, Any]] | None:
     if not made.options.keys() <= {"frozen", "repr", "eq", "order"}:
         return None
     return {
-        name: (str(annotation).removeprefix("typing."), getattr(base, name, MISSING))
+        name: (str(annotation).removeprefix("typing."), made.given.get(name, getattr(base, name, MISSING)))
         for name, annotation in base.__annotations__.items()
     }
 
@@ -178,12 +181,18 @@ def _is_special(annotation: str, given: object) -> bool:
 
 
 def _deferred(kind: type, options: dict[str, Any]) -> type:
-    given = {"": True, "repr": True, "eq": True, "frozen": False, **options}
-    for name in ("__signature__", *(name for option, names in _MADE.items() if given[option] for name in names)):
+    asked = {"": True, "repr": True, "eq": True, "frozen": False, **options}
+    given = {name: value for name, value in vars(kind).items() if isinstance(value, dataclasses.Field)}
+    for name, value in given.items():  # a compiled class has defaults alone
+        if value.default is MISSING:
+            delattr(kind, name)
+        else:
+            setattr(kind, name, value.default)
+    for name in ("__signature__", *(name for option, names in _MADE.items() if asked[option] for name in names)):
         own = vars(kind).get(name)
         if own is None:  # a class with an own __eq__ has None as its __hash__
-            unhashable = name == "__hash__" and not (given["frozen"] or given.get("unsafe_hash"))
-            setattr(kind, name, None if unhashable else _DeferredAttribute(kind, name, options))
+            unhashable = name == "__hash__" and not (asked["frozen"] or asked.get("unsafe_hash"))
+            setattr(kind, name, None if unhashable else _DeferredAttribute(kind, name, options, given))
     return kind
 
 
@@ -203,7 +212,8 @@ def field_names(kind: Any) -> tuple[str, ...]:
 
 
 def wrap_method(kind: type, name: str, wrap: Callable[[Any], Any]) -> None:
-    """Replace a method of a class by a function of the method, and a method of a dataclass after the compilation."""
+    """Replace a method of a class by a function of the method, and a method of a dataclass after the compilation: a
+    constructor is replaced for calls that it refuses."""
     own = vars(kind).get(name)
     if isinstance(own, _DeferredAttribute):
         own.wrap = wrap

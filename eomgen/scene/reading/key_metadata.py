@@ -63,7 +63,7 @@ def label_of(text: object) -> str:
     return text if isinstance(text, str) else ""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)  # each is one of its kind; pydantic asks for text of the identity
 class KeyMetadata:
     """Metadata of a key.
 
