@@ -327,7 +327,7 @@ class Scene:
 
         Empty if the content is empty: such a scene is unchecked.
         """
-        data = {name: getattr(self, name) for name in field_names(type(self)) if name not in _SAID}
+        data = {name: getattr(self, name) for name in field_names(cast("Hashable", type(self))) if name not in _SAID}
         return digest_of(data) if self.content else b""
 
     @property

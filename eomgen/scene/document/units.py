@@ -132,9 +132,8 @@ def in_si(data: Mapping[str, Any], report: Report) -> tuple[dict[str, Any], list
     report : Report
         Takes quantities that cannot be converted.
     """
-    schema = document_for(data)
-    converter = _Converter(data, [row.key for row in schema.rows if row.bare], report)
-    return converter.table(schema, "", data, None), converter.notes, converter.units
+    converter = _Converter(data, report)
+    return converter.table(document_for(data), "", data, None), converter.notes, converter.units
 
 
 def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[str, Any], report: Report) -> Any:
@@ -144,7 +143,7 @@ def start_in_si(data: Mapping[str, Any], joint: str, place: str, start: Mapping[
 
 
 class _Converter:
-    def __init__(self, data: Mapping[str, Any], bare: Sequence[str], report: Report) -> None:
+    def __init__(self, data: Mapping[str, Any], report: Report) -> None:
         self.report = report
         self.notes: list[str] = []
         self.units: dict[str, str] = {}
@@ -152,6 +151,7 @@ class _Converter:
         self.follows: tuple[str, ...] = ()  # keys below which a fault explains that a key has no unit
         sections = {name: section for name, section in data.items() if isinstance(section, Mapping)}
         self.joints = sections.get("joints", {})
+        bare = [row.key for row in document_for(data).rows if row.bare]
         entries = {str(name): entry for section in bare for name, entry in sections.get(section, {}).items()}
         self.known = set(entries)
         self.parameters = frozenset(sections.get("parameters", {}))
