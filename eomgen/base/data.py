@@ -226,7 +226,7 @@ if TYPE_CHECKING:
 else:
 
     def is_dataclass(value: object) -> bool:
-        """Return whether a class, or the class of an object, is a dataclass; nothing is compiled."""
+        """Return whether a class, or the class of an object, is a dataclass, without a compilation."""
         kind = value if isinstance(value, type) else type(value)
         return any("__dataclass_fields__" in vars(base) for base in kind.__mro__)
 
