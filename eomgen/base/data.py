@@ -233,8 +233,8 @@ else:
     def replace(given: Any, /, **changes: Any) -> Any:
         """Return a copy of an object with other fields as ``dataclasses.replace`` does; methods are not compiled if the
         constructor takes all fields."""
-        arguments = _arguments(type(given)) if is_dataclass(given) else {}
-        if not arguments:
+        arguments = _arguments(type(given))
+        if not arguments:  # an object of another class among them
             return dataclasses.replace(given, **changes)
         return type(given)(**{name: getattr(given, name) for name in arguments} | changes)
 

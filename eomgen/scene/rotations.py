@@ -137,8 +137,22 @@ def frame_about(axis: Array, x_axis: Array | None = None) -> Array:
 
 def roll_pitch_yaw(roll: float, pitch: float, yaw: float) -> Array:
     """Return the matrix of URDF's ``rpy``: extrinsic about x, y, z, that is intrinsic about z, y, x; not snapped."""
-    x, y, z = np.eye(3)
-    return about_axis(z, yaw) @ about_axis(y, pitch) @ about_axis(x, roll)
+    if roll == pitch == yaw == 0.0:  # of most elements
+        return np.eye(3)
+    turns = ((2, yaw), (1, pitch), (0, roll))
+    about_z, about_y, about_x = (_about_coordinate_axis(place, angle) for place, angle in turns)
+    return about_z @ about_y @ about_x
+
+
+def _about_coordinate_axis(place: int, angle: float) -> Array:
+    """Return the matrix of ``about_axis`` for a coordinate axis, with the same bits."""
+    sine, cosine = math.sin(angle), math.cos(angle)
+    matrix = np.zeros((3, 3))
+    first, second = (place + 1) % 3, (place + 2) % 3
+    matrix[place, place] = cosine + (1.0 - cosine)
+    matrix[first, first] = matrix[second, second] = cosine
+    matrix[second, first], matrix[first, second] = sine + 0.0, 0.0 - sine
+    return matrix
 
 
 def quaternion_of(rotations: Iterable[tuple[Array, float]]) -> tuple[float, float, float, float]:

@@ -314,7 +314,8 @@ class _UrdfReader:
         orientation = snapped_rotation(exact)
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
         nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < off_right(angle) <= NEARLY), None)
-        made_exact = bool(np.any((orientation != exact) & np.isin(orientation, (-1.0, 0.0, 1.0))))
+        changed = orientation[orientation != exact]
+        made_exact = changed.size > 0 and bool(np.any(np.isin(changed, (-1.0, 0.0, 1.0))))
         return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
 
     def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
