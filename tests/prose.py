@@ -68,12 +68,17 @@ def pages() -> list[Path]:
     return sorted(file for file in files if file.name not in NOT_PROSE and "_build" not in file.parts)
 
 
+@cache
+def _deviations() -> tuple[Mapping[str, str], re.Pattern[str]]:
+    """Return the word of the glossary for each other way to write it, and the pattern of all ways."""
+    known = {**separations(), **spellings()}
+    ways = "|".join(sorted(map(re.escape, known), key=len, reverse=True))
+    return known, re.compile(rf"(?<![\w-])({ways})(?![\w-])", re.I)
+
+
 def findings(text: str) -> Iterator[tuple[int, str, str]]:
     """Yield line, written word and the word of the glossary for each deviation on a page."""
-    known = {**separations(), **spellings()}
-    pattern = re.compile(
-        rf"(?<![\w-])({'|'.join(sorted(map(re.escape, known), key=len, reverse=True))})(?![\w-])", re.I
-    )
+    known, pattern = _deviations()
     for number, line in enumerate(prose(text).splitlines(), start=1):
         for match in pattern.finditer(line):
             yield number, match[1], known[match[1].lower()]

@@ -7,6 +7,7 @@ import re
 import runpy
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -298,16 +299,28 @@ def _house() -> list[tuple[list[str], list[str]]]:
     return [(re.findall(r"`([^`]+)`", rooms), re.findall(r"`([\w/]+)`", text)) for rooms, text in cells]
 
 
+@cache
+def _written(package: Path) -> dict[Path, str]:
+    """Return the text of each file of the package."""
+    return {file: file.read_text(encoding="utf-8") for file in (*package.rglob("*.py"), *package.rglob("*.pyi"))}
+
+
+@cache
+def _paths(package: Path) -> set[str]:
+    """Return the files and folders of the package and of the templates, without endings."""
+    paths = {f"/{path.relative_to(package.parent).with_suffix('')}" for path in _written(package)}
+    paths |= {f"/{path.relative_to(ROOT)}" for path in ROOT.joinpath("templates").rglob("*")}
+    return paths | {str(Path(path).parent) for path in paths}
+
+
 def _strangers(rooms: list[str], names: list[str], package: Path = Path(eomgen.__file__).parent) -> list[str]:
     """Return the names that are neither modules, functions and classes of the rooms, nor paths or classes of all."""
-    files = [*package.rglob("*.py"), *package.rglob("*.pyi")]
-    paths = {f"/{path.relative_to(package.parent).with_suffix('')}" for path in files}
-    paths |= {f"/{path.relative_to(ROOT)}" for path in ROOT.joinpath("templates").rglob("*")}
-    paths |= {str(Path(path).parent) for path in paths}
-    inside = [file for room in rooms for file in files if file.is_relative_to(package / room)]
+    texts, paths = _written(package), _paths(package)
+    folders = tuple(f"{package / room}/" for room in rooms)
+    inside = [file for file in texts if str(file).startswith(folders)]
     parts = {part for file in inside for part in file.relative_to(package).with_suffix("").parts}
-    written = "\n".join(file.read_text(encoding="utf-8") for file in inside)
-    everywhere = "\n".join(file.read_text(encoding="utf-8") for file in files)
+    written = "\n".join(texts[file] for file in inside)
+    everywhere = "\n".join(texts.values())
     return [
         name
         for name in names
