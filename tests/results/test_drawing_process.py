@@ -36,6 +36,7 @@ def prepared(folder: Path) -> Callable[[], Drawings]:
     return lambda: drawings
 
 
+@pytest.mark.long_except("0", "1")
 @ONLY_LINUX
 @pytest.mark.parametrize("count", [0, 1, 2, 9])
 def test_copies_draw_every_figure_once_and_in_order(

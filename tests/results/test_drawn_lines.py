@@ -532,6 +532,7 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     assert axis.figure.axes[1].get_ylabel() == "speed"
 
 
+@pytest.mark.slow
 def test_a_surface_is_drawn_once_below_a_ball_at_rest_with_a_legend(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

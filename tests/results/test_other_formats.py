@@ -48,6 +48,7 @@ def test_matlab_reads_the_same_numbers(tmp_path: Path) -> None:
     assert stored["units"]["inputs"]["torque"] == "N m" and "events" not in stored
 
 
+@pytest.mark.slow
 def test_matlab_reads_the_events_of_a_run(tmp_path: Path) -> None:
     model = eomgen.build(Path(__file__).parents[2] / "examples" / "bouncing_ball" / "scene.toml", profile="quick")
     run = model.simulate(1.5, 1e-3)

@@ -146,6 +146,7 @@ def test_the_surface_of_a_contact_is_drawn_around_the_path() -> None:
     assert scenery["ground"] == [0.0, 0.0, z.min()]
 
 
+@pytest.mark.long
 def test_a_surface_goes_with_its_body_and_ends_at_the_edge_of_its_formula() -> None:
     """A bowl on a cart that has moved by 2 m; beyond the radius of the bowl the formula has no value."""
     shape, _, scenery = on_surface("0.8 - sqrt(0.64 - x**2 - y**2)", body="cart", axis=[0, 0, 1])

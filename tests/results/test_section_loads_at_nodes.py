@@ -111,6 +111,7 @@ def spinning(model: str) -> dict[str, Any]:
     }
 
 
+@pytest.mark.long_cases("cosserat")
 @pytest.mark.parametrize("model", ["cosserat", pytest.param("inextensible", marks=pytest.mark.slow)])
 def test_in_motion_a_joint_transmits_the_loads_of_the_first_section(model: str) -> None:
     """Outputs in C: the joint's reaction holds the node's half of the element's mass, load and weight."""

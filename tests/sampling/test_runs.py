@@ -146,6 +146,7 @@ def test_settings_that_cannot_be(options: dict[str, Any], text: str) -> None:
     assert text in str(caught.value)
 
 
+@pytest.mark.long_cases("prior-scipy-double")
 @pytest.mark.parametrize(
     ("start", "transforms", "precision"),
     [
@@ -313,6 +314,7 @@ def test_a_run_says_what_was_not_as_asked() -> None:
     assert sample(changed()).message.endswith("of warm-up")
 
 
+@pytest.mark.slow
 def test_chains_that_stand_still_have_no_diagnostics(tmp_path: Path) -> None:
     """Where no trajectory ends at a finite energy: the message says it, and nothing of NumPy stands beside it."""
     falling = changed(cell={"energy": "-s**4"}, data=None, truth=None)

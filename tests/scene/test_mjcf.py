@@ -195,6 +195,7 @@ def file(tmp_path: Path) -> Path:
 _LONGER = ("site against site", "sites on one chain", "slider and crank", "ellipsoids in a medium", "servos of balls")
 
 
+@pytest.mark.long_cases("muscle")
 @pytest.mark.slow_except(*(name for name in CASES if name not in _LONGER))
 @pytest.mark.parametrize("name", CASES)
 def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
@@ -204,6 +205,7 @@ def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
     assert forces < TOLERANCE
 
 
+@pytest.mark.slow_cases("muscle")
 @pytest.mark.parametrize("name", ["pid", "dcmotor", "muscle"])
 def test_activations_change_as_mujoco_s(name: str, file: Path) -> None:
     file.write_text(CASES[name], encoding="utf-8")

@@ -544,6 +544,7 @@ def test_quantiles_are_those_of_the_process_and_it_is_straight_beyond_them() -> 
     np.testing.assert_allclose(np.diff(curve(np.array([3.0, 4.0, 5.0])), 2), 0.0, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_a_translated_process_has_the_correlation_that_is_asked_for() -> None:
     """Of exp(g) it is (exp(r) - 1) / (e - 1): the closed form, and samples of the process at two times."""
     asked = {"type": "exponential", "correlation_time": 2.0, "share": 0.995, "duration": 4.0}

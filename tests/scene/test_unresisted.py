@@ -163,6 +163,7 @@ def with_lengths(data: dict[str, Any], factor: float) -> dict[str, Any]:
     return {**data, "bodies": bodies, "joints": joints}
 
 
+@pytest.mark.long_except("0.001")
 @pytest.mark.parametrize("factor", [1e-6, 1e-3, 1e6])
 def test_the_unit_of_length_makes_no_note(factor: float) -> None:
     for seed in range(40):

@@ -141,6 +141,7 @@ def test_states_between_rows_equilibria_and_linear_models_know_turns() -> None:
     np.testing.assert_allclose(linear.modes().eigenvalues, [1j * np.sqrt(STIFFNESS / INERTIA)], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_rates_of_q_carry_the_angle() -> None:
     here = started(9.0, 2.0)
     rates = model().rhs(0.0, np.concatenate([here["q"], here["v"]]))

@@ -29,6 +29,7 @@ def names(run: eomgen.Solution) -> set[str]:
     return {finding.name for finding in run.findings}
 
 
+@pytest.mark.long_except("kick at a tunable time-rk45", "linear table over place-generalized_alpha_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive", "tdg1_adaptive"])
 @pytest.mark.parametrize("law", ["kick at a tunable time", "linear table over place"])
 def test_steps_are_bounded_for_a_law_that_they_pass_over(law: str, method: str) -> None:
@@ -58,6 +59,7 @@ def test_a_kick_between_rows_is_no_gain_of_energy() -> None:
     assert run.success and not run.findings
 
 
+@pytest.mark.long_cases("box")
 @pytest.mark.parametrize("law", ["kick at a tunable time", "box", "linear table over place"])
 def test_a_balance_that_no_row_shows_is_not_known_without_an_estimate(law: str) -> None:
     given, _, _ = LAWS[law]
@@ -108,6 +110,7 @@ def test_a_bounded_run_that_takes_many_more_steps_is_given_up(tmp_path: Path, mo
     assert sliders().resume(kept, 2.5).metadata["settings"]["largest_step"] == 0.0
 
 
+@pytest.mark.slow
 def test_other_runs_pay_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs of fixed steps, with a bound of the caller, and of scenes without narrow laws are not examined."""
     builder = eomgen.SceneBuilder("plain").body("b", 1.0)

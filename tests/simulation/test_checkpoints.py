@@ -55,8 +55,8 @@ CASES = [
 ]
 
 
-@pytest.mark.slow_except("pendulum-generalized_alpha", "absolute-rk4_partitioned")
-@pytest.mark.long_cases("absolute-rattlie")
+@pytest.mark.slow_except("pendulum-generalized_alpha")
+@pytest.mark.long_cases("absolute-rattlie", "absolute-rk4_partitioned")
 @pytest.mark.parametrize(
     ("build", "options"), CASES, ids=[f"{build.__name__}-{options['method']}" for build, options in CASES]
 )

@@ -43,6 +43,7 @@ def differenced(model: Model, name: str) -> float:
     return float(runs[0]["x"][-1] - runs[1]["x"][-1]) / 2e-4
 
 
+@pytest.mark.long_except("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "tdg2"])
 def test_friction_by_sign_is_refused_where_the_velocity_turns(method: str) -> None:
     """x = 0.03 + 0.47 cos(w t) until v = 0 at t = pi/w, w = sqrt(10): 0.993 s."""

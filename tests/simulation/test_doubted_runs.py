@@ -59,6 +59,7 @@ def test_an_output_that_is_wrong_is_warned_of(disc: eomgen.Model) -> None:
     assert noticed_error(run.error) is run.error.largest_output
 
 
+@pytest.mark.long_except("1e-06-True")
 @pytest.mark.parametrize(("travel", "named"), [(1e-6, True), (1e-2, False)])
 def test_a_coordinate_that_its_error_hides_is_named(travel: float, named: bool) -> None:
     builder = eomgen.SceneBuilder("device_on_a_vehicle", gravity=[0, 0, 0])
@@ -80,6 +81,7 @@ def test_a_coordinate_that_its_error_hides_is_named(travel: float, named: bool) 
     assert ("unresolved_coordinate" in [finding.name for finding in run.findings]) == named
 
 
+@pytest.mark.long_except("absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_body_in_water_makes_no_claim_of_momentum(coordinates: str) -> None:
     builder = eomgen.SceneBuilder("buoy", gravity=[0, 0, 0], coordinates=coordinates)

@@ -101,6 +101,7 @@ def test_samples_of_inputs_are_directions() -> None:
     np.testing.assert_allclose(H[:, 1], (4.0 * two - four) / 3.0, atol=5e-9 * np.max(np.abs(H[:, 1])))
 
 
+@pytest.mark.slow
 def test_what_is_left_of_a_taylor_series_is_of_third_order() -> None:
     _, model = built(tree())
     found = model.sensitivities(1.0, STEP, by=OF_TREE, initial=SWUNG, method="tdg2")

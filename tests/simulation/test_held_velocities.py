@@ -91,6 +91,7 @@ HELD: dict[str, tuple[dict[str, float], float, dict[str, Any], float]] = {  # pa
 }
 
 
+@pytest.mark.long_cases("weak force")
 @pytest.mark.slow_cases("strong force")
 @pytest.mark.parametrize("case", HELD)
 def test_a_velocity_that_the_equations_hold_is_named(case: str) -> None:
@@ -147,6 +148,7 @@ BY_CHANCE = [
 ]
 
 
+@pytest.mark.long_cases("rosenbrock-6.500029760082636-1.1358351480278792-0.06130361613452259-0.0-0.012230675020114674")
 @pytest.mark.parametrize(("method", "F", "c", "w", "speed", "step"), BY_CHANCE)
 def test_jumps_that_several_runs_pass_alike_are_no_sign_of_a_small_error(
     method: str, F: float, c: float, w: float, speed: float, step: float

@@ -44,6 +44,7 @@ def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, A
     return {**options, "inputs": inputs}
 
 
+@pytest.mark.slow_cases("tdg2")
 @pytest.mark.parametrize("method", [pytest.param("trapezoidal", marks=pytest.mark.slow), "tdg2"])
 def test_tangents_and_adjoints_against_differences_of_runs(method: str) -> None:
     """Of order 6; inputs enter the matrix of a step, internal states and outputs."""

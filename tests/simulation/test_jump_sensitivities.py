@@ -50,6 +50,7 @@ def height(t: float, e: Any, g: Any, floor: Any, y: Any, v: Any) -> tuple[Any, A
         y, v, passed = floor, -e * (v - g * fall), passed + fall
 
 
+@pytest.mark.long_except("generalized_alpha")
 @pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
 def test_a_bouncing_ball_has_the_derivatives_of_its_closed_form(method: str) -> None:
     by, at = ["e", "g", "floor", "q.height", "v.height"], np.array([0.8, 9.81, 0.2, 1.0, 0.3])
@@ -72,6 +73,7 @@ def servo(sample: float = 0.02, **keys: Any) -> SceneBuilder:
     return builder.output("way", formula="q.rail").output("speed", formula="v.rail")
 
 
+@pytest.mark.long_except("0.02-0.007")
 @pytest.mark.parametrize(("sample", "delay"), [(0.02, 0.0), (0.025, 0.0), (0.02, 0.007)])
 def test_a_sampled_loop_has_the_derivatives_of_its_difference_equation(sample: float, delay: float) -> None:
     """Each hold of the force is solved exactly, also by generalized-alpha: the acceleration is constant."""

@@ -178,6 +178,12 @@ def test_places_between_two_values_are_the_places_of_every_period(period: float)
         assert last - first == len(inside)
 
 
+@pytest.mark.long_cases(
+    "generalized_alpha-box",
+    "generalized_alpha-cogging, whole periods",
+    "generalized_alpha-rate, whole periods",
+    "rk45-rate, whole periods",
+)
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("method", ["generalized_alpha", pytest.param("rk4", marks=pytest.mark.slow), "rk45"])
 def test_a_law_that_steps_pass_over_is_named(law: str, method: str) -> None:
@@ -397,6 +403,7 @@ def test_a_run_is_right_with_the_largest_step_that_its_message_names(law: dict[s
     assert off(again, law) < 0.02 and again.error.relative > off(again, law) / 3.0
 
 
+@pytest.mark.long_cases("0.03-generalized_alpha_adaptive", "0.03-tdg1_adaptive")
 @pytest.mark.parametrize("method", ["rk45", "taylor", "generalized_alpha_adaptive", "tdg1_adaptive"])
 @pytest.mark.parametrize("bound", [0.03, 0.3])
 def test_own_steps_are_as_long_as_the_bound_at_most(method: str, bound: float) -> None:
@@ -438,6 +445,7 @@ NARROW_BY_PLACE = {
 }
 
 
+@pytest.mark.long_except("position")
 @pytest.mark.parametrize("quantity", NARROW_BY_PLACE)
 def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None:
     """Reference: the work of a barrier, 30*0.006*sqrt(pi) J; a level that holds a velocity at 0.004*sqrt(ln 2) below.
@@ -461,6 +469,7 @@ def test_a_narrow_load_by_a_quantity_of_its_place_is_seen(quantity: str) -> None
         assert wrong == ("unseen_law" in [one.name for one in run.findings]), (options, run.q[-1], end, run.message)
 
 
+@pytest.mark.long_except("q.x", "position.here[0] - 0.2")
 @pytest.mark.parametrize("argument", ["q.x", "position.p[0] - 0.2", "position.here[0] - 0.2", "rotated"])
 def test_a_barrier_of_any_width_is_seen_by_any_name_of_the_place(argument: str) -> None:
     """The work of the barrier does not depend on its width; the place is 0.2 m ahead of the joint on the body."""

@@ -112,6 +112,7 @@ def test_what_rounding_leaves_of_a_momentum_that_is_none_is_not_drift() -> None:
     assert abs(momenta[1:, 1]).max() > 0.0  # so that some of it is there to be told
 
 
+@pytest.mark.long_except("4-terms0")
 @pytest.mark.parametrize(
     ("count", "terms"), [(4, ("mass", "constraint_jacobian")), (60, ("mass_values", "jacobian_values"))]
 )

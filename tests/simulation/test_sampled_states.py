@@ -264,6 +264,7 @@ def test_gains_that_a_program_computed_have_no_note_on_units(digits: str, noted:
     assert any("states.a.formula" in note and "if its numbers have no unit" in note for note in notes) == noted
 
 
+@pytest.mark.long_except("q.x-0.1 m-", "1.0 if q.x > 0.5 else 0.0-1 m-", "0.2-12 m-")
 @pytest.mark.parametrize(
     ("formula", "quantum", "text"),
     [

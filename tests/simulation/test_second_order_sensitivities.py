@@ -196,6 +196,7 @@ def test_constraints_and_starts_that_move_onto_them(builder: Any, method: str, b
         assert np.max(np.abs(products - products.T)) <= 1e-14 * size
 
 
+@pytest.mark.slow
 def test_a_start_at_rest_on_constraints_moves_with_parameters() -> None:
     """Against a difference of gradients, each of which finds rest again."""
     _, model = built(resting_loop())

@@ -137,6 +137,7 @@ OTHERS = ("generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezo
 HOLDING = ("hermite", "taylor")
 
 
+@pytest.mark.long_cases("linear-rk4", "ramps-rk4")
 @pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
 @pytest.mark.parametrize("inputs", list(INPUTS))

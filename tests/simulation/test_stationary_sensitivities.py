@@ -70,6 +70,7 @@ def test_one_adjoint_of_each_output_gives_all_rows() -> None:
     assert np.abs(still.hessian(0, 30)).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_an_output_by_which_the_equations_bend_takes_one_adjoint_in_all() -> None:
     scene = frame(balanced()).output("low", formula="q.one")
     found, still = derivatives(scene, ["low"], of=["low"])
@@ -79,6 +80,7 @@ def test_an_output_by_which_the_equations_bend_takes_one_adjoint_in_all() -> Non
     assert still.solutions == 1
 
 
+@pytest.mark.long_except("off balance", "moving")
 @pytest.mark.parametrize(
     "scene",
     [
@@ -99,6 +101,7 @@ def test_stiffness_that_changes_with_time_is_none() -> None:
     assert derivatives(frame(balanced()), ["top"], by=[*PUSHED, "q.one"])[1] is None
 
 
+@pytest.mark.slow
 def test_the_hessian_takes_directions_that_bend_something_and_no_others(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of a linear scene it is zero, and takes no matrix of all parameters at all steps; of one that parameters alone
     bend it is the sum over the rows."""

@@ -116,6 +116,7 @@ def check(
     return found
 
 
+@pytest.mark.long_cases("rk4_partitioned")
 @pytest.mark.slow_cases("rattlie")
 @pytest.mark.parametrize("method", ["rattlie", "rk4_partitioned"])
 def test_a_plate_on_a_rod_of_tunable_length(method: str) -> None:

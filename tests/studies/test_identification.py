@@ -482,6 +482,7 @@ def test_mistakes_in_calls_are_named(
     assert told in str(caught.value)
 
 
+@pytest.mark.slow
 def test_starts_at_rest_follow_what_is_unknown() -> None:
     """3 x'' + x' + 30 x = 3 + t from rest at 3/30: a start held at 3/25, where the search begins, would fit nothing."""
     text = SCENE.replace("duration = 4 }", 'duration = 4, start = "equilibrium" }').replace(
@@ -524,6 +525,7 @@ def test_starts_of_absolute_bodies_follow_what_is_unknown(slider: eomgen.Model) 
         found_by(model, data(), "stiffness", states=["v.a[3]"])
 
 
+@pytest.mark.slow
 def test_the_file_of_a_loop_is_read(tmp_path: Path) -> None:
     """Its multipliers are columns, too, and neither outputs nor mistakes."""
     text = SCENE.replace("[efforts.spring]", ROD + "[efforts.spring]").replace('"push - ', '"')
