@@ -101,6 +101,15 @@ EXAMPLES = {name: function for name, function in CONTRACT.items() if ">>>" in (f
 SLOW = {"Ensemble.plot", "Model.live", "eomgen.casadi", "eomgen.fmu", "eomgen.jax"}
 
 
+@pytest.mark.slow_cases(
+    "Model.calibrate",
+    "Model.floquet",
+    "Ensemble.count",
+    "Model.simulate_many",
+    "Sensitivities.input_gradient",
+    "Model.steady_motion",
+    "eomgen.linear.eigenvalue_loci.Campbell.number",
+)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in EXAMPLES])
 def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib.use("Agg")

@@ -152,6 +152,7 @@ def without(deleted: Sequence[str], folder: Path) -> list[str]:
     return gone
 
 
+@pytest.mark.long_cases("studies")
 @pytest.mark.parametrize(
     "deleted",
     [

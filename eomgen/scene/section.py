@@ -498,13 +498,15 @@ def in_reading_order(rows: Sequence[Section]) -> list[Section]:
     order: dict[str, Section] = {}
 
     def put(row: Section) -> None:
+        if row.key in order:
+            return
         for key in row.after:
             if key in by_key:  # a product may be absent
                 put(by_key[key])
         for other in rows:
             if row.key in other.before:
                 put(other)
-        order.setdefault(row.key, row)
+        order[row.key] = row
 
     for row in sorted(rows, key=lambda row: row.last):
         put(row)

@@ -28,6 +28,7 @@ def profile(length: float, spacing: float, seed: int) -> tuple[np.ndarray, np.nd
     return x, y
 
 
+@pytest.mark.long_cases("0.05-20-0", "0.05-20-1")
 @pytest.mark.parametrize("seed", [0, 1])
 @pytest.mark.parametrize(("spacing", "segments"), [(0.1, 8), (0.1, 40), (0.05, 20)])
 def test_a_profile_of_known_spectrum_has_it(spacing: float, segments: int, seed: int) -> None:

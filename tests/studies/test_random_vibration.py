@@ -118,6 +118,7 @@ def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
     assert (exact.spent, differenced.spent) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
 
 
+@pytest.mark.slow
 def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing: eomgen.Model) -> None:
     """Check 19 of the dossier: one adjoint for all times, and the numbers of the general way; N tangents elsewhere."""
     variables, options = processes_of(duffing)[1], {"method": "trapezoidal"}
@@ -291,6 +292,7 @@ def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text
     assert text in str(caught.value)
 
 
+@pytest.mark.slow
 def test_methods_without_derivatives_and_thresholds_too_far_out_are_named() -> None:
     few = built(scene(0.1, 0.5))
     with pytest.raises(UsageError, match="rk4"):

@@ -100,6 +100,7 @@ def _bits(model: Model) -> dict[str, bytes]:
     return bits | {"run": solution.q.tobytes() + solution.v.tobytes()}
 
 
+@pytest.mark.slow_cases("quarter_car-fast")
 @pytest.mark.parametrize(
     ("example", "profile"),
     [

@@ -40,6 +40,7 @@ def at_two_steepnesses(
     return one, other
 
 
+@pytest.mark.long_cases("spread-inf", "spread-20.0")
 @pytest.mark.parametrize("depth", [math.inf, 20.0])
 @pytest.mark.parametrize("vectors", CASES.values(), ids=CASES)
 def test_residuals_are_of_third_order(vectors: tuple[tuple[float, float], ...], depth: float) -> None:

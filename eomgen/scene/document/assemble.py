@@ -94,8 +94,9 @@ def _fields(reading: Reading, document: Document, bound: Mapping[str, str]) -> d
     bound : mapping
         Values of parameters of included files, as formulas, by key.
     """
-    model = [row for row in in_reading_order(reading.rows) if not row.last]
-    observers = [row for row in in_reading_order(reading.rows) if row.last]
+    ordered = in_reading_order(reading.rows)
+    model = [row for row in ordered if not row.last]
+    observers = [row for row in ordered if row.last]
     fields: dict[str, Any] = {
         "name": document.name,
         "description": document.description,
