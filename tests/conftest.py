@@ -11,6 +11,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("EOMGEN_PROFILE", "quick")
 
 import gc
+import sys
 import zlib
 from collections.abc import Generator, Sequence
 
@@ -20,6 +21,20 @@ import pytest
 # Equations are millions of small objects without circles: to look for circles among them takes a quarter of the time.
 # None are frozen: a build then would count the frozen ones, a million, each time that it stops the collector.
 gc.set_threshold(50_000, 20, 20)
+
+
+#: Parts of paths of tests at the end of a run: JAX has threads, and a process with threads had better not fork, as
+#: tests of copies of a process do; no test among the waves does.
+LAST = {"test_jax_functions.py": 1, "waves": 2}
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put tests with JAX behind those that fork, and spare hypothesis the search for constants in all of the package:
+    each process would parse 800 files, among them some of acados with faults that Python warns of."""
+    items.sort(key=lambda item: max(LAST.get(part, 0) for part in item.path.parts))
+    if providers := sys.modules.get("hypothesis.internal.conjecture.providers"):
+        providers.is_local_module_file = lambda path: False  # type: ignore[attr-defined]
 
 
 @pytest.hookimpl(wrapper=True)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
-import jax
 import numpy as np
 import pytest
 
@@ -13,7 +13,15 @@ from eomgen.errors import ModelError, UsageError
 from eomgen.lie.product import update
 from eomgen.products.optimisers import jax_functions
 
-jax.config.update("jax_enable_x64", True)
+jax: Any = None
+
+
+@pytest.fixture(scope="module", autouse=True)
+def imported() -> None:
+    """Import JAX for the first of these tests: a process with JAX, which has threads, had better not fork."""
+    globals()["jax"] = import_module("jax")
+    jax.config.update("jax_enable_x64", True)
+
 
 FLOATING = {
     "format": 1,
