@@ -56,13 +56,117 @@ RESULTS = {
     "Sensitivities": "eomgen.products.derivatives.run_sensitivities",
     "SectionLoads": "eomgen.compiled.beams",
     "Rainflow": "eomgen.results.rainflow",
+    "ErrorEstimate": "eomgen.results.error_estimate",
+    "LargestError": "eomgen.results.error_estimate",
+    "SampleErrors": "eomgen.results.error_estimate",
+    "Events": "eomgen.results.events",
+    "Finding": "eomgen.results.finding",
+    "InlineAnimation": "eomgen.results.animation",
+    "StepEvent": "eomgen.simulation.simulator",
+    "SimulatorState": "eomgen.simulation.checkpoint",
+    "StrainedStart": "eomgen.solvers.beams",
+    "Critical": "eomgen.analysis.equilibrium_path",
+    "Sparsity": "eomgen.compiled.argument_derivatives",
+    "Reference": "eomgen.linear.linearization",
+    "Freedom": "eomgen.linear.freedom",
+    "Multiblade": "eomgen.linear.multiblade",
+    "Rotor": "eomgen.linear.multiblade",
+    "Crossing": "eomgen.linear.eigenvalue_loci",
+    "Difference": "eomgen.products.comparison.report",
+    "EnsembleJudgement": "eomgen.products.ensembles.discretisation",
+    "FailedSample": "eomgen.products.ensembles.samples",
+    "Ranking": "eomgen.products.ensembles.statistics",
+    "Cost": "eomgen.products.reliability.vibration.result",
+    "Distribution": "eomgen.products.reliability.vibration.result",
+    "Process": "eomgen.products.reliability.vibration.result",
+    "Combination": "eomgen.products.studies.identification.estimation",
+    "Column": "eomgen.products.studies.identification.result",
+    "Estimate": "eomgen.products.studies.identification.result",
+    "Record": "eomgen.products.studies.identification.result",
+    "VerificationRun": "eomgen.products.studies.tuning.judge",
+    "RacedMethod": "eomgen.products.studies.tuning.result",
+    "Configuration": "eomgen.products.studies.work_precision.axes",
+    "ErrorSize": "eomgen.products.studies.work_precision.observation",
+    "VariantCost": "eomgen.products.studies.savings",
     "Counts": "eomgen.symbolic.operations",
     "Savings": "eomgen.products.studies.savings",
     "JaxFunctions": "eomgen.products.optimisers.jax_functions",
     "TorchFunctions": "eomgen.products.optimisers.torch_functions",
 }
+#: Classes of the attributes of a Scene and of a System: name -> module. Their methods are for other rooms of the
+#: package, and are not listed.
+PARTS = {
+    **dict.fromkeys(("Base", "Beam", "Body", "Deformation"), "eomgen.scene.bodies.model"),
+    **dict.fromkeys(("BeamElement", "BeamSection", "Cosserat"), "eomgen.scene.bodies.cosserat"),
+    "Curve": "eomgen.formula.curves",
+    **dict.fromkeys(
+        ("Constraint", "Frame", "Friction", "Joint", "Mimic", "Reaction", "Stop"), "eomgen.scene.joints.model"
+    ),
+    **dict.fromkeys(("Calibration", "Controller", "Reference", "StateFeedback"), "eomgen.scene.control.model"),
+    **dict.fromkeys(("Spring", "TorsionSpring"), "eomgen.scene.forces.springs"),
+    **dict.fromkeys(("Effort", "Force"), "eomgen.scene.forces.forces"),
+    "Bushing": "eomgen.scene.forces.bushings",
+    **dict.fromkeys(("Tendon", "Wrap"), "eomgen.scene.forces.tendons"),
+    **dict.fromkeys(("Slip", "Tyre"), "eomgen.scene.forces.tyres"),
+    "Event": "eomgen.scene.events.model",
+    "DesignPlace": "eomgen.scene.design_poses",
+    "Motion": "eomgen.system.motions",
+    **dict.fromkeys(("Assignment", "EventRow", "Mode"), "eomgen.system.events"),
+    **dict.fromkeys(
+        (
+            "CSource",
+            "Input",
+            "NormalSeries",
+            "Output",
+            "Parameter",
+            "PythonFunction",
+            "RoadUnderWheel",
+            "SampleRow",
+            "SampledController",
+            "Sampling",
+            "State",
+        ),
+        "eomgen.system.signals",
+    ),
+    **dict.fromkeys(
+        ("FixedFrame", "Point", "Requirement", "Rule", "Shape", "Simulation", "UnreadMesh"), "eomgen.system.description"
+    ),
+    **dict.fromkeys(
+        (
+            "BeamAxis",
+            "BeamSlopes",
+            "Discontinuity",
+            "Facts",
+            "Function",
+            "Quantity",
+            "Sample",
+            "SecondBlocks",
+            "Validity",
+        ),
+        "eomgen.system.system",
+    ),
+    "InputSymbol": "eomgen.symbolic.operations",
+}
+#: Folders of these classes, each with its title and a sentence.
+GROUPS = {
+    "results": ("Results", "Classes whose objects public functions return.", RESULTS),
+    "parts": ("Parts of scenes and systems", "Classes of the attributes of a Scene and of a System.", PARTS),
+}
 #: Methods of public classes for other rooms of the package, which take objects that callers do not make.
 INTERNAL = {
+    "Configuration.of_scene",
+    "ErrorEstimate.arrays",
+    "ErrorEstimate.from_file",
+    "ErrorEstimate.missing",
+    "Events.arrays",
+    "Events.columns",
+    "Events.described",
+    "Events.followed_by",
+    "Events.write",
+    "Finding.described",
+    "Finding.from_data",
+    "Finding.of",
+    "Finding.rated",
     "Model.check_left_out",
     "Model.having",
     "Model.in_complex",
@@ -72,6 +176,7 @@ INTERNAL = {
     "Model.stepper_in_lanes",
     "Simulator.begin",
     "Simulator.moved_from",
+    "SimulatorState.check",
     "Solution.later",
 }
 MODULES = {name: f"eomgen.{name}" for name in sorted(OF_THE_CORE | public_modules())}
@@ -98,10 +203,12 @@ def public_objects() -> dict[str, tuple[str, Any]]:
             same = [other for other, _ in objects if other.lower() == name.lower() and other != name]
             file = f"{name}_function" if same and inspect.isfunction(value) else name
             found[f"{module}.{name}"] = (f"{FOLDER}/{folder}{file}", value)
-    for name, module in RESULTS.items():
-        value = getattr(import_module(module), name)
-        if not any(value is other for other in seen):
-            found[f"{module}.{name}"] = (f"{FOLDER}/results/{name}", value)
+    for folder, (_, _, classes) in GROUPS.items():
+        for name, module in classes.items():
+            value = getattr(import_module(module), name)
+            if not any(value is other for other in seen):
+                seen.append(value)
+                found[f"{module}.{name}"] = (f"{FOLDER}/{folder}/{name}", value)
     return found
 
 
@@ -110,7 +217,7 @@ def members(kind: type) -> Iterator[tuple[str, str, Any]]:
 
     Fields of dataclasses stand in the docstring of their class.
     """
-    for name in dir(kind):
+    for name in () if PARTS.get(kind.__name__) == kind.__module__ else dir(kind):
         if name.startswith("_") or f"{kind.__name__}.{name}" in INTERNAL:
             continue
         home = next((base for base in kind.__mro__ if name in vars(base)), kind)
@@ -179,13 +286,13 @@ def python_pages() -> Iterator[Page]:
 
 
 def _module_title(folder: str) -> str:
-    return f"eomgen.{folder}" if folder in MODULES else "Results"
+    return f"eomgen.{folder}" if folder in MODULES else GROUPS[folder][0]
 
 
 def _about(folder: str) -> str:
     if folder in MODULES:
         return summary(import_module(MODULES[folder]))
-    return "Classes whose objects public functions return."
+    return GROUPS[folder][1]
 
 
 def _list_page(folder: str, rows: list[tuple[str, str, str]]) -> str:

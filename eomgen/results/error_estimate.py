@@ -166,8 +166,18 @@ class ErrorEstimate:
         return self.available and max(self.relative, of_outputs) > NOTICED and not ordered
 
     def above(self, part: float) -> float:
-        """Return the first time, s, at which the error is above a part of the motion; infinite if the error stays
-        below."""
+        """Return the first time at which the error is above a part of the motion.
+
+        Parameters
+        ----------
+        part : float
+            Of the motion.
+
+        Returns
+        -------
+        float
+            Time, s; infinite if the error stays below.
+        """
         places = np.flatnonzero(self.relative_at > part)
         return float(self.t[places[0]]) if len(places) else float("inf")
 
@@ -178,13 +188,24 @@ class ErrorEstimate:
         ----------
         aim, share : float
             Relative errors; ``relative`` if ``share`` is None.
+
+        Returns
+        -------
+        float
+            Factor, at most 1.
         """
         share = self.relative if share is None else share
         order = np.fmin(self.order, self.declared_order)
         return 1.0 if np.isnan(order) else float(min(1.0, (aim / share) ** (1.0 / max(order, 1.0))))
 
     def summary(self) -> dict[str, Any]:
-        """Return the summary in JSON types."""
+        """Return the summary in JSON types.
+
+        Returns
+        -------
+        dict
+            As of ``described``, with the errors of q, v, internal states, multipliers and outputs as lists.
+        """
         return {
             **self.described(),
             **{name: getattr(self, name).tolist() for name in _STATES},
@@ -192,7 +213,13 @@ class ErrorEstimate:
         }
 
     def described(self) -> dict[str, Any]:
-        """Return all but the arrays, in JSON types; unknown values are None."""
+        """Return all but the arrays, in JSON types.
+
+        Returns
+        -------
+        dict
+            Words, largest errors and numbers by name; unknown values are None.
+        """
         numbers = {
             name: _or_none(getattr(self, name)) for name in ("order", "declared_order", "relative", "seconds", "cost")
         }
@@ -308,7 +335,13 @@ class SampleErrors:
         return f"{text}; try: a step smaller than {self.step * factor:.2g} s"
 
     def summary(self) -> dict[str, Any]:
-        """Return JSON data."""
+        """Return JSON data.
+
+        Returns
+        -------
+        dict
+            The worst sample, largest errors of columns, and the estimate of each compared sample.
+        """
         worst = self.worst
         return {
             "available": self.available,
