@@ -11,7 +11,7 @@ from sphinx.cmd.build import build_main
 from docs.site.gallery import gallery_pages, write_files
 from docs.site.pages import external_links, site_pages, write
 from docs.site.plain_text import write_plain_text
-from docs.site.reference import reference_pages
+from docs.site.reference import reference_pages, sessions
 
 HERE = Path(__file__).parent
 
@@ -23,7 +23,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--jobs", default="auto", help="processes of Sphinx; one for each core")
     options = parser.parse_args(arguments)
     sources = options.out / "sources"
-    site = site_pages((*gallery_pages(), *reference_pages()))
+    site = site_pages((*gallery_pages(), *reference_pages(sessions())))
     write(site, sources)
     links = (f"{address}  {', '.join(places)}\n" for address, places in external_links(site).items())
     (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import inspect
 import re
+import shlex
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Container, Iterator, Mapping
 from functools import cache
 from importlib import import_module
 from pathlib import Path
@@ -319,8 +320,61 @@ def _value(value: object) -> str:
     )
 
 
-def command_pages() -> Iterator[Page]:
-    """Yield one page for each verb, with the text that ``eomgen <verb> --help`` prints."""
+#: Commands whose output the pages of their verbs show, in the order in which they run, in one folder.
+SESSIONS = (
+    "new arm",
+    "examples quarter_car",
+    "info arm/scene.toml",
+    "migrate --check arm/scene.toml",
+    "equilibrium quarter_car/scene.toml",
+    "linearize quarter_car/scene.toml",
+    "simulate arm/scene.toml --t-end 2 --out arm/out",
+    "plot arm/out",
+    "animate arm/out/solution.npz --out arm/motion.html",
+    "report arm/out --out arm/report.html",
+    "generate arm/scene.toml --method rk4 --out arm_c",
+    "savings arm/scene.toml",
+    "compare arm/scene.toml heavy.toml",
+    'ensemble arm/scene.toml --t-end 1 --samples 8 --vary "lower_mass=normal(0.6 kg, 10 %)" --out arm/samples',
+    "schema",
+    "explain E0008",
+    "cite generalized_alpha",
+    "completion bash",
+)
+#: Lines of output on a page at most.
+_SHOWN = 40
+
+
+def sessions(wanted: Container[str] | None = None) -> dict[str, str]:
+    """Return commands with the output that they print now, by verb.
+
+    Parameters
+    ----------
+    wanted : container of str, optional
+        Verbs; all by default.
+    """
+    shown: dict[str, str] = {}
+    runner = CliRunner(env={"COLUMNS": "100"})
+    with runner.isolated_filesystem():
+        for line in SESSIONS:
+            verb, *words = shlex.split(line)
+            if wanted is not None and verb not in wanted:
+                continue
+            if verb == "compare":  # a copy with one other number
+                text = Path("arm/scene.toml").read_text(encoding="utf-8")
+                Path("heavy.toml").write_text(text.replace("value = 0.6", "value = 0.9"), encoding="utf-8")
+            result = runner.invoke(commands, [verb, *words], prog_name="eomgen", standalone_mode=False)
+            printed = re.sub(r"\x1b\[[0-9;]*m", "", result.output)
+            if result.exception is not None or (result.return_value or 0) not in (0, 4 if verb == "compare" else 0):
+                raise RuntimeError(f"eomgen {line} fails: {printed}") from result.exception
+            lines = [row.rstrip() for row in printed.rstrip().splitlines()]
+            lines = [*lines[:_SHOWN], "..."] if len(lines) > _SHOWN else lines
+            shown[verb] = "\n".join((f"$ eomgen {line}", *lines))
+    return shown
+
+
+def command_pages(examples: Mapping[str, str]) -> Iterator[Page]:
+    """Yield one page for each verb, with the text that ``eomgen <verb> --help`` prints, and an example by verb."""
     runner = CliRunner()
 
     def printed(*words: str) -> str:
@@ -337,6 +391,7 @@ def command_pages() -> Iterator[Page]:
         python = [target.partition(":")[2] for target in verb.methods]
         same = ", ".join(f"{{py:meth}}`Model.{it} <eomgen.Model.{it}>`" for it in python)
         text = f"# eomgen {name}\n\n{verb.summary}\n\n```text\n$ eomgen {name} --help\n{printed(name)}```\n"
+        text += f"\n## Example\n\n```text\n{examples[name]}\n```\n" if name in examples else ""
         yield Page(f"{folder}/{name}", text + (f"\nFrom Python: {same}.\n" if same else ""))
 
 
@@ -457,10 +512,10 @@ def _cell(text: str) -> str:
     return f"`{line}`" if line else ""
 
 
-def reference_pages() -> Iterator[Page]:
-    """Yield all generated pages."""
+def reference_pages(examples: Mapping[str, str] | None = None) -> Iterator[Page]:
+    """Yield all generated pages; ``examples`` of commands with their output, by verb, as of ``sessions``."""
     yield from python_pages()
-    yield from command_pages()
+    yield from command_pages(examples or {})
     yield from method_pages()
     yield from c_pages()
     yield from message_pages()

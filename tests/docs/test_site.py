@@ -33,7 +33,17 @@ from docs.site.pages import (
     write,
 )
 from docs.site.plain_text import write_plain_text
-from docs.site.reference import GROUPS, INTERNAL, MODULES, members, public_objects, reference_pages
+from docs.site.reference import (
+    GROUPS,
+    INTERNAL,
+    MODULES,
+    SESSIONS,
+    command_pages,
+    members,
+    public_objects,
+    reference_pages,
+    sessions,
+)
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
 from eomgen.scene.document.schema import every_document
@@ -169,6 +179,15 @@ def test_every_verb_method_and_section_has_its_page() -> None:
     assert all(f"| `{block}` |" in interface for block in INPUT_BLOCKS) and "#endif" not in interface
     assert "## Time integration" in interface and "arm_status arm_simulator_step(" in interface
     assert {f"reference/scene/{row.key}" for row in DOCUMENT.rows} - pages.keys() == set()
+
+
+def test_pages_of_verbs_show_what_commands_print() -> None:
+    assert {line.split()[0] for line in SESSIONS} < set(VERBS)
+    shown = sessions({"new", "migrate", "cite"})
+    assert shown["new"].startswith("$ eomgen new arm\nnext: eomgen simulate arm/scene.toml") and "cite" in shown
+    pages = {page.place: page.text for page in command_pages(shown)}
+    assert f"## Example\n\n```text\n{shown['new']}\n```" in pages["reference/command_line/new"]
+    assert "## Example" not in pages["reference/command_line/info"]
 
 
 def test_every_how_to_page_has_a_subject() -> None:
