@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import inspect
 import re
 import shlex
@@ -355,7 +356,7 @@ def sessions(wanted: Container[str] | None = None) -> dict[str, str]:
     """
     shown: dict[str, str] = {}
     runner = CliRunner(env={"COLUMNS": "100"})
-    with runner.isolated_filesystem():
+    with TemporaryDirectory() as folder, contextlib.chdir(folder):
         for line in SESSIONS:
             verb, *words = shlex.split(line)
             if wanted is not None and verb not in wanted:
