@@ -228,13 +228,14 @@ def table(now: Mapping[str, Mapping[str, int]]) -> str:
 
 
 def public_texts() -> dict[str, list[str]]:
-    """Return the docstrings of public names, and all pages without blocks of code."""
+    """Return the docstrings of public names, all pages, and the pages of examples, without blocks of code."""
     from tests.docstrings import names  # imports all of the package and its products
 
     pages = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
     return {
         "docstrings": [inspect.getdoc(value) or "" for _, value in names()],
         "pages": [_BLOCK.sub("", page.read_text(encoding="utf-8")) for page in pages if "_build" not in page.parts],
+        "examples": [_BLOCK.sub("", page.read_text(encoding="utf-8")) for page in ROOT.glob("examples/*/README.md")],
     }
 
 
