@@ -95,9 +95,14 @@ def corrected_start(
         guess, (consistent.q, consistent.v), names, units, held, strict=True
     ):
         largest = np.maximum(np.abs(before), np.abs(after))
+        arms = [consistent.extent if unit == "rad/s" else 1.0 for unit in measured]  # of turns that move parts by m/s
+        fastest = float(np.max(largest * arms, initial=0.0))
         for k, (name, unit) in enumerate(zip(labels, measured, strict=True)):
-            same = [index for index, other in enumerate(measured) if other == unit]
-            size = largest[same].max() if unit.endswith("/s") else consistent.extent if unit == "m" else 1.0
+            size = consistent.extent if unit == "m" else 1.0
+            if unit in ("m/s", "rad/s"):
+                size = fastest / arms[k] if arms[k] else 0.0
+            elif unit.endswith("/s"):
+                size = max(largest[index] for index, other in enumerate(measured) if other == unit)
             share = abs(after[k] - before[k]) / size if off and size else 0.0
             if share > _TOLD:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
