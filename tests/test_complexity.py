@@ -37,7 +37,6 @@ REASONS = {
     "mechanics/derive.py::_assembled": "one field of the System a line; branches are comprehensions and defaults",
     "mechanics/forces/cosserat_beams.py::with_linear_moments": "one formula of matrices; branches are loops over six strains",
     "pipeline/equal_elements.py::equal_elements": "one condition after the other under which elements cannot be continued",
-    "pipeline/readings.py::to_text.written": "one case for each kind of data, as the recursion reads best in one place",
     "products/comparison/differences.py::_placed": "one decision on frames, from the poses that its branches share",
     "products/reliability/section/covariances.py::Covariances.read": "one check for each key of a covariance, in the order of messages",
     "products/reliability/section/reading.py::Processes._first": "one check for each fault of a correlated process, in the order of messages",

@@ -112,10 +112,9 @@ def of_inertia(first: Array, second: Array, mass: float, center: Array, turned: 
         return bool(np.abs(second - matrix).max() <= _NEAR * size)
 
     arm = tensor(steiner(mass, center.tolist()))
-    if not second.any():
-        return "missing inertia in the second"
-    if not first.any():
-        return "missing inertia in the first"
+    for matrix, which in ((second, "second"), (first, "first")):
+        if not matrix.any():
+            return f"missing inertia in the {which}"
     if cause := _of_products(first, second, _NEAR * size):
         return cause
     if np.abs(arm).max() > _NEAR * size:
@@ -123,7 +122,8 @@ def of_inertia(first: Array, second: Array, mass: float, center: Array, turned: 
             if alike(matrix):
                 return f"the {which} is about the origin of the frame, not about the centre of mass"
     ratio = float(np.trace(second) / np.trace(first)) if np.trace(first) else 0.0
-    if ratio and alike(ratio * first) and (cause := _factor(ratio)) and cause != _HALF:
+    cause = _factor(ratio) if ratio and alike(ratio * first) else ""
+    if cause not in ("", _HALF):
         return cause
     for axes in (turned, turned.T):
         if alike(axes @ first @ axes.T):
