@@ -12,7 +12,7 @@ from eomgen.analysis.loaded_statics import check_partials, loaded_statics
 from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, dense, soft_modes, sparse_partials
 from eomgen.analysis.state_warnings import SAME, SceneMeasures, equilibrium_notes
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
@@ -215,7 +215,40 @@ def equilibrium(
         notes += equilibrium_notes(measures, chosen.path, u)
         if left_along is not None:
             notes.append(_branches(model, statics, left_along))
-        return _result(model, loaded, _stiffness(statics, loaded, chosen.point), chosen, driven, measures, notes)
+        stiffness = _stiffness(statics, loaded, chosen.point)
+        result = _result(model, loaded, stiffness, chosen, driven, measures, notes)
+        if initial is None and u is None:
+            model.library.kept[_KEPT] = (p.tobytes(), time, any_kind), _copied(result)
+        return result
+
+
+def solved_equilibrium(
+    models: Sequence[CompiledModel], parameters: Array, t: float, *, any_kind: bool
+) -> Equilibrium | None:
+    """Return the equilibrium near the scene's own initial state that was last solved with one of these models, of one
+    scene; None if its parameters, time or kind were others.
+
+    Parameters
+    ----------
+    parameters : (np,) of the equilibrium
+    t, any_kind : as of ``equilibrium``
+    """
+    for model in models:
+        conditions, result = model.library.kept.get(_KEPT, (None, None))
+        if conditions == (parameters.tobytes(), t, any_kind):
+            return _copied(result)
+    return None
+
+
+def _copied(result: Equilibrium) -> Equilibrium:
+    """Return an equilibrium with arrays of its own, since callers may change the arrays of theirs."""
+    return replace(
+        result, **{name: value.copy() for name, value in vars(result).items() if isinstance(value, np.ndarray)}
+    )
+
+
+#: Name of the last equilibrium in the results that are kept with a library.
+_KEPT = "equilibrium"
 
 
 def _by_load_steps(

@@ -265,7 +265,7 @@ def linearize(
             state = given_state(able, given)
             check_constraints(able, state, operating_point)
         elif at is None or isinstance(at, str):
-            state, operating_point = found_state(able, at, initial, operating_point, any_kind=any_kind)
+            state, operating_point = found_state(able, at, initial, operating_point, any_kind=any_kind, asked=model)
         else:
             state, operating_point = as_found(
                 "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point

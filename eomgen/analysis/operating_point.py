@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.analysis.driven_rest import driven_components, held_base, law_rates
-from eomgen.analysis.equilibrium import Equilibrium, equilibrium
+from eomgen.analysis.equilibrium import Equilibrium, equilibrium, solved_equilibrium
 from eomgen.analysis.loaded_statics import loaded_statics
 from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.analysis.state_warnings import SceneMeasures as MeasuresOfScene
@@ -195,8 +195,12 @@ def found_state(
     operating_point: OperatingPoint,
     *,
     any_kind: bool,
+    asked: CompiledModel | None = None,
 ) -> tuple[OperatingState, OperatingPoint]:
-    """Return the state that ``at`` specifies; by default an equilibrium, else the initial state."""
+    """Return the state that ``at`` specifies; by default an equilibrium, else the initial state.
+
+    ``asked``: a model of the same scene with which the equilibrium may have been solved before.
+    """
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
@@ -208,7 +212,10 @@ def found_state(
     if at in (None, "equilibrium"):
         where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
         try:
-            result = equilibrium(model, *where, any_kind=any_kind)
+            result = None
+            if initial is None and operating_point.u is None:
+                result = solved_equilibrium([model, asked or model], *where[1:3], any_kind=any_kind)
+            result = result or equilibrium(model, *where, any_kind=any_kind)
             if cautions := result.warnings(any_kind=any_kind):
                 sentence = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
                 warnings.warn(sentence, RuntimeWarning, stacklevel=4)

@@ -168,6 +168,41 @@ class Modes:
         return [(self.coordinates[k], complex(self.shapes[k, mode])) for k in order if sizes[k] > 0.05 * largest]
 
 
+#: States up to which a matrix is not searched for parts that are not coupled.
+_FEW = 40
+
+
+def _decomposed(A: Array) -> tuple[Complex, Complex, Array]:
+    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,).
+
+    Parts of A that are not coupled are decomposed each, and equal ones once: bending in two planes, bodies that turn
+    freely. The work grows with the cube of the number of states.
+    """
+    parts = _uncoupled(A)
+    values, vectors, cosines = np.zeros(len(A), complex), np.zeros(A.shape, complex), np.zeros(len(A))
+    known: dict[bytes, tuple[Complex, Complex, Array]] = {}
+    for part in parts:
+        block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
+        content = block.tobytes() if len(parts) > 1 else b""
+        if content not in known:
+            found: Any = scipy.linalg.eig(block, left=True, right=True)  # the stubs know of one kind of vectors only
+            known[content] = found[0], found[2], np.abs(np.sum(found[1].conj() * found[2], axis=0))
+        values[part], vectors[np.ix_(part, part)], cosines[part] = known[content]
+    return values, vectors, cosines
+
+
+def _uncoupled(A: Array) -> list[NDArray[np.intp]]:
+    """Return the numbers of the states of each part of A that is not coupled to others, in their order."""
+    if len(A) > _FEW:
+        from scipy.sparse import csr_array  # noqa: PLC0415  # of long models only
+        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+        count, labels = connected_components(csr_array(A), directed=False)
+        if count > 1:
+            return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
+    return [np.arange(len(A))]
+
+
 def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias: Array) -> Modes:
     """Return the modes of sdot = A s.
 
@@ -192,18 +227,15 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
             np.sqrt(np.abs(inertias)),
         )
     balanced, back = balance(A)
-    solution: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
-    values, left, right = solution
-    cosines = np.abs(np.sum(left.conj() * right, axis=0))
+    values, right, cosines = _decomposed(balanced)
     with np.errstate(divide="ignore", over="ignore"):
         condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(_EPSILON))
     uncertainty = _MARGIN * _EPSILON * np.linalg.norm(balanced) * condition
-    original = restored(back, right)
     kept = [int(k) for k in np.argsort(np.abs(values), kind="stable") if values[k].imag >= 0.0]
     kept.sort(
         key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real)
     )
-    values, original, uncertainty = values[kept], original[:, kept], uncertainty[kept]
+    values, original, uncertainty = values[kept], restored(back, right[:, kept]), uncertainty[kept]
     shapes = times(of_coordinates, original)
     largest = np.argmax(np.abs(shapes), axis=0)
     of_largest = shapes[largest, np.arange(len(kept))]
