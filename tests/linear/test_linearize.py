@@ -104,6 +104,20 @@ def test_about_an_equilibrium_found_before(driven: eomgen.Model) -> None:
     assert lin.modes().stability == "unstable"
 
 
+def test_an_equilibrium_that_was_solved_is_not_solved_again(
+    driven: eomgen.Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = driven.equilibrium(t=0.25)
+    before = driven.linearize(t=0.25).reference.q
+    np.testing.assert_array_equal(before, found.q)
+    found.q[:] = 1.0  # of the caller
+    monkeypatch.setattr("eomgen.analysis.operating_point.equilibrium", None)
+    np.testing.assert_array_equal(driven.linearize(t=0.25).reference.q, before)
+    for other in ({"t": 0.5}, {"t": 0.25, "any_kind": True}, {"t": 0.25, "initial": {"hinge": 0.1}}):
+        with pytest.raises(TypeError, match="not callable"):
+            driven.linearize(**other)
+
+
 @pytest.mark.slow
 def test_a_base_is_held_at_an_equilibrium() -> None:
     """The shaking base acts as a disturbance: a hanging pendulum's response to it is that of the textbook."""

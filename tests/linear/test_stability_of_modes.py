@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg
+from scipy.optimize import linear_sum_assignment
 
-from eomgen.linear.modes import Modes, modes
+from eomgen.linear.modes import Modes, _decomposed, modes
 
 
 def _oscillators(*pairs: tuple[float, float]) -> Modes:
@@ -55,3 +56,19 @@ def test_oscillations_frequencies_and_the_band_are_of_the_modes_that_are_not_zer
     assert found.damping_ratio[-2:] == pytest.approx([0.1, 0.0], abs=1e-12)
     assert found.band == pytest.approx((0.1 * 2.0 / (2.0 * np.pi), 10.0 * 10.0 / (2.0 * np.pi)))
     assert _oscillators((0.0, 0.0)).band == (0.01, 100.0)
+
+
+def test_parts_that_are_not_coupled_have_the_modes_of_the_whole_matrix() -> None:
+    random = np.random.default_rng(5)
+    spun = np.array([[0.0, 1.0], [0.0, 0.0]])
+    parts = [*[spun] * 4, random.normal(size=(21, 21)), random.normal(size=(14, 14))]
+    order = random.permutation(sum(map(len, parts)))
+    A = scipy.linalg.block_diag(*parts)[np.ix_(order, order)]
+    values, vectors, cosines = _decomposed(A)
+    assert np.linalg.norm(A @ vectors - vectors * values) < 1e-13 * np.linalg.norm(A)
+    whole = scipy.linalg.eigvals(A)
+    distances = np.abs(values[:, np.newaxis] - whole)
+    assert np.max(distances[linear_sum_assignment(distances)]) < 1e-11
+    of_bodies = np.abs(values) == 0.0  # bodies that turn freely
+    assert np.sum(of_bodies) == 8 and np.all(cosines[of_bodies] < 1e-200)
+    assert np.allclose(np.linalg.norm(vectors, axis=0), 1.0)
