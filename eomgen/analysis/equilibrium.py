@@ -242,9 +242,8 @@ def solved_equilibrium(
 
 def _copied(result: Equilibrium) -> Equilibrium:
     """Return an equilibrium with arrays of its own, since callers may change the arrays of theirs."""
-    return replace(
-        result, **{name: value.copy() for name, value in vars(result).items() if isinstance(value, np.ndarray)}
-    )
+    arrays: dict[str, Any] = {name: value for name, value in vars(result).items() if isinstance(value, np.ndarray)}
+    return replace(result, **{name: array.copy() for name, array in arrays.items()})
 
 
 #: Name of the last equilibrium in the results that are kept with a library.

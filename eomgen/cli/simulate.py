@@ -68,11 +68,9 @@ def simulate(
         drawings = {"folder": f"{target}", "beams": beams, "over": over} if plots else None
         files = _written(solution, target, times, drawings, copy)
     loads = _largest_loads(solution, beams)
-    summary = _summary(solution, model, files) | ({"section_loads": loads} if loads else {})
-    if times is not None:
-        summary["timing"] = times.summary()
     if as_json:
-        print_json(summary)
+        summary = _summary(solution, model, files) | ({"section_loads": loads} if loads else {})
+        print_json(summary | ({"timing": times.summary()} if times is not None else {}))
     else:
         _print(solution, model, options["inputs"], times, loads)
     for note in dict.fromkeys(solution.metadata["notes"]):

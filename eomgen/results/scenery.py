@@ -200,6 +200,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     nodes = []
     exact = {name for beam in description.exact_beams for name in beam}
     shaped = _has_shapes(description)
+    known: dict[bytes, dict[str, Any]] = {}  # nodes of a beam are equal
     for item in drawing.solids:
         xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
         mass = number(f"bodies.{item.name}.mass", item.mass)
@@ -207,7 +208,10 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
             nodes.append({"name": item.name, "mass": mass, "inertia": [xx, yy, zz]})
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
-        solid = equivalent_solid(mass, center, tensor)
+        content = np.concatenate([[mass], center, tensor.ravel()]).tobytes()
+        if content not in known:
+            known[content] = equivalent_solid(mass, center, tensor)
+        solid = known[content]
         hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
         ties = links[item.name] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
         if solid["kind"] == "none" and shaped:

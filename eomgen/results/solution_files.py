@@ -108,7 +108,10 @@ def _per_second(unit: str) -> str:
 
 _OUTCOME = ("stats", "message", "success", "interrupted")
 #: Fields with separate arrays by name.
-_GROUPS = ("inputs", "outputs", "events", "energy", "error", "poses", "section_loads")
+_GROUPS = ("inputs", "outputs", "events", "energy", "error", "section_loads")
+#: One array of the poses of all bodies (nt, bodies, 7), as a member of the archive for each of 10 000 bodies takes
+#: seconds to read, and the key of the bodies' names in the metadata.
+_POSES, _POSED = "poses", "posed"
 
 
 class SavedSolution(RecordedSolution, Protocol):
@@ -125,13 +128,15 @@ def write_all(
     events = solution.events.arrays() if solution.events.counts else {}
     poses = seen.poses if seen else {}
     of_sections = {f"{beam}.{name}": array for beam, item in loads.items() for name, array in item.named().items()}
-    groups = (solution.inputs, solution.outputs, events, solution.energy, solution.error.arrays(), poses, of_sections)
+    groups = (solution.inputs, solution.outputs, events, solution.energy, solution.error.arrays(), of_sections)
     arrays = {name: getattr(solution, name) for name in ("t", *STATES)}
     for group, named in zip(_GROUPS, groups, strict=True):
         arrays |= {f"{group}.{name}": array for name, array in named.items()}
+    if poses:
+        arrays[_POSES] = np.stack(list(poses.values()), axis=1)
     outcome = {name: getattr(solution, name) for name in _OUTCOME} | {"stats": dict(solution.stats)}
     outcome["findings"] = [finding.described() for finding in solution.findings]
-    scenery = {"scenery": seen.scenery} if seen else {}
+    scenery = {"scenery": seen.scenery, _POSED: list(poses)} if seen else {}
     write_arrays(path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()})
 
 
@@ -152,7 +157,7 @@ def read_all(
         The file cannot be read or is not a solution.
     """
     arrays, metadata = read_arrays(path)
-    groups: dict[str, dict[str, Array]] = {name: {} for name in _GROUPS}
+    groups: dict[str, dict[str, Array]] = {name: {} for name in (*_GROUPS, _POSES)}
     plain: dict[str, Array] = {}
     for name, array in arrays.items():
         group, _, member = name.partition(".")
@@ -171,7 +176,13 @@ def read_all(
     rows = np.shape(states["t"])
     if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
         raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together"))
-    wrong = [name for name, array in groups["poses"].items() if array.shape != (*rows, 7)]
+    posed = metadata.pop(_POSED, ())
+    if _POSES in plain:  # files of earlier versions have an array for each body
+        stacked = plain[_POSES]
+        if stacked.ndim != 3 or stacked.shape[1] != len(posed):
+            raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together"))
+        groups[_POSES] = {name: stacked[:, index] for index, name in enumerate(posed)}
+    wrong = [name for name, array in groups[_POSES].items() if array.shape != (*rows, 7)]
     if wrong:
         raise FileError(Problem(str(path), f"{no_solution}: the poses of {wrong[0]} do not fit to its times"))
     scenery, summary = metadata.pop("scenery", None), metadata.pop("error", None)
@@ -180,7 +191,7 @@ def read_all(
     attributes |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
     from eomgen.results.scenery import PosesAndScenery  # noqa: PLC0415  # files are read again on request
 
-    seen = None if scenery is None else PosesAndScenery(groups["poses"], scenery)
+    seen = None if scenery is None else PosesAndScenery(groups[_POSES], scenery)
     return {**states, **attributes}, groups["inputs"], seen, _loads(groups["section_loads"], rows, path)
 
 

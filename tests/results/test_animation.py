@@ -254,11 +254,27 @@ def test_stored_sceneries_of_others_are_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(eomgen.FileError, match=text):
         eomgen.Solution.load(tmp_path / "changed.npz").animate(tmp_path / "run.html")
-    write_arrays(tmp_path / "short.npz", {**arrays, "poses.link": arrays["poses.link"][:-1]}, metadata)
+    write_arrays(tmp_path / "short.npz", {**arrays, "poses": arrays["poses"][:-1]}, metadata)
     with pytest.raises(
         eomgen.FileError, match="not a solution written by eomgen: the poses of link do not fit to its times"
     ):
         eomgen.Solution.load(tmp_path / "short.npz")
+    write_arrays(tmp_path / "few.npz", arrays, {**metadata, "posed": ["link"]})
+    with pytest.raises(eomgen.FileError, match="not a solution written by eomgen: its arrays do not fit together"):
+        eomgen.Solution.load(tmp_path / "few.npz")
+
+
+def test_files_with_an_array_for_each_body_are_read(tmp_path: Path) -> None:
+    run = pendulum().simulate(0.01)
+    arrays, metadata = read_arrays(run.save(tmp_path / "run.npz"))
+    poses, names = arrays.pop("poses"), metadata.pop("posed")
+    assert names == list(run.poses)
+    arrays |= {f"poses.{name}": poses[:, index] for index, name in enumerate(names)}
+    write_arrays(tmp_path / "former.npz", arrays, metadata)
+    for file in ("run.npz", "former.npz"):
+        stored = eomgen.Solution.load(tmp_path / file).poses
+        for name in names:
+            np.testing.assert_array_equal(stored[name], run.poses[name])
 
 
 # -- the command line --------------------------------------------------------------------------------------------------

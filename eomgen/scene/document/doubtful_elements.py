@@ -264,13 +264,16 @@ def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[A
     return {name: place for name, place in result.items() if name != BASE}
 
 
+_NOT_TURNED = (1.0, 0.0, 0.0, 0.0)
+
+
 def _moved(joint: Joint) -> tuple[Array, Array] | None:
     """Return rotation and translation of a joint at the initial position; None for types that are not checked."""
     q, axis = joint.initial_position, np.array(joint.axis)
     if not any(q):
         return np.eye(3), np.zeros(3)
-    if joint.type == "free":
-        return rotation_matrix(np.array(q[:4])), np.array(q[4:])
+    if joint.type == "free":  # most nodes of beams are not turned
+        return np.eye(3) if q[:4] == _NOT_TURNED else rotation_matrix(np.array(q[:4])), np.array(q[4:])
     if joint.type == "prismatic":
         return np.eye(3), q[0] * axis
     if joint.type == "revolute":

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from itertools import pairwise
 from operator import itemgetter
 
 import numpy as np
@@ -131,17 +130,18 @@ def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Findi
 def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
     beams = model.description.exact_beams
     quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
-    quaternion_of = {name: quaternion[:, k] for k, name in enumerate(model.bodies)}
+    place = {name: k for k, name in enumerate(model.bodies)}
     for nodes in beams:
-        for number, (first, second) in enumerate(pairwise(nodes), 1):
-            cosine = np.sum(quaternion_of[first] * quaternion_of[second], axis=1)
-            before, after = cosine[:-1], cosine[1:]
-            passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
-            if passed.any():
-                when = t[1:][passed][0]
-                sentence = f"element {number} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
-                hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
-                return Finding(time=float(when), text=f"{sentence}, which strains cannot show", hint=hint)
+        of_nodes = quaternion[:, [place[name] for name in nodes]]
+        cosine = np.sum(of_nodes[:, :-1] * of_nodes[:, 1:], axis=-1)
+        before, after = cosine[:-1], cosine[1:]
+        passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
+        if passed.any():
+            number = int(np.argmax(passed.any(axis=0)))
+            when = t[1:][passed[:, number]][0]
+            sentence = f"element {number + 1} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
+            hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
+            return Finding(time=float(when), text=f"{sentence}, which strains cannot show", hint=hint)
     return None
 
 
