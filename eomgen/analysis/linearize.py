@@ -622,7 +622,10 @@ def _check_mass(model: CompiledModel, state: OperatingState, operating_point: Op
     else:
         still, nothing = np.zeros(model.nv), np.zeros(0)
         M = dense(sparse_partials(model, state.q, still, still, state.z, nothing, operating_point.given).M)
-    sizes = np.sqrt(np.abs(np.diagonal(M)))
+    diagonal = np.diagonal(M)
+    if np.all(diagonal > 0.0) and np.count_nonzero(M) == len(M):  # of bodies that are free
+        return
+    sizes = np.sqrt(np.abs(diagonal))
     sizes[sizes == 0.0] = 1.0
     if not np.all(np.isfinite(M)):
         return

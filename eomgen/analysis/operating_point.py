@@ -18,7 +18,7 @@ from eomgen.analysis.equilibrium import Equilibrium, equilibrium, solved_equilib
 from eomgen.analysis.loaded_statics import loaded_statics
 from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.analysis.state_warnings import SceneMeasures as MeasuresOfScene
-from eomgen.analysis.steady_motion import SteadyMotion, steady_motion
+from eomgen.analysis.steady_motion import KnownSymmetries, SteadyMotion, motion_along
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.arguments import check_finite, components
@@ -263,9 +263,10 @@ def _steady_state(
             unsteady, turning = error.problems[0].what, False
     if at == "steady" or turning:
         at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
+        known = KnownSymmetries()
         for given in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
             try:
-                motion = steady_motion(model, given, None, initial, p, t, u)
+                motion = motion_along(model, known, given, None, initial, p, t, u)
                 return as_found("steady motion", motion, operating_point, stacklevel=5)
             except NumericalError as error:
                 if at == "steady":

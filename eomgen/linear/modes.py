@@ -36,7 +36,8 @@ def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
 def restored(T: Array, vectors: Complex) -> Complex:
     """Return T times vectors for the T of ``balance``, which has one number in each row: (n, any)."""
     place = np.argmax(np.abs(T), axis=1)
-    result: Complex = T[np.arange(len(T)), place][:, np.newaxis] * vectors[place]
+    result: Complex = vectors[place]
+    result *= T[np.arange(len(T)), place][:, np.newaxis]
     return result
 
 

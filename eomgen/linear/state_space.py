@@ -405,6 +405,10 @@ def _number(kind: str, name: str, known: Sequence[str]) -> int:
 
 def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
     """Return M^-1 right. Raises ModelError naming the directions without inertia."""
+    diagonal = np.diagonal(M)
+    alone = np.count_nonzero(M) == np.count_nonzero(diagonal)  # bodies that are free
+    if alone and len(M) and np.min(diagonal) > 1e-14 * np.max(diagonal):
+        return right / diagonal[:, np.newaxis]
     values, vectors = np.linalg.eigh(0.5 * (M + M.T)) if len(M) else (np.zeros(0), np.zeros((0, 0)))
     if len(M) and values[0] <= 1e-14 * values[-1]:
         direction = np.abs(vectors[:, 0])
