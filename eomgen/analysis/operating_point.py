@@ -18,7 +18,8 @@ from eomgen.analysis.equilibrium import Equilibrium, equilibrium, solved_equilib
 from eomgen.analysis.loaded_statics import loaded_statics
 from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.analysis.state_warnings import SceneMeasures as MeasuresOfScene
-from eomgen.analysis.steady_motion import KnownSymmetries, SteadyMotion, motion_along
+from eomgen.analysis.steady_motion import SteadyMotion, motion_along
+from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.arguments import check_finite, components
