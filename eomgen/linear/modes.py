@@ -186,8 +186,9 @@ def _decomposed(A: Array) -> tuple[Complex, Complex, Array]:
         block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
         content = block.tobytes() if len(parts) > 1 else b""
         if content not in known:
-            found: Any = scipy.linalg.eig(block, left=True, right=True)  # the stubs know of one kind of vectors only
-            known[content] = found[0], found[2], np.abs(np.sum(found[1].conj() * found[2], axis=0))
+            solution: Any = scipy.linalg.eig(block, left=True, right=True)  # the stubs know of one kind of vectors only
+            of_block, left, right = solution
+            known[content] = of_block, right, np.abs(np.sum(left.conj() * right, axis=0))
         values[part], vectors[np.ix_(part, part)], cosines[part] = known[content]
     return values, vectors, cosines
 

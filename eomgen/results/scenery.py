@@ -4,6 +4,7 @@ homogeneous solid of equal mass, centre and inertia; with the poses of a run."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -200,7 +201,10 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     nodes = []
     exact = {name for beam in description.exact_beams for name in beam}
     shaped = _has_shapes(description)
-    known: dict[bytes, dict[str, Any]] = {}  # nodes of a beam are equal
+    # nodes of a beam are equal
+    solid_of = cache(
+        lambda mass, center, inertia: equivalent_solid(mass, np.array(center), np.reshape(inertia, (3, 3)))
+    )
     for item in drawing.solids:
         xx, yy, zz, xy, xz, yz = vector(f"bodies.{item.name}.inertia", item.inertia)
         mass = number(f"bodies.{item.name}.mass", item.mass)
@@ -208,10 +212,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
             nodes.append({"name": item.name, "mass": mass, "inertia": [xx, yy, zz]})
         tensor = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
         center = np.array(vector(f"bodies.{item.name}.center_of_mass", item.center_of_mass))
-        content = np.concatenate([[mass], center, tensor.ravel()]).tobytes()
-        if content not in known:
-            known[content] = equivalent_solid(mass, center, tensor)
-        solid = known[content]
+        solid = solid_of(mass, tuple(center.tolist()), tuple(tensor.ravel().tolist()))
         hub = center.tolist() if item.hub == "center" else [0.0, 0.0, 0.0]
         ties = links[item.name] if solid["kind"] == "none" else [center.tolist(), *links[item.name]]
         if solid["kind"] == "none" and shaped:

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, TypeVar
@@ -178,10 +178,7 @@ def read_all(
         raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together"))
     posed = metadata.pop(_POSED, ())
     if _POSES in plain:  # files of earlier versions have an array for each body
-        stacked = plain[_POSES]
-        if stacked.ndim != 3 or stacked.shape[1] != len(posed):
-            raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together"))
-        groups[_POSES] = {name: stacked[:, index] for index, name in enumerate(posed)}
+        groups[_POSES] = _by_body(plain[_POSES], posed, path, no_solution)
     wrong = [name for name, array in groups[_POSES].items() if array.shape != (*rows, 7)]
     if wrong:
         raise FileError(Problem(str(path), f"{no_solution}: the poses of {wrong[0]} do not fit to its times"))
@@ -193,6 +190,13 @@ def read_all(
 
     seen = None if scenery is None else PosesAndScenery(groups[_POSES], scenery)
     return {**states, **attributes}, groups["inputs"], seen, _loads(groups["section_loads"], rows, path)
+
+
+def _by_body(poses: Array, names: Sequence[str], path: Path, fault: str) -> dict[str, Array]:
+    """Return the poses of each body. Raises FileError if there are other poses than names."""
+    if poses.ndim != 3 or poses.shape[1] != len(names):
+        raise FileError(Problem(str(path), f"{fault}: its arrays do not fit together"))
+    return {name: poses[:, index] for index, name in enumerate(names)}
 
 
 def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> dict[str, SectionLoads]:
