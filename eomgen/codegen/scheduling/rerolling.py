@@ -26,11 +26,12 @@ from eomgen.symbolic.operations import UNARY, Op
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import INPUT_BLOCKS, WHOLE, Sample
 
-_ARITY = [2] * (max(Op) + 1)
+#: Number of operands by operation; of results of a Map, whose operands the Map has, the same as of sums.
+ARITY = [2] * (max(Op) + 1)
 for _op in UNARY:
-    _ARITY[_op] = 1
-_ARITY[Op.SELECT] = 3
-_ARITY[Op.CURVE] = 1
+    ARITY[_op] = 1
+ARITY[Op.SELECT] = 3
+ARITY[Op.CURVE] = 1
 
 #: Least number of operations that a loop removes from the text.
 MINIMUM_SAVED = 150
@@ -61,7 +62,7 @@ class RerolledLoop:
 
 def operands(tape: Tape, node: int) -> tuple[int, ...]:
     """Return the operand references of an operation that is not the result of a Map (faster than ``Tape.operands``)."""
-    arity = _ARITY[tape.op[node]]
+    arity = ARITY[tape.op[node]]
     if arity == 2:
         return (tape.a[node], tape.b[node])
     return (tape.a[node],) if arity == 1 else (tape.a[node], tape.b[node], tape.c[node])
@@ -179,7 +180,7 @@ def _alike(tape: Tape, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
     low = int(nodes.min())
     position = np.full(int(nodes.max()) - low + 1, -1, dtype=np.int64)
     position[nodes - low] = np.arange(count * period).reshape(count, period)
-    arity = np.array([_ARITY[tape.op[node]] for node in nodes[0]])
+    arity = np.array([ARITY[tape.op[node]] for node in nodes[0]])
     result = np.ones(count, dtype=bool)
     flat = nodes.ravel().tolist()
     for number, given in enumerate((tape.a, tape.b, tape.c)):

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass, field
-from eomgen.codegen.scheduling.rerolling import READ, Unmatched, operands
+from eomgen.codegen.scheduling.rerolling import ARITY, READ, Unmatched, operands
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import EVEN, ODD, Op
 from eomgen.symbolic.tape import Ref, Tape
@@ -34,6 +34,8 @@ SHORTEST, LONGEST = 48, 1100
 _OCCURRENCES = (4, 3, 2)
 #: Distances up to which an operand's distance is part of the operation's code.
 _NEAR = 12
+#: Places of operands in place of positions in a function: of values from outside, of constants, and of no operand.
+_BEFORE, _OF_CONSTANT, _ABSENT = -1, -2, -3
 #: Block of the numbers of a stretch, besides ``READ``.
 NUMBER = "number"
 
@@ -111,31 +113,31 @@ class _Search:
     def __init__(self, tape: Tape, live: Sequence[int]) -> None:
         self.tape = tape
         self.live = live
-        self.position = {node: place for place, node in enumerate(live)}
         self.fixed = _outside(tape, live)
+        nodes = np.array(live, dtype=np.int64)
+        every = np.frombuffer(bytes(tape.op), dtype=np.uint8)
+        self.op = np.where(every == _SUB, _ADD, every)[nodes]
+        self.commutative = np.isin(self.op, [_ADD, _MUL])
+        position = np.where(every == _CONST, _OF_CONSTANT, _BEFORE)
+        position[nodes] = np.arange(len(live))
+        arity = np.array(ARITY)[every[nodes]]
+        self.places = np.full((len(live), 3), _ABSENT)
+        for number, given in enumerate((tape.a, tape.b, tape.c)):
+            rows = np.flatnonzero(arity > number)
+            self.places[rows, number] = position[np.abs(np.array([given[live[row]] for row in rows.tolist()], np.int64))]
         self.codes = self._codes()
         self.taken = np.array([node in self.fixed for node in live], dtype=bool)
 
     def _codes(self) -> NDArray[np.int64]:
         """Return a number per operation, equal for equal operations with operands of equal kinds, without signs."""
-        tape, op, position = self.tape, self.tape.op, self.position
-        numbers: dict[tuple[int, ...], int] = {}
-        codes = []
-        for place, node in enumerate(self.live):
-            code = op[node]
-            kinds = []
-            for ref in operands(tape, node):
-                operand = abs(ref)
-                if op[operand] is _CONST:
-                    kinds.append(-1)
-                else:
-                    distance = place - position.get(operand, -_NEAR - 1)
-                    kinds.append(distance if distance <= _NEAR else -2)
-            if code in _COMMUTATIVE:
-                kinds.sort()
-            key = (_ADD if code is _SUB else code, *kinds)
-            codes.append(numbers.setdefault(key, len(numbers)))
-        return np.array(codes, dtype=np.int64)
+        distance = np.arange(len(self.live))[:, None] - self.places
+        near = (self.places >= 0) & (distance <= _NEAR)
+        kinds = np.where(near, distance, np.minimum(self.places, _BEFORE))
+        kinds = _ordered(kinds, self.commutative) - _ABSENT
+        code = self.op.astype(np.int64)
+        for column in kinds.T:
+            code = code * (_NEAR - _ABSENT + 1) + column
+        return np.unique(code, return_inverse=True)[1]
 
     def groups(self) -> list[tuple[int, list[int]]]:
         """Return lengths and starts of repeats that do not overlap, each with equal operands within the stretch."""
@@ -165,9 +167,9 @@ class _Search:
         before = np.concatenate(([0], np.cumsum(self.taken)))
         starts = np.flatnonzero(before[length:] == before[:-length])
         order = starts[np.argsort(rank[starts], kind="stable")]
-        ends = np.flatnonzero(np.diff(rank[order])) + 1
-        groups = [group for group in np.split(order, ends) if len(group) >= least]
-        return sorted((group.tolist() for group in groups), key=lambda group: group[0])
+        ends = np.concatenate(([0], np.flatnonzero(np.diff(rank[order])) + 1, [len(order)]))
+        many = np.flatnonzero(np.diff(ends) >= least)
+        return sorted((order[ends[k] : ends[k + 1]].tolist() for k in many), key=lambda group: group[0])
 
     def _placed(self, length: int, windows: Sequence[int], least: int) -> Iterator[tuple[int, list[int]]]:
         """Yield the parts of a repeat with windows that do not overlap and are free, made as long as possible."""
@@ -193,26 +195,25 @@ class _Search:
 
     def _cuts(self, length: int, starts: Sequence[int]) -> list[int]:
         """Return the offsets at which a repeat is cut, so that operands within a piece are the same in all."""
-        live, cuts, begun = self.live, [], 0
-        for offset in range(length):
-            kinds = [self._offsets(live[start + offset], start) for start in starts]
-            if len({_ordered(self.tape.op[live[starts[0] + offset]], kind, begun) for kind in kinds}) > 1:
+        begins = np.array(starts)[:, None, None]
+        places = self.places[begins[:, :, 0] + np.arange(length)]
+        offsets = np.where(places < 0, places, np.maximum(places - begins, _BEFORE))
+        commutative = self.commutative[starts[0] : starts[0] + length]
+        ordered = _ordered(offsets, commutative)
+        cuts, begun = [], 0
+        for offset in np.flatnonzero((ordered != ordered[0]).any(axis=(0, 2))).tolist():
+            within = offsets[:, offset]
+            kinds = _ordered(np.where((within >= 0) & (within < begun), _BEFORE, within), commutative[offset])
+            if (kinds != kinds[0]).any():
                 cuts.append(offset)
                 begun = offset
         return cuts
 
-    def _offsets(self, node: int, start: int) -> list[int]:
-        """Return the offsets of an operation's operands in a stretch: -1 before the stretch, -2 constants."""
-        tape, position = self.tape, self.position
-        return [
-            -2 if tape.op[abs(ref)] is _CONST else max(-1, position.get(abs(ref), -1) - start)
-            for ref in operands(tape, node)
-        ]
 
-
-def _ordered(code: Op, offsets: Sequence[int], begun: int) -> tuple[int, ...]:
-    kinds = [-1 if -1 <= offset < begun else offset for offset in offsets]
-    return tuple(sorted(kinds)) if code in _COMMUTATIVE else tuple(kinds)
+def _ordered(kinds: NDArray[np.int64], commutative: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Return kinds of operands, in the last axis, in an order that is the same for both orders of a commutative
+    operation."""
+    return np.where(commutative[..., None], np.sort(kinds, axis=-1), kinds)
 
 
 def _outside(tape: Tape, live: Sequence[int]) -> set[int]:
