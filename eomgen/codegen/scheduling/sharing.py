@@ -124,7 +124,8 @@ class _Search:
         self.places = np.full((len(live), 3), _ABSENT)
         for number, given in enumerate((tape.a, tape.b, tape.c)):
             rows = np.flatnonzero(arity > number)
-            self.places[rows, number] = position[np.abs(np.array([given[live[row]] for row in rows.tolist()], np.int64))]
+            refs = np.array([given[live[row]] for row in rows.tolist()], dtype=np.int64)
+            self.places[rows, number] = position[np.abs(refs)]
         self.codes = self._codes()
         self.taken = np.array([node in self.fixed for node in live], dtype=bool)
 
@@ -272,6 +273,7 @@ class _Group:
     signs: list[int] = field(default_factory=list)  # by occurrence: bits of values that are computed as negatives
     factors: list[int] = field(default_factory=list)  # by occurrence: bits of columns that are read with a factor -1
     moved: list[dict[tuple[int, int], int]] = field(default_factory=list)  # by occurrence: signs of constants, flips
+    kinds: list[list[tuple[bool, int]]] = field(default_factory=list)  # see ``_Signs._kinds``
 
 
 class _Signs:
@@ -288,14 +290,16 @@ class _Signs:
         self.live = live
         self.position = {node: place for place, node in enumerate(live)}
         self.owner: dict[int, tuple[int, int, int]] = {}  # node -> group, occurrence, offset
+        self.home: dict[int, int] = {}  # node -> first node of the occurrence
         self.groups: list[_Group] = []
         for number, (length, starts) in enumerate(groups):
             nodes = [list(live[start : start + length]) for start in starts]
             for occurrence, members in enumerate(nodes):
                 self.owner |= {node: (number, occurrence, offset) for offset, node in enumerate(members)}
+                self.home |= dict.fromkeys(members, members[0])
             self.groups.append(_Group(nodes, []))
-        for number, group in enumerate(self.groups):
-            self._pair(number, group)
+        for group in self.groups:
+            self._pair(group)
         self.stores: dict[int, list[tuple[int, int, int]]] = {}  # node -> output number, component, sign
         for number, refs in enumerate(outputs):
             for component, ref in enumerate(refs):
@@ -304,33 +308,38 @@ class _Signs:
         self._find_exports()
         self.negative: set[int] = set()  # nodes whose negatives are stored
 
-    def _pair(self, number: int, group: _Group) -> None:
+    def _pair(self, group: _Group) -> None:
         """Bring operands of commutative operations into the order of the first occurrence, and list the columns."""
-        tape, owner = self.tape, self.owner
+        tape = self.tape
+        offsets = [{node: offset for offset, node in enumerate(members)} for members in group.nodes]
 
         def place(operand: int, occurrence: int) -> int:
-            held = owner.get(operand)
-            if held is not None and held[:2] == (number, occurrence):
-                return held[2]
-            return -2 if tape.op[operand] is _CONST else -1
+            offset = offsets[occurrence].get(operand)
+            if offset is None:
+                return -2 if op[operand] is _CONST else -1
+            return offset
 
+        op = tape.op
         partner: list[dict[int, int]] = [{} for _ in group.nodes]
         for offset, first in enumerate(group.nodes[0]):
             own = _terms(tape, first)
+            met_first = [abs(ref) for ref in own]
             taken = [[ref] for ref in own]
-            kinds = [place(abs(ref), 0) for ref in own]
-            for occurrence, members in enumerate(group.nodes[1:], 1):
-                others = _terms(tape, members[offset])
-                if tape.op[first] in _COMMUTATIVE:
-                    theirs = [place(abs(ref), occurrence) for ref in others]
-                    seen = [partner[occurrence].get(abs(ref)) for ref in own]
-                    met = [abs(ref) for ref in others]
-                    crossed = kinds[0] == kinds[1] and (seen[0] == met[1] or seen[1] == met[0]) and seen[0] != met[0]
-                    if theirs != kinds or crossed:
-                        others = others[::-1]
-                for column, ref in zip(taken, others, strict=True):
+            kinds = [place(node, 0) for node in met_first]
+            for occurrence in range(1, len(group.nodes)):
+                others = _terms(tape, group.nodes[occurrence][offset])
+                known = partner[occurrence]
+                if op[first] in _COMMUTATIVE:
+                    x, y = abs(others[0]), abs(others[1])
+                    turned = place(x, occurrence) != kinds[0] or place(y, occurrence) != kinds[1]
+                    if not turned and kinds[0] == kinds[1]:
+                        seen = known.get(met_first[0])
+                        turned = seen != x and (seen == y or known.get(met_first[1]) == x)
+                    if turned:
+                        others.reverse()
+                for column, node, ref in zip(taken, met_first, others, strict=True):
                     column.append(ref)
-                    partner[occurrence][abs(column[0])] = abs(ref)
+                    known[node] = abs(ref)
             group.taken.append(taken)
             for column, kind in zip(taken, kinds, strict=True):
                 if kind == -1:
@@ -338,14 +347,14 @@ class _Signs:
 
     def _find_exports(self) -> None:
         """List the offsets of values that other operations read outside of their occurrence."""
-        tape, owner = self.tape, self.owner
+        tape, owner, home = self.tape, self.owner, self.home
         exported: list[set[int]] = [set() for _ in self.groups]
         for node in self.live:
-            own = owner.get(node, (-1, -1, -1))
+            own = home.get(node, 0)
             for ref in tape.operands(node) if tape.op[node] is Op.MAP else operands(tape, node):
-                held = owner.get(abs(ref))
-                if held is not None and held[:2] != own[:2]:
-                    exported[held[0]].add(held[2])
+                if home.get(abs(ref), own) != own:
+                    group, _, offset = owner[abs(ref)]
+                    exported[group].add(offset)
         for group, offsets in zip(self.groups, exported, strict=True):
             group.exports = sorted(offsets)
 
@@ -361,14 +370,14 @@ class _Signs:
             group.factors = [0] * len(group.nodes)
             group.moved = [{} for _ in group.nodes]
         for _, number, occurrence in order:
-            self._solve(self.groups[number], number, occurrence)
+            self._solve(self.groups[number], occurrence)
         made = [self._made(group) for group in self.groups]
         return [made[number][occurrence] for _, number, occurrence in order]
 
     def _stored_sign(self, column: Sequence[int], occurrence: int) -> int:
         return int(column[occurrence] in self.negative)
 
-    def _solve(self, group: _Group, number: int, occurrence: int) -> None:
+    def _solve(self, group: _Group, occurrence: int) -> None:
         """Find the signs of one occurrence; the first of a group computes values, if need be from negatives."""
         if occurrence == 0:
             return
@@ -380,23 +389,22 @@ class _Signs:
         unknown = 1 << (len(reads) + 1)
         constants: dict[tuple[int, int], int] = {}
         values: list[int] = []
-        members, owner = group.nodes[0], self.owner
-        for offset, node in enumerate(members):
-            code = tape.op[node]
+        if not group.kinds:
+            group.kinds = self._kinds(group)
+        for offset, (node, kinds) in enumerate(zip(group.nodes[0], group.kinds, strict=True)):
             parts: list[int] = []
             for operand, column in enumerate(group.taken[offset]):
-                first, ref = column[0], column[occurrence]
-                differs = (first < 0) ^ (ref < 0)
-                held = owner.get(abs(first))
-                if held is not None and held[:2] == (number, 0):
-                    parts.append(values[held[2]] ^ differs)
-                elif tape.op[abs(first)] is _CONST:
+                differs = (column[0] < 0) ^ (column[occurrence] < 0)
+                within, place = kinds[operand]
+                if within:
+                    parts.append(values[place] ^ differs)
+                elif place < 0:
                     constants[offset, operand] = unknown
                     parts.append(unknown ^ differs)
                     unknown <<= 1
                 else:
-                    parts.append(reads[group.columns[tuple(map(abs, column))]] ^ differs)
-            values.append(self._value(code, parts, offset, system, flips))
+                    parts.append(reads[place] ^ differs)
+            values.append(self._value(tape.op[node], parts, offset, system, flips))
         solved = system.solution()
         for key, bit in constants.items():
             if solved & bit:
@@ -408,6 +416,19 @@ class _Signs:
             if (value & solved).bit_count() & 1:
                 group.signs[occurrence] |= 1 << offset
                 self.negative.add(group.nodes[occurrence][offset])
+
+    def _kinds(self, group: _Group) -> list[list[tuple[bool, int]]]:
+        """Return for each operand of the first occurrence whether it is within, and its offset, else its column, -1 for
+        a constant."""
+        offsets = {node: offset for offset, node in enumerate(group.nodes[0])}
+
+        def kind(column: Sequence[Ref]) -> tuple[bool, int]:
+            node = abs(column[0])
+            if node in offsets:
+                return True, offsets[node]
+            return False, -1 if self.tape.op[node] is _CONST else group.columns[tuple(map(abs, column))]
+
+        return [[kind(column) for column in taken] for taken in group.taken]
 
     @staticmethod
     def _value(code: Op, parts: Sequence[int], offset: int, system: _System, flips: dict[tuple[int, int], int]) -> int:
