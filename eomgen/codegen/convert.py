@@ -27,7 +27,7 @@ from eomgen.codegen.program import (
     ProgramShared,
     SceneSource,
 )
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, SharedText, schedule
+from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, Schedule, SharedText, schedule
 from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
 from eomgen.codegen.series.functions import series_functions
 from eomgen.codegen.series.rate_functions import rate_functions
@@ -98,6 +98,7 @@ def to_program(
     part_limit: int = PART_LIMIT,
     nest_limit: int = NEST_LIMIT,
     names: Names = NAMES,
+    scheduled: bool = True,
 ) -> Program:
     """Return the Program of a System.
 
@@ -111,6 +112,8 @@ def to_program(
         Operations per compiled part and per statement at most.
     names : Names
         Of the target language; C's by default.
+    scheduled : bool
+        Whether the functions have statements; a Program without gives the text of the stepper, which only calls them.
 
     Raises
     ------
@@ -125,8 +128,9 @@ def to_program(
     loops: list[RunLoop] = []
     curve_numbers: dict[int, int] = {}
     calls: list[Call] = []
-    shared: list[SharedText] | None = [] if _is_long(system, wanted) else None
-    made = _functions(names, system, wanted, loops, curve_numbers, calls, shared, part_limit, nest_limit)
+    shared: list[SharedText] | None = [] if scheduled and _is_long(system, wanted) else None
+    limits = (part_limit, nest_limit) if scheduled else None
+    made = _functions(names, system, wanted, loops, curve_numbers, calls, shared, limits)
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
@@ -313,10 +317,12 @@ def _functions(
     curve_numbers: dict[int, int],
     calls: list[Call],
     shared: list[SharedText] | None,
-    part_limit: int,
-    nest_limit: int,
+    limits: tuple[int, int] | None,
 ) -> tuple[ProgramFunction, ...]:
-    """Return the functions; a function with the same results as an earlier function only calls that function."""
+    """Return the functions; a function with the same results as an earlier function only calls that function.
+
+    ``limits``: operations per part and per statement at most; None for functions without statements.
+    """
     made: list[ProgramFunction] = []
     known: dict[tuple[object, ...], ProgramFunction] = {}
     for name in wanted:
@@ -324,7 +330,7 @@ def _functions(
         key = (function.inputs, tuple(block.refs for block in function.outputs))
         first = known.get(key)
         if first is None:
-            made.append(_function(names, system, function, loops, curve_numbers, calls, shared, part_limit, nest_limit))
+            made.append(_function(names, system, function, loops, curve_numbers, calls, shared, limits))
             known[key] = made[-1]
             continue
         outputs = tuple(
@@ -369,8 +375,7 @@ def _function(
     curve_numbers: dict[int, int],
     calls: list[Call],
     shared: list[SharedText] | None,
-    part_limit: int,
-    nest_limit: int,
+    limits: tuple[int, int] | None,
 ) -> ProgramFunction:
     name = names.function(function.name, "the function")
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
@@ -392,19 +397,20 @@ def _function(
             raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
-    result = schedule(
-        system.tape,
-        outputs,
-        INPUT_BLOCKS,
-        part_limit,
-        nest_limit,
-        loops,
-        curve_numbers,
-        calls,
-        shared,
-        fill=name != "base",
-        sample=system.sample,
-    )  # the base is a struct, whose components no loop can fill
+    result = Schedule((), 0, 0)
+    if limits is not None:
+        result = schedule(
+            system.tape,
+            outputs,
+            INPUT_BLOCKS,
+            *limits,
+            loops,
+            curve_numbers,
+            calls,
+            shared,
+            fill=name != "base",
+            sample=system.sample,
+        )  # the base is a struct, whose components no loop can fill
     missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
     if missing:
         raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,8 @@ from eomgen.toolchain.library import Successor
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.c.target import LibraryInTwo
+    from eomgen.codegen.targets.target import Names
+    from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.compiler import RunningCompilers
     from eomgen.toolchain.library import Library
@@ -20,6 +22,34 @@ if TYPE_CHECKING:
 #: Operations of the functions that no run calls from which on these are compiled after the others: half a second of a
 #: compiler.
 _MUCH = 3000
+
+
+#: Operations of all functions from which on compilers begin with the stepper before the functions are scheduled.
+_LONG = 10_000
+
+
+def begin_stepper(
+    system: System, data: Mapping[str, Any], functions: Sequence[str], names: Names, builder: Builder
+) -> None:
+    """Compile the stepper of a long model while its functions are scheduled, if its text needs nothing of these.
+
+    Parameters
+    ----------
+    data : of the method
+    functions : of the model
+    names : of the target
+    """
+    tape, counts = system.tape, system.counts
+    work = sum(counts[name].flops for name in functions)
+    if work < _LONG or tape.maps or tape.curves or data.get("inputs") == "series" or builder.real != "double":
+        return
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415  # a library of the cache is not derived
+    from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
+    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+
+    program = to_program(system, data, functions, names=names, scheduled=False)
+    texts = written_stepper(program, builder.cache.folder / TEMPLATES)
+    builder.begin_source(f"{program.prefix}_step.c", texts, {f"{program.prefix}.c"})
 
 
 def functions_for_later(program: Program, early: Collection[str]) -> tuple[str, ...]:

@@ -772,6 +772,7 @@ def _program(
     *,
     for_runs: bool = False,
     parameters: Mapping[str, float | str] | None = None,
+    builder: Builder | None = None,
 ) -> tuple[Program, str]:
     """Return the Program, and the reason if the Program has no stepper.
 
@@ -779,6 +780,7 @@ def _program(
     ----------
     for_runs : as of ``_method``
     parameters : as of ``generate``
+    builder : of a library, whose stepper may be compiled while functions are scheduled
     """
     described = front_end.describe(document)
     chosen = _method(described, method, for_runs=for_runs)
@@ -791,7 +793,8 @@ def _program(
 
     def derived(part: Document, sample: Sample | None = None) -> tuple[Program, str]:
         settings = {"with_settings": with_settings, "for_runs": for_runs}
-        return _derived_program(part, described, selection, chosen, target, sample, **settings)
+        early = None if sample is not None else builder
+        return _derived_program(part, described, selection, chosen, target, sample, builder=early, **settings)
 
     return front_end.program(prepared, derived) or derived(prepared)
 
@@ -806,6 +809,7 @@ def _derived_program(
     *,
     with_settings: bool,
     for_runs: bool = False,
+    builder: Builder | None = None,
 ) -> tuple[Program, str]:
     """Return the Program of a document, derived, and the reason if the Program has no stepper.
 
@@ -814,6 +818,7 @@ def _derived_program(
     sample : of the longer document that is meant, if any
     with_settings : whether the settings described are of this method
     for_runs : as of ``_method``; then functions that no run calls are marked, if all functions are selected
+    builder : as of ``_program``
     """
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
@@ -841,6 +846,10 @@ def _derived_program(
         data = method_data(chosen, system, described.simulation.step)
         if with_settings:
             data = _with_settings(data, described)
+        if builder is not None:
+            from eomgen.pipeline.libraries import begin_stepper  # noqa: PLC0415
+
+            begin_stepper(system, data, functions, target.names, builder)
         program = to_program(system, data, functions, names=target.names)
         if for_runs and selection.whole:
             from eomgen.pipeline.libraries import functions_for_later  # noqa: PLC0415
@@ -900,7 +909,8 @@ def _library(
 
         builder.begin_wrapper(INTERFACE_CDEF, interface_header())
         with without_garbage_collection():
-            return _program(document, front_end, selection, method, C, for_runs=True)
+            early = None if builder.profile.name in FEW_COMPILERS else builder
+            return _program(document, front_end, selection, method, C, for_runs=True, builder=early)
 
     def made(builder: Builder, running: RunningCompilers | None = None) -> Library:
         """Return the library from the cache, else derived and compiled."""

@@ -25,6 +25,7 @@ from eomgen.toolchain.cache import Cache, Entry
 from eomgen.toolchain.cffi_build import companion_files, load_abi, load_api, python_headers, wrapper_source
 from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
+    Begun,
     Compilation,
     Compiler,
     RunningCompilers,
@@ -183,6 +184,7 @@ class Builder:
         self.mode = "abi" if self.headers is None else "api"
         self.cache = Cache() if cache is None else cache
         self.timeout = timeout
+        self._begun: dict[str, Begun] = {}
 
     def varied(self, *, profile: str | None = None, real: str | None = None) -> Builder:
         """Return a builder with another profile or number type, the same compiler and cache."""
@@ -315,10 +317,10 @@ class Builder:
                         compilation.add(source)
                         continue
                     flags = self._flags_for(name, text, straight, loops=bool(layout.get("loop_operations")))
-                    key = library_key(_with_includes(name, texts), self.compiler, self.profile, flags, "object")
+                    key = self._object_key(name, texts, flags)
                     known = self.cache.get(key)
                     if known is None:
-                        compilation.add(source, flags)
+                        compilation.add(source, flags, self._begun.pop(key, None))
                         keys[source] = key
                     else:
                         shutil.copyfile(known.file(_OBJECT), source.with_suffix(".o"))
@@ -355,6 +357,43 @@ class Builder:
         )
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
         return self._load(entry, self.mode)
+
+    def _object_key(self, name: str, texts: Mapping[str, str], flags: Sequence[str]) -> str:
+        return library_key(_with_includes(name, texts), self.compiler, self.profile, flags, "object")
+
+    def begin_source(self, name: str, texts: Mapping[str, str], straight: Collection[str]) -> None:
+        """Compile a source while the caller derives the others, if the cache has no object; ``build`` takes the object,
+        and reports faults.
+
+        Parameters
+        ----------
+        texts : of the source and of all files that the source includes, by name
+        straight : as of ``build``
+        """
+        flags = self._flags_for(name, texts[name], straight)
+        key = self._object_key(name, texts, flags)
+        if self.cache.get(key) is not None:
+            return
+
+        def found() -> Path | None:
+            entry = self.cache.get(key)
+            return None if entry is None else entry.file(_OBJECT)
+
+        def work(running: RunningCompilers) -> None:
+            def fill(folder: Path) -> None:
+                for other, text in texts.items():
+                    (folder / other).write_text(text, encoding="utf-8")
+                made, _ = compile_object(self.compiler, folder / name, flags, running=running)
+                made.rename(folder / _OBJECT)
+                for other in texts:
+                    (folder / other).unlink()
+
+            with suppress(EomgenError):
+                self.cache.put(key, fill)
+            begun.ended.set()
+
+        begun = self._begun[key] = Begun(found)
+        in_background("eomgen-begun", work, lower=False)
 
     def _flags_for(self, name: str, text: str, straight: Collection[str], *, loops: bool = False) -> tuple[str, ...]:
         if name == _ENGINE:

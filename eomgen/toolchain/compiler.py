@@ -58,6 +58,8 @@ _C_HINT = "C99, and int NAME(double t, const double *signals, double *values, do
 _NICE = 5
 #: Seconds that a process waits at its end for the folder of an ended compiler to be removed.
 _REMOVING = 2.0
+#: Seconds between two looks at whether a library is still wanted.
+_WAIT = 0.1
 _COMMON = ("-std=c99", *(() if sys.platform == "win32" else ("-fPIC",)), "-fvisibility=hidden", "-Wno-psabi")
 
 
@@ -230,6 +232,30 @@ def _longest_first(source: Path) -> int:
     return -source.stat().st_size
 
 
+class Begun:
+    """Compilation of a source that was begun before its library.
+
+    Parameters
+    ----------
+    found : returns the object, None if the compilation failed
+    """
+
+    def __init__(self, found: Callable[[], Path | None]) -> None:
+        self.ended = threading.Event()
+        self._found = found
+
+    def copied(self, place: Path, running: RunningCompilers) -> bool:
+        """Wait for the end, unless the compilers of the library are stopped, and copy the object to a place; return
+        whether there is one."""
+        while not self.ended.wait(_WAIT):
+            if running.stopped:
+                return False
+        made = self._found()
+        if made is not None:
+            shutil.copyfile(made, place)
+        return made is not None
+
+
 class Compilation:
     """Sources that are compiled side by side while further ones are written; the longest waiting source first.
 
@@ -261,6 +287,7 @@ class Compilation:
         self._flags = flags
         self._deadline = time.monotonic() + timeout
         self._waiting: PriorityQueue[tuple[int, Path, tuple[str, ...]]] = PriorityQueue()
+        self._begun: dict[Path, Begun] = {}
         self._made: dict[Path, tuple[Path, str]] = {}
         self._tasks: list[Future[None]] = []
         self._running = RunningCompilers() if running is None else running
@@ -278,13 +305,20 @@ class Compilation:
     ) -> None:
         self._ended.__exit__(kind, error, trace)
 
-    def add(self, source: Path, flags: Sequence[str] | None = None) -> None:
+    def add(self, source: Path, flags: Sequence[str] | None = None, begun: Begun | None = None) -> None:
         """Compile a source, which lies in one folder with all files that it includes, to an object in the same folder.
 
-        ``flags``: of this source, in place of the common flags.
+        Parameters
+        ----------
+        flags : of this source, in place of the common flags
+        begun : compilation of the same text that runs already, whose object is taken
         """
         self._added += 1
-        self._waiting.put((_longest_first(source), source, tuple(self._flags if flags is None else flags)))
+        length = _longest_first(source)
+        if begun is not None:
+            self._begun[source] = begun
+            length = -sys.maxsize  # the process is one of those that run at once, so that one worker waits for its end
+        self._waiting.put((length, source, tuple(self._flags if flags is None else flags)))
         if self._pool is None:
             self._compile_next()
         else:
@@ -296,7 +330,11 @@ class Compilation:
 
     def _compile_next(self) -> None:
         _, source, flags = self._waiting.get()
-        self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
+        begun = self._begun.get(source)
+        if begun is not None and begun.copied(source.with_suffix(".o"), self._running):
+            self.take(source, flags)
+        else:
+            self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
         if self._progress is not None:
             self._progress(len(self._made), self._added)
 

@@ -353,8 +353,8 @@ class _Signs:
             own = home.get(node, 0)
             for ref in tape.operands(node) if tape.op[node] is Op.MAP else operands(tape, node):
                 if home.get(abs(ref), own) != own:
-                    group, _, offset = owner[abs(ref)]
-                    exported[group].add(offset)
+                    number, _, offset = owner[abs(ref)]
+                    exported[number].add(offset)
         for group, offsets in zip(self.groups, exported, strict=True):
             group.exports = sorted(offsets)
 

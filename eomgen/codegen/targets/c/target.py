@@ -341,6 +341,23 @@ def written_library(
     yield from _documents(context, files, mark).items()
 
 
+def written_stepper(program: Program, bytecode: Path) -> dict[str, str]:
+    """Return the source of the stepper of a library, and before it the headers that it includes, of a Program whose
+    functions may have no statements.
+
+    Parameters
+    ----------
+    bytecode : as of ``written_library``
+    """
+    context = _context_of_library(program, bytecode, apart=True)
+    prefix = program.prefix
+    return {
+        "eomgen_real.h": context.render("c/model/eomgen_real.h.jinja"),
+        f"{prefix}.h": context.render("c/model/model.h.jinja"),
+        f"{prefix}_step.c": context.render(stepper_template(program.method["family"])),
+    }
+
+
 @dataclass
 class LibraryInTwo:
     """Files of a library that is used before all of its functions are compiled, each written when it is asked for.
