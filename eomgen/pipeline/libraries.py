@@ -29,12 +29,18 @@ _LONG = 10_000
 
 
 def begin_stepper(
-    system: System, data: Mapping[str, Any], functions: Sequence[str], names: Names, builder: Builder
+    builder: Builder,
+    texts: dict[str, str],
+    system: System,
+    data: Mapping[str, Any],
+    functions: Sequence[str],
+    names: Names,
 ) -> None:
     """Compile the stepper of a long model while its functions are scheduled, if its text needs nothing of these.
 
     Parameters
     ----------
+    texts : completed by the files that were written
     data : of the method
     functions : of the model
     names : of the target
@@ -48,7 +54,7 @@ def begin_stepper(
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
     program = to_program(system, data, functions, names=names, scheduled=False)
-    texts = written_stepper(program, builder.cache.folder / TEMPLATES)
+    texts |= written_stepper(program, builder.cache.folder / TEMPLATES)
     builder.begin_source(f"{program.prefix}_step.c", texts, {f"{program.prefix}.c"})
 
 
@@ -62,7 +68,11 @@ def functions_for_later(program: Program, early: Collection[str]) -> tuple[str, 
 
 
 def library_in_two(
-    content: bytes, program: Callable[[], tuple[Program, str]], builder: Builder, marks: Mapping[str, Any]
+    content: bytes,
+    program: Callable[[], tuple[Program, str]],
+    builder: Builder,
+    marks: Mapping[str, Any],
+    ready: Mapping[str, str],
 ) -> Library:
     """Return the library with all functions from the cache; else, if it takes long, a library with the functions that
     runs call, whose successor has all functions and is compiled in the background.
@@ -74,11 +84,12 @@ def library_in_two(
     content : everything that the library depends on
     program : derives the Program, and the reason if the Program has no stepper
     marks : further data of the layout
+    ready : files that ``program`` writes, as of ``begin_stepper``
     """
     first = _known(content, builder)
     if first is None:
         with builder.claim(content):
-            first = _known(content, builder) or _first(content, *program(), builder, marks)
+            first = _known(content, builder) or _first(content, *program(), builder, marks, ready)
     if first.lacking and first.successor is None:  # of an earlier process: few processes call its other functions
         first.successor = Successor(partial(_whole, first, content, program, builder, None), at_once=False)
     return first
@@ -93,13 +104,20 @@ def _of_runs(content: bytes) -> bytes:
     return content + b"\0of runs"
 
 
-def _first(content: bytes, program: Program, refusal: str, builder: Builder, marks: Mapping[str, Any]) -> Library:
+def _first(
+    content: bytes,
+    program: Program,
+    refusal: str,
+    builder: Builder,
+    marks: Mapping[str, Any],
+    ready: Mapping[str, str],
+) -> Library:
     """Return the library with the functions that runs call, and begin its successor; the library with all functions if
     the others do not take long."""
     if not program.later:
-        return whole_library(program, refusal, builder, content, marks, None)
+        return whole_library(program, refusal, builder, content, marks, None, ready)
     with without_garbage_collection():
-        files = _written(program, builder)
+        files = _written(program, builder, ready)
         layout = {**_layout(program, refusal, marks), "later": program.later}
         first = _built(program, builder, _of_runs(content), files.of_runs, layout, None, files.straight)
     made = partial(_whole, first, content, lambda: (program, refusal), builder, files)
@@ -128,17 +146,17 @@ def _whole(
             return cached
         made, _ = program()
         if files is None:
-            files = _written(made, builder)
+            files = _written(made, builder, {})
             deque(files.of_runs, maxlen=0)
         layout = {**first.layout, "digest": first.digest}
         return _built(made, builder, content, files.whole, layout, running, files.straight)
 
 
-def _written(program: Program, builder: Builder) -> LibraryInTwo:
+def _written(program: Program, builder: Builder, ready: Mapping[str, str]) -> LibraryInTwo:
     from eomgen.codegen.targets.c.target import written_in_two  # noqa: PLC0415  # a library of the cache is not written
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
-    return written_in_two(program, builder.cache.folder / TEMPLATES)
+    return written_in_two(program, builder.cache.folder / TEMPLATES, ready)
 
 
 def _layout(program: Program, refusal: str, marks: Mapping[str, Any]) -> dict[str, Any]:
@@ -172,6 +190,7 @@ def whole_library(
     content: bytes,
     marks: Mapping[str, Any],
     running: RunningCompilers | None,
+    ready: Mapping[str, str],
 ) -> Library:
     """Return the compiled library of a Program.
 
@@ -180,6 +199,7 @@ def whole_library(
     refusal : the reason if the Program has no stepper
     marks : further data of the layout
     running : as of ``Builder.build``
+    ready : as of ``library_in_two``
     """
     from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
     from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
@@ -189,7 +209,8 @@ def whole_library(
         printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         # other number types convert literals while compiling, tables at each use
         apart = builder.real == "double" and tape is None
-        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape)
+        known = ready if apart else {}
+        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape, ready=known)
         layout = _layout(printed, refusal, marks)
         straight = straight_sources(printed) if tape is None else ()
         return _built(printed, builder, content, files, layout, running, straight)

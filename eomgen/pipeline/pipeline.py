@@ -25,7 +25,7 @@ from eomgen.toolchain.profiles import COMPILED_PROFILE, FEW_COMPILERS, STANDARD_
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
-    from eomgen.codegen.targets.target import Target
+    from eomgen.codegen.targets.target import Names, Target
     from eomgen.integrators.families.register import Method
     from eomgen.pipeline.model import Model
     from eomgen.scene.scene import Scene
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from eomgen.toolchain.compiler import RunningCompilers
     from eomgen.toolchain.library import LaneLibrary, Library
 
+    #: From a System, the data of a method, names of functions and names of the target to a stepper that is compiled.
+    BeginStepper = Callable[[System, Mapping[str, Any], Sequence[str], Names], None]
     #: A scene, the path of a scene, nested data in the form of a scene file, or the document of another front end.
     Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
@@ -772,7 +774,7 @@ def _program(
     *,
     for_runs: bool = False,
     parameters: Mapping[str, float | str] | None = None,
-    builder: Builder | None = None,
+    begin: BeginStepper | None = None,
 ) -> tuple[Program, str]:
     """Return the Program, and the reason if the Program has no stepper.
 
@@ -780,7 +782,7 @@ def _program(
     ----------
     for_runs : as of ``_method``
     parameters : as of ``generate``
-    builder : of a library, whose stepper may be compiled while functions are scheduled
+    begin : called when all data of the stepper are known and before functions are scheduled
     """
     described = front_end.describe(document)
     chosen = _method(described, method, for_runs=for_runs)
@@ -793,8 +795,8 @@ def _program(
 
     def derived(part: Document, sample: Sample | None = None) -> tuple[Program, str]:
         settings = {"with_settings": with_settings, "for_runs": for_runs}
-        early = None if sample is not None else builder
-        return _derived_program(part, described, selection, chosen, target, sample, builder=early, **settings)
+        early = None if sample is not None else begin
+        return _derived_program(part, described, selection, chosen, target, sample, begin=early, **settings)
 
     return front_end.program(prepared, derived) or derived(prepared)
 
@@ -809,7 +811,7 @@ def _derived_program(
     *,
     with_settings: bool,
     for_runs: bool = False,
-    builder: Builder | None = None,
+    begin: BeginStepper | None = None,
 ) -> tuple[Program, str]:
     """Return the Program of a document, derived, and the reason if the Program has no stepper.
 
@@ -818,7 +820,7 @@ def _derived_program(
     sample : of the longer document that is meant, if any
     with_settings : whether the settings described are of this method
     for_runs : as of ``_method``; then functions that no run calls are marked, if all functions are selected
-    builder : as of ``_program``
+    begin : as of ``_program``
     """
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
@@ -846,10 +848,8 @@ def _derived_program(
         data = method_data(chosen, system, described.simulation.step)
         if with_settings:
             data = _with_settings(data, described)
-        if builder is not None:
-            from eomgen.pipeline.libraries import begin_stepper  # noqa: PLC0415
-
-            begin_stepper(system, data, functions, target.names, builder)
+        if begin is not None:
+            begin(system, data, functions, target.names)
         program = to_program(system, data, functions, names=target.names)
         if for_runs and selection.whole:
             from eomgen.pipeline.libraries import functions_for_later  # noqa: PLC0415
@@ -902,15 +902,17 @@ def _library(
     """
     content = library_content(document, front_end, selection, method)
     marks = {"built_method": method, "selection": vars(selection), "fingerprint": fingerprint(document, front_end)}
+    ready: dict[str, str] = {}
 
     @functools.cache
     def program() -> tuple[Program, str]:
         from eomgen.codegen.targets.c.target import INTERFACE_CDEF, C, interface_header  # noqa: PLC0415
+        from eomgen.pipeline.libraries import begin_stepper  # noqa: PLC0415
 
         builder.begin_wrapper(INTERFACE_CDEF, interface_header())
         with without_garbage_collection():
-            early = None if builder.profile.name in FEW_COMPILERS else builder
-            return _program(document, front_end, selection, method, C, for_runs=True, builder=early)
+            begin = None if builder.profile.name in FEW_COMPILERS else partial(begin_stepper, builder, ready)
+            return _program(document, front_end, selection, method, C, for_runs=True, begin=begin)
 
     def made(builder: Builder, running: RunningCompilers | None = None) -> Library:
         """Return the library from the cache, else derived and compiled."""
@@ -920,7 +922,7 @@ def _library(
         from eomgen.pipeline.libraries import whole_library  # noqa: PLC0415
 
         with builder.claim(content):
-            return builder.find(content) or whole_library(*program(), builder, content, marks, running)
+            return builder.find(content) or whole_library(*program(), builder, content, marks, running, ready)
 
     if steps is not None and not builder.profile.on_tape:
         cached = builder.find(content)
@@ -945,7 +947,7 @@ def _library(
             return cached
         from eomgen.pipeline.libraries import library_in_two  # noqa: PLC0415
 
-        return library_in_two(content, program, builder, marks)
+        return library_in_two(content, program, builder, marks, ready)
     from eomgen.toolchain.library import Successor  # noqa: PLC0415
 
     compiled = builder.varied(profile=COMPILED_PROFILE)

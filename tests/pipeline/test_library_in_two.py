@@ -5,17 +5,23 @@ from __future__ import annotations
 import shutil
 import threading
 from collections.abc import Callable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import eomgen
+from eomgen.codegen.targets.c.target import C, written_library
 from eomgen.errors import ToolchainError
-from eomgen.pipeline import libraries
+from eomgen.pipeline import libraries, pipeline
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.scenes import SCENES
+from eomgen.system.terms import Selection
 from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import RunningCompilers
 from eomgen.toolchain.library import Library, Successor
 
@@ -45,6 +51,22 @@ def release(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
 
     monkeypatch.setattr(Successor, "_work", later)
     return begun
+
+
+def test_the_stepper_is_written_before_the_functions_are_scheduled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    begun: list[str] = []
+    monkeypatch.setattr(Builder, "begin_source", lambda self, name, texts, straight: begun.append(name))
+    monkeypatch.setattr(libraries, "_LONG", 1)
+    ready: dict[str, str] = {}
+    begin = partial(libraries.begin_stepper, Builder(cache=Cache(tmp_path)), ready)
+    scene, every = eomgen.load(SCENE, coordinates="absolute"), Selection(None, "")
+    program, _ = pipeline._program(scene, SCENES, every, "generalized_alpha", C, for_runs=True, begin=begin)
+    written = dict(written_library(program, tmp_path, apart=True))
+    assert begun == ["four_bar_step.c"]
+    assert list(ready) == ["eomgen_real.h", "four_bar.h", "four_bar_step.c"]
+    assert {name: written[name] for name in ready} == ready
 
 
 def _sources(library: Library) -> set[str]:

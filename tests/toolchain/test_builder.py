@@ -16,6 +16,7 @@ import pytest
 from eomgen.errors import ToolchainError, UsageError
 from eomgen.toolchain import builder as builder_module
 from eomgen.toolchain import cffi_build
+from eomgen.toolchain import compiler as compiler_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import Compiler
@@ -56,6 +57,32 @@ def test_both_modes_give_the_same_numbers(mode: str, tmp_path: Path) -> None:
     assert y.tolist() == [11.0, 21.0, 31.0]
     library.call(0, [np.array([[1.0], [2.0], [4.0]]), np.array([0, 0.5])], [y])
     assert y.tolist() == [6.0, 7.0, 9.0]
+
+
+def test_a_source_that_was_begun_is_compiled_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    compiled: list[str] = []
+    compile_object = compiler_module.compile_object
+
+    def counted(compiler: Compiler, source: Path, *arguments: Any, **named: Any) -> tuple[Path, str]:
+        compiled.append(source.name)
+        return compile_object(compiler, source, *arguments, **named)
+
+    monkeypatch.setattr(compiler_module, "compile_object", counted)
+    monkeypatch.setattr(builder_module, "compile_object", counted)
+    builder = Builder("quick", cache=Cache(tmp_path))
+    builder.begin_source("model.c", {name: FILES[name] for name in ("interface.h", "model.c")}, ())
+    library = builder.build(b"content", FILES, CDEF, LAYOUT)
+    y = np.zeros(1)
+    library.call("f", [np.array([1.0]), np.array([0, 2.0])], [y])
+    assert y.tolist() == [21.0]
+    assert compiled.count("model.c") == 1
+
+
+def test_faults_of_a_source_that_was_begun_are_those_of_its_library(tmp_path: Path) -> None:
+    builder, files = Builder("quick", cache=Cache(tmp_path)), {**FILES, "model.c": "int broken(void) { return x; }\n"}
+    builder.begin_source("model.c", {"model.c": files["model.c"]}, ())
+    with pytest.raises(ToolchainError, match="'x' undeclared"):
+        builder.build(b"content", files, CDEF, LAYOUT)
 
 
 def test_a_bound_call_sees_changes_of_its_arrays(tmp_path: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 from eomgen.codegen.program import Expression, ProgramFunction, Statement
@@ -104,15 +105,15 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
 def _linear_system(program: StepperProgram) -> dict[str, Any]:
     """Return the facts by which templates choose the linear systems of implicit steps.
 
-    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``matrix``: function that fills the iteration matrix;
-    ``partials``: position of the first number of the matrix; ``entries_are_finite``; ``unrolled`` rows and
-    ``substitution`` of an elimination written out; ``kinds`` of an elimination by fronts.
+    ``solver``; ``scaled``: kinetic energy measures the unknowns; ``assembled``: gives the function that fills the
+    iteration matrix; ``partials``: position of the first number of the matrix; ``entries_are_finite``; ``unrolled``
+    rows and ``substitution`` of an elimination written out; ``kinds`` of an elimination by fronts.
     """
     solver = program.method["solver"]
     return {
         "solver": solver,
         "scaled": bool(solver["inertia"]),
-        "matrix": _assembled(solver),
+        "assembled": partial(_assembled, solver),
         "partials": {name: f"work->numbers{offset(start)}" for name, (start, _) in solver["blocks"].items()},
         "entries_are_finite": f"{program.prefix}_finite(work->entries, {solver['nonzeros']})",
         **_elimination(program),

@@ -14,6 +14,7 @@ import hashlib
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
@@ -173,6 +174,7 @@ class _Context:
     apart : whether the numbers of the functions stand in tables of another file
     tape : code of the functions that the tape engine evaluates
     later : as of ``plan_files``
+    ready : texts of files that were written before, by name
     """
 
     def __init__(
@@ -183,8 +185,10 @@ class _Context:
         apart: bool = False,
         tape: TapeCode | None = None,
         later: Collection[str] = (),
+        ready: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
         self.program = program
+        self.ready = ready
         self.tape = tape
         self.apart = apart
         self.number_tables: dict[str, NumberTable] = {}
@@ -272,6 +276,10 @@ class _Context:
         printer = Printer(inputs, outputs, self.program.prefix, constants=macros, numbers=numbers)
         return indented(printer.lines(text.statements), 1)
 
+    def file(self, name: str, template: str) -> tuple[str, str]:
+        """Return the name and the text of a file that may be written before the functions are scheduled."""
+        return name, self.ready.get(name) or self.render(template)
+
     def render(self, template: str, **extra: object) -> str:
         program = self.program
         text = (
@@ -314,7 +322,12 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
 
 
 def written_library(
-    program: Program, bytecode: Path, *, apart: bool = False, tape: TapeCode | None = None
+    program: Program,
+    bytecode: Path,
+    *,
+    apart: bool = False,
+    tape: TapeCode | None = None,
+    ready: Mapping[str, str] = MappingProxyType({}),
 ) -> Iterator[tuple[str, str]]:
     """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as written, headers before the
     sources that include them.
@@ -325,8 +338,9 @@ def written_library(
     apart : whether the numbers of the functions are in a separate file, ``<prefix>_numbers.c``, so that other numbers
         change no other source
     tape : code of the functions that the tape engine evaluates, if the Program has any
+    ready : the files of ``written_stepper``, if these were written
     """
-    context = _context_of_library(program, bytecode, apart=apart, tape=tape)
+    context = _context_of_library(program, bytecode, apart=apart, tape=tape, ready=ready)
     files: dict[str, str] = {}
     for name, text in _sources(context):
         files[name] = text
@@ -351,11 +365,9 @@ def written_stepper(program: Program, bytecode: Path) -> dict[str, str]:
     """
     context = _context_of_library(program, bytecode, apart=True)
     prefix = program.prefix
-    return {
-        "eomgen_real.h": context.render("c/model/eomgen_real.h.jinja"),
-        f"{prefix}.h": context.render("c/model/model.h.jinja"),
-        f"{prefix}_step.c": context.render(stepper_template(program.method["family"])),
-    }
+    real, header = ("eomgen_real.h", "c/model/eomgen_real.h.jinja"), (f"{prefix}.h", "c/model/model.h.jinja")
+    step = f"{prefix}_step.c", stepper_template(program.method["family"])
+    return dict(context.file(*item) for item in (real, header, step))
 
 
 @dataclass
@@ -374,15 +386,15 @@ class LibraryInTwo:
     straight: frozenset[str]
 
 
-def written_in_two(program: Program, bytecode: Path) -> LibraryInTwo:
+def written_in_two(program: Program, bytecode: Path, ready: Mapping[str, str] = MappingProxyType({})) -> LibraryInTwo:
     """Return the files of a library of which the functions ``program.later`` are compiled later, with all numbers in
     separate files.
 
     Parameters
     ----------
-    bytecode : as of ``written_library``
+    bytecode, ready : as of ``written_library``
     """
-    context = _context_of_library(program, bytecode, apart=True, later=program.later)
+    context = _context_of_library(program, bytecode, apart=True, later=program.later, ready=ready)
     files: dict[str, str] = {}
     marks: list[str] = []
 
@@ -413,12 +425,18 @@ def written_in_two(program: Program, bytecode: Path) -> LibraryInTwo:
 
 
 def _context_of_library(
-    program: Program, bytecode: Path, *, apart: bool, tape: TapeCode | None = None, later: Collection[str] = ()
+    program: Program,
+    bytecode: Path,
+    *,
+    apart: bool,
+    tape: TapeCode | None = None,
+    later: Collection[str] = (),
+    ready: Mapping[str, str] = MappingProxyType({}),
 ) -> _Context:
     environment().bytecode_cache = kept_bytecode(bytecode)
     if apart:
         program = replace(program, constants=())  # macros of constants would change a header that all sources include
-    return _Context(program, FILE_LIMIT, apart=apart, tape=tape, later=later)
+    return _Context(program, FILE_LIMIT, apart=apart, tape=tape, later=later, ready=ready)
 
 
 def _numbers(context: _Context, files: Mapping[str, str]) -> tuple[str, tuple[str, str]]:
@@ -453,11 +471,8 @@ def _files(context: _Context) -> dict[str, str]:
 def _sources(context: _Context) -> Iterator[tuple[str, str]]:
     """Yield all headers and then all sources of the stand-alone folder, but for the files of ``_later_sources``."""
     program, prefix = context.program, context.program.prefix
-    yield "eomgen_real.h", context.render("c/model/eomgen_real.h.jinja")
-    yield (
-        f"{prefix}.h",
-        context.render("c/controller/header.h.jinja" if program.controller else "c/model/model.h.jinja"),
-    )
+    yield context.file("eomgen_real.h", "c/model/eomgen_real.h.jinja")
+    yield context.file(f"{prefix}.h", "c/controller/header.h.jinja" if program.controller else "c/model/model.h.jinja")
     if len(context.files) > 1:
         yield f"{prefix}_parts.h", context.render("c/model/parts.h.jinja")
     if program.curves:
@@ -471,7 +486,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         if not file.later:
             yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
     if program.method:
-        yield f"{prefix}_step.c", context.render(stepper_template(program.method["family"]))
+        yield context.file(f"{prefix}_step.c", stepper_template(program.method["family"]))
     if program.controller:
         yield f"{prefix}_step.c", context.render("c/controller/step.c.jinja")
     if program.curves:
