@@ -25,7 +25,7 @@ _MUCH = 3000
 
 
 #: Operations of all functions from which on compilers begin with the stepper before the functions are scheduled.
-_LONG = 10_000
+_LONG = 4500
 
 
 def begin_stepper(

@@ -855,7 +855,9 @@ def _derived_program(
             from eomgen.pipeline.libraries import functions_for_later  # noqa: PLC0415
 
             of_runs = Selection(None, described.simulation.start)
-            early = of_runs.functions(list(system.functions), called, implicit=chosen.implicit)
+            early = set(of_runs.functions(list(system.functions), called, implicit=chosen.implicit))
+            if system.multipliers and of_runs.start != "equilibrium":
+                early -= {"residual"} - steps  # runs take other functions, and analyses of a state the residual
             program = replace(program, later=functions_for_later(program, early))
         return program, ""
     except ModelError as error:

@@ -61,7 +61,7 @@ def test_the_stepper_is_written_before_the_functions_are_scheduled(
     monkeypatch.setattr(libraries, "_LONG", 1)
     ready: dict[str, str] = {}
     begin = partial(libraries.begin_stepper, Builder(cache=Cache(tmp_path)), ready)
-    scene, every = eomgen.load(SCENE, coordinates="absolute"), Selection(None, "")
+    scene, every = eomgen.load(SCENE), Selection(None, "")
     program, _ = pipeline._program(scene, SCENES, every, "generalized_alpha", C, for_runs=True, begin=begin)
     written = dict(written_library(program, tmp_path, apart=True))
     assert begun == ["four_bar_step.c"]
@@ -78,7 +78,7 @@ def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model = build()
-    assert {"partials", "velocity_partials"} <= model.library.lacking
+    assert {"partials", "velocity_partials", "residual"} <= model.library.lacking
     run = model.simulate(0.02)
     energy = model.energy(model.initial_q, model.initial_v)
     assert model.library.lacking
