@@ -8,12 +8,14 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import without_garbage_collection
+from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Successor
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.c.target import LibraryInTwo
     from eomgen.codegen.targets.target import Names
+    from eomgen.integrators.families.register import Method
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.compiler import RunningCompilers
@@ -36,7 +38,7 @@ def begin_stepper(
     functions: Sequence[str],
     names: Names,
 ) -> None:
-    """Compile the stepper of a long model while its functions are scheduled, if its text needs nothing of these.
+    """Compile the stepper of a long model while its functions are scheduled, if its text depends on no statement of these.
 
     Parameters
     ----------
@@ -56,6 +58,20 @@ def begin_stepper(
     program = to_program(system, data, functions, names=names, scheduled=False)
     texts |= written_stepper(program, builder.cache.folder / TEMPLATES)
     builder.begin_source(f"{program.prefix}_step.c", texts, {f"{program.prefix}.c"})
+
+
+def functions_of_runs(system: System, method: Method, called: Collection[str], start: str) -> set[str]:
+    """Return the functions that runs call.
+
+    Parameters
+    ----------
+    called : by the steps of the method, or to bring a state onto the constraints
+    start : of the runs
+    """
+    early = set(Selection(None, start).functions(list(system.functions), called, implicit=method.implicit))
+    if system.multipliers and start != "equilibrium":
+        early -= {"residual"} - method.calls(system)  # runs take other functions, and analyses of a state the residual
+    return early
 
 
 def functions_for_later(program: Program, early: Collection[str]) -> tuple[str, ...]:

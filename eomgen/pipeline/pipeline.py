@@ -852,12 +852,9 @@ def _derived_program(
             begin(system, data, functions, target.names)
         program = to_program(system, data, functions, names=target.names)
         if for_runs and selection.whole:
-            from eomgen.pipeline.libraries import functions_for_later  # noqa: PLC0415
+            from eomgen.pipeline.libraries import functions_for_later, functions_of_runs  # noqa: PLC0415
 
-            of_runs = Selection(None, described.simulation.start)
-            early = set(of_runs.functions(list(system.functions), called, implicit=chosen.implicit))
-            if system.multipliers and of_runs.start != "equilibrium":
-                early -= {"residual"} - steps  # runs take other functions, and analyses of a state the residual
+            early = functions_of_runs(system, chosen, called, described.simulation.start)
             program = replace(program, later=functions_for_later(program, early))
         return program, ""
     except ModelError as error:

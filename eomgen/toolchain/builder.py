@@ -375,7 +375,7 @@ class Builder:
         if self.cache.get(key) is not None:
             return
 
-        def found() -> Path | None:
+        def object_file() -> Path | None:
             entry = self.cache.get(key)
             return None if entry is None else entry.file(_OBJECT)
 
@@ -392,7 +392,7 @@ class Builder:
                 self.cache.put(key, fill)
             begun.ended.set()
 
-        begun = self._begun[key] = Begun(found)
+        begun = self._begun[key] = Begun(object_file)
         in_background("eomgen-begun", work, lower=False)
 
     def _flags_for(self, name: str, text: str, straight: Collection[str], *, loops: bool = False) -> tuple[str, ...]:

@@ -237,12 +237,12 @@ class Begun:
 
     Parameters
     ----------
-    found : returns the object, None if the compilation failed
+    made : returns the object, None if the compilation failed
     """
 
-    def __init__(self, found: Callable[[], Path | None]) -> None:
+    def __init__(self, made: Callable[[], Path | None]) -> None:
         self.ended = threading.Event()
-        self._found = found
+        self._made = made
 
     def copied(self, place: Path, running: RunningCompilers) -> bool:
         """Wait for the end, unless the compilers of the library are stopped, and copy the object to a place; return
@@ -250,7 +250,7 @@ class Begun:
         while not self.ended.wait(_WAIT):
             if running.stopped:
                 return False
-        made = self._found()
+        made = self._made()
         if made is not None:
             shutil.copyfile(made, place)
         return made is not None
@@ -317,7 +317,7 @@ class Compilation:
         length = _longest_first(source)
         if begun is not None:
             self._begun[source] = begun
-            length = -sys.maxsize  # the process is one of those that run at once, so that one worker waits for its end
+            length = -sys.maxsize  # the process takes a processor, so that one worker waits for its end
         self._waiting.put((length, source, tuple(self._flags if flags is None else flags)))
         if self._pool is None:
             self._compile_next()
