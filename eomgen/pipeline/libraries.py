@@ -38,7 +38,7 @@ def begin_stepper(
     functions: Sequence[str],
     names: Names,
 ) -> None:
-    """Compile the stepper of a long model while its functions are scheduled, if its text depends on no statement of these.
+    """Compile the stepper of a long model while its functions are scheduled, if its text depends on no statement.
 
     Parameters
     ----------
