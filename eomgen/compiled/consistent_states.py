@@ -94,7 +94,7 @@ def corrected_start(
     for before, after, labels, measured, off in zip(
         guess, (consistent.q, consistent.v), names, units, held, strict=True
     ):
-        largest = np.maximum(np.abs(before), np.abs(after))
+        largest = np.maximum(np.abs(before), np.abs(after))[: len(measured)]  # references of turns have no name
         arms = [consistent.extent if unit == "rad/s" else 1.0 for unit in measured]  # of turns that move parts by m/s
         fastest = float(np.max(largest * arms, initial=0.0))
         for k, (name, unit) in enumerate(zip(labels, measured, strict=True)):

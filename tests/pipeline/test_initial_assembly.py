@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ from eomgen.system.system import System
 from tests.oracles.formulas import number, vector
 
 CRANK, COUPLER, ROCKER, GROUND = 0.3, 0.8, 0.6, 0.9
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def bar(name: str, length: float) -> Body:
@@ -134,3 +137,11 @@ def test_a_drive_that_begins_at_zero_leaves_the_other_rows_no_less_exact(length:
     scene = builder.constraint("rod", "distance", *ends, length=length).build()
     system = with_initial_assembly(partial(derive, scene))
     assert np.abs(constrained(system).constraint(np.array(system.initial_q), 0.0)).max() < 1e-14
+
+
+def test_references_of_turns_are_not_among_the_corrections() -> None:
+    scene = eomgen.load(EXAMPLES / "four_bar" / "scene.toml", coordinates="absolute")
+    system = eomgen.derive(scene, terms=["mass"])
+    assert len(system.angles) == 2
+    assert len(system.initial_q) == 21 + len(system.angles)
+    assert any(note.startswith("initial position corrected: ") for note in system.notes)
