@@ -79,20 +79,36 @@ def _as_list(value: object) -> object:
     return tuple(value) if isinstance(value, list | tuple) else (value,)
 
 
+class _Once:
+    """Annotation of a kind of values, whose schema is made once for all keys: a scene has dozens of keys of one kind.
+
+    Annotations for the JSON Schema stand behind this one.
+    """
+
+    def __init__(self) -> None:
+        self.made: dict[str, Any] = {}
+
+    def __get_pydantic_core_schema__(self, source: object, handler: Callable[[object], Any]) -> Any:
+        self.made = self.made or handler(source)
+        return {**self.made, "metadata": dict(self.made.get("metadata", {}))}  # which pydantic adds to for a key
+
+
 Description = Annotated[str, Field(max_length=10_000)]
 Unit = Annotated[str, Field(max_length=64)]
-Finite = Annotated[float, PlainValidator(_number), WithJsonSchema(NUMBER_SCHEMA)]
-Value = Annotated[float | str, PlainValidator(_value), WithJsonSchema(VALUE_SCHEMA)]
-Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3))]
-Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2))]
+Finite = Annotated[float, PlainValidator(_number), _Once(), WithJsonSchema(NUMBER_SCHEMA)]
+Value = Annotated[float | str, PlainValidator(_value), _Once(), WithJsonSchema(VALUE_SCHEMA)]
+Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3)), _Once()]
+Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2)), _Once()]
 Values = Annotated[
     tuple[Value, ...],
     BeforeValidator(_as_list),
+    _Once(),
     WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]
 Numbers = Annotated[
     tuple[Finite, ...],
     BeforeValidator(_as_list),
+    _Once(),
     WithJsonSchema({"anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]}),
 ]
 NumberPair = Annotated[tuple[Finite, Finite], BeforeValidator(_list_of(2))]
@@ -100,10 +116,11 @@ Bound = Annotated[float | str | None, PlainValidator(_bound), WithJsonSchema(VAL
 Bounds = Annotated[
     tuple[Bound, ...],
     BeforeValidator(_as_list),
+    _Once(),
     WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]
 Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_list_of(3))]
-Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3))]
+Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3)), _Once()]
 LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(_list_of(6))]
 SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(_list_of(6))]
 SixValues = Annotated[tuple[Value, Value, Value, Value, Value, Value], BeforeValidator(_list_of(6))]
