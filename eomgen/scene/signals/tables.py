@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import math
 import re
@@ -206,6 +205,8 @@ def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, li
     ]
     if not lines:
         return
+    import csv  # noqa: PLC0415  # few scenes have tables
+
     mark = _DELIMITERS[delimiter] if delimiter is not None else _delimiter_of(lines[0][1])
     for number, line in lines:
         if mark == " ":
