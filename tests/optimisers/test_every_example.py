@@ -1,12 +1,13 @@
 """Functions for CasADi of every example: Jacobians and Hessians against complex steps of the C, and sparsity at 1000
-random states. Steps against their formulas over complex functions of the model."""
+random states, as a table too. Steps against their formulas over complex functions of the model."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import sys
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -24,9 +25,6 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 Array = np.ndarray
 #: Examples whose functions take minutes to compile: nets, chains and beams of many bodies, rolling ellipsoids.
 LARGE = {"cable_net", "hanging_chain", "misaligned_four_bar", "rattleback", "unbalanced_shaft"}
-#: Of these, examples that are held to complex steps in the longest tier, and examples whose sparsity is.
-COMPILED_LONG = ("cable_net", "misaligned_four_bar", "rattleback", "unbalanced_shaft")
-SPARSE_LONG = ("rattleback", "unbalanced_shaft")
 SCENES = sorted(path.parent.relative_to(EXAMPLES).as_posix() for path in EXAMPLES.rglob("scene.toml"))
 TESTED = [name for name in SCENES if name not in LARGE]
 #: Examples whose implicit step takes minutes in the Newton iterations of the oracle.
@@ -39,6 +37,8 @@ LONG_STEPS = {
 }
 #: Examples with laws by cases.
 SWITCHING = {"active_quarter_car", "quarter_car_on_bump", "gear_with_backlash", "jerk_limited_arm", "bouncing_ball"}
+#: Random states for sparsity.
+STATES = 1000
 #: An imaginary step, the square of which is lost.
 IMAGINARY = 1e-40
 
@@ -109,12 +109,17 @@ def by_complex_steps(function: Any, taken: list[str], state: Mapping[str, Array]
     return np.stack(columns, axis=-1)
 
 
-@pytest.mark.long_except_every(3)
-@pytest.mark.slow
-@pytest.mark.long_cases("elastic_pendulum", *COMPILED_LONG)
-@pytest.mark.parametrize("example", [*TESTED, *COMPILED_LONG])
-def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
-    """Rounding is relative to the Jacobian where second derivatives of stiff forces cancel."""
+class Deviation(NamedTuple):
+    """Nonzeros of a function's Jacobian and Hessian, and their largest differences from complex steps of the C, by the
+    largest entry; of the Hessian also by the Jacobian's, since second derivatives of stiff forces cancel."""
+
+    function: str
+    nonzeros: tuple[int, int]
+    differences: tuple[float, float]
+
+
+def deviations(example: str, rng: np.random.Generator) -> Iterator[Deviation]:
+    """Yield the rows of all functions of an example but its step."""
     model, functions = model_of(example), functions_of(example)
     factors = list(model.factors)
     for name in (name for name in functions if name != "step"):
@@ -143,14 +148,27 @@ def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Gen
 
         assert pattern.shape[0] == len(weights)
         expected = by_complex_steps(value, taken, state)
-        scale = np.max(np.abs(expected), initial=0.0)
-        assert np.max(np.abs(jacobian - expected), initial=0.0) <= 1e-12 * scale, name
+        first = largest(jacobian - expected) / (largest(expected) or 1.0)
         sizes = {block: function.size1_in(k) for k, block in enumerate(taken)}
         places = np.concatenate([np.full(size, block in own) for block, size in sizes.items()])
         assert not hessian[~places].any(), name
         second = by_complex_steps(gradient, own, state)
-        scale = max(np.max(np.abs(second), initial=0.0), np.max(np.abs(weights @ expected), initial=0.0))
-        assert np.max(np.abs(hessian[np.ix_(places, places)] - second), initial=0.0) <= 1e-12 * scale, name
+        scale = max(largest(second), largest(weights @ expected)) or 1.0
+        sizes_of = (len(pattern.rows), len(model.sparsity(name, 2).rows))
+        yield Deviation(name, sizes_of, (first, largest(hessian[np.ix_(places, places)] - second) / scale))
+
+
+def largest(values: Array) -> float:
+    return float(np.max(np.abs(values), initial=0.0))
+
+
+@pytest.mark.long_except_every(3)
+@pytest.mark.slow
+@pytest.mark.long_cases("elastic_pendulum", *LARGE)
+@pytest.mark.parametrize("example", SCENES)
+def test_derivatives_are_those_of_complex_steps(example: str, rng: np.random.Generator) -> None:
+    for row in deviations(example, rng):
+        assert max(row.differences) <= 1e-12, row
 
 
 def moved_by(factors: list[Factor], theta: Array, v: Array) -> Array:
@@ -309,11 +327,20 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
 
 @pytest.mark.long_except_every(3)
 @pytest.mark.slow
-@pytest.mark.long_cases("elastic_pendulum", *SPARSE_LONG)
-@pytest.mark.parametrize("example", [*TESTED, *SPARSE_LONG])
+@pytest.mark.long_cases("elastic_pendulum", *LARGE)
+@pytest.mark.parametrize("example", SCENES)
 def test_sparsity_is_exact_at_random_states(example: str, rng: np.random.Generator) -> None:
-    """Parameters that are zero in the scene have random values, since products with them are nonzeros."""
-    model, count = model_of(example), 1000
+    for name, order, zero in always_zero(example, rng):
+        pattern = model_of(example).sparsity(name, order)
+        assert not zero.any(), (name, order, pattern.rows[zero], pattern.columns[zero])
+
+
+def always_zero(example: str, rng: np.random.Generator, count: int = STATES) -> Iterator[tuple[str, int, Array]]:
+    """Yield which nonzeros of Jacobian and Hessian are zero at all of ``count`` states, by function and order.
+
+    Parameters that are zero in the scene have random values, since products with them are nonzeros.
+    """
+    model = model_of(example)
     states = [state_of(model, rng) for _ in range(count)]
     batch = {name: np.stack([state[name] for state in states]) for name in states[0]}
     batch["t"] = rng.uniform(0.0, 3.0, (count, 1))
@@ -328,9 +355,7 @@ def test_sparsity_is_exact_at_random_states(example: str, rng: np.random.Generat
             else:
                 weights = rng.normal(size=(count, model.sparsity(name).shape[0]))
                 values = model.hessian(name, weights, **arguments, sparse=True)
-            zero = ~np.any(values != 0.0, axis=0)
-            pattern = model.sparsity(name, order)
-            assert not zero.any(), (name, order, pattern.rows[zero], pattern.columns[zero])
+            yield name, order, ~np.any(values != 0.0, axis=0)
 
 
 def in_rare_cases(example: str, parameters: list[str], batch: dict[str, Array], rng: np.random.Generator) -> None:
@@ -370,3 +395,27 @@ def test_derivatives_of_panda_are_those_of_casadis_symbols(rng: np.random.Genera
             for one, other in zip(found, derivatives(function, point, weights), strict=True):
                 part = one[tuple(slice(size) for size in other.shape)]
                 assert np.max(np.abs(part - other)) <= 1e-12 * np.max(np.abs(other)), name
+
+
+def main(words: list[str]) -> None:
+    """Write a table of all examples, or of those that are named, to the file that is named first."""
+    lines = [
+        "`python -m tests.optimisers.test_every_example FILE [EXAMPLES]`, profile quick: one random state for"
+        f" differences from complex steps of the C, {STATES} for sparsity.",
+        "",
+        "| example | functions | nonzeros of Jacobians | of Hessians | Jacobians differ by | Hessians by | always zero |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    for example in words[1:] or SCENES:
+        rng = np.random.default_rng(37)
+        rows = list(deviations(example, rng))
+        zeros = sum(int(zero.sum()) for *_, zero in always_zero(example, rng))
+        nonzeros, differences = (np.array([row[k] for row in rows]) for k in (1, 2))
+        counted = [*map(str, nonzeros.sum(axis=0)), *(f"{x:.1e}" for x in differences.max(axis=0)), str(zeros)]
+        lines.append(f"| {' | '.join([example, str(len(rows)), *counted])} |")
+        print(lines[-1], flush=True)
+        Path(words[0]).write_text("\n".join([*lines, ""]), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
