@@ -403,7 +403,7 @@ def main(words: list[str]) -> None:
         "`python -m tests.optimisers.test_every_example FILE [EXAMPLES]`, profile quick: one random state for"
         f" differences from complex steps of the C, {STATES} for sparsity.",
         "",
-        "| example | functions | nonzeros of Jacobians | of Hessians | Jacobians differ by | Hessians by | always zero |",
+        "| example | functions | nonzeros of Jacobians | of Hessians | Jacobians differ by | Hessians by | always 0 |",
         "|---|---|---|---|---|---|---|",
     ]
     for example in words[1:] or SCENES:
