@@ -208,6 +208,13 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         " inverse_dynamics, forward_dynamics, residual, constraint, internal_rate, outputs,"
         " constraint_velocity, constraint_acceleration and 2 more"
     )
+    for terms in ([], "forward_dynamics"):
+        with pytest.raises(eomgen.UsageError) as of_list:
+            eomgen.casadi(SCENE, terms)
+        assert str(of_list.value) == (
+            f"usage error: terms: a list of functions is needed, not {terms!r}; try:"
+            ' ["forward_dynamics"]; all of the scene without terms'
+        )
     with pytest.raises(eomgen.UsageError, match="there is no function of CasADi 'steps'; try: step"):
         functions()["steps"]
     monkeypatch.setitem(sys.modules, "casadi", None)

@@ -159,6 +159,11 @@ def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) 
             lambda f: jax.jacfwd(lambda t: f.forward_dynamics(np.eye(8)[3], np.zeros(7), t))(0.0),
             "derivatives in t or in parameters, with inputs by the formulas of the scene; try: u=",
         ),
+        (lambda f: f.forward_dynamics(1j * np.ones(8), np.zeros(7)), "q: the numbers are complex; try: real numbers"),
+        (
+            lambda f: f.simulate(0.01, 1e-3, q=np.zeros(5)),
+            r"q: q has the shape \(5,\), and simulate takes \(8,\); try: one initial state",
+        ),
     ],
 )
 def test_mistakes_in_calls_are_named(floating: Any, call: Any, text: str) -> None:
@@ -180,6 +185,8 @@ def test_float32_is_refused(floating: Any) -> None:
     try:
         with pytest.raises(UsageError, match=r"JAX is set to float32; try: jax.config.update"):
             eomgen.jax(floating[0])
+        with pytest.raises(UsageError, match=r"JAX is set to float32; try: jax.config.update"):
+            floating[1].forward_dynamics(np.zeros(8), np.zeros(7))
     finally:
         jax.config.update("jax_enable_x64", True)
 

@@ -319,8 +319,11 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     Raises
     ------
     UsageError
-        A term without derivatives in all arguments.
+        A term without derivatives in all arguments, or no list of terms.
     """
+    if isinstance(terms, str) or terms == []:
+        fault = f"a list of functions is needed, not {terms!r}"
+        raise UsageError(Problem("terms", fault, '["forward_dynamics"]; all of the scene without terms'))
     chosen = [name for name in DIFFERENTIATED if name not in _BY_NAME] if terms is None else list(terms)
     for name in chosen:
         if name not in DIFFERENTIATED:

@@ -255,7 +255,11 @@ class JaxFunctions:
         """
         jnp = self._jax.numpy
         given = {"q": q, "v": v, "parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
-        given = self._jax.tree.map(lambda array: jnp.asarray(array, float), given)
+        given = self._jax.tree.map(self._real, given)
+        for block, size in (("q", self._model.nq), ("v", self._model.nv)):
+            if given[block] is not None and given[block].shape != (size,):
+                fault = f"{block} has the shape {given[block].shape}, and simulate takes ({size},)"
+                raise UsageError(Problem(block, fault, "one initial state; jax.vmap for several runs"))
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         unknown = {name: np.zeros(array.shape) for name, array in given["inputs"].items()}
@@ -295,7 +299,7 @@ class JaxFunctions:
             if value is None:
                 array = jnp.asarray(self._inputs(given) if block == "u" else self._defaults[block])
             else:
-                array = self._by_name(value) if isinstance(value, Mapping) else jnp.asarray(value, float)
+                array = self._by_name(value) if isinstance(value, Mapping) else self._real(value, block)
             expected = () if block == "t" else (self._sizes[{"a": "v"}.get(block, block)],)
             if array.shape != expected:
                 fault = f"{block} has the shape {array.shape}, and {name} takes {expected}"
@@ -309,7 +313,15 @@ class JaxFunctions:
             if name not in names:
                 self._model.evaluator.parameters({name: 0.0})
         values = {**dict(zip(names, self._defaults["p"], strict=True)), **given}
-        return self._jax.numpy.stack([self._jax.numpy.asarray(values[name], float) for name in names])
+        return self._jax.numpy.stack([self._real(values[name], name) for name in names])
+
+    def _real(self, value: Any, name: str = "jax") -> Array:
+        """Return an array of float64."""
+        _check_precision(self._jax)
+        array = self._jax.numpy.asarray(value)
+        if self._jax.numpy.iscomplexobj(array):
+            raise UsageError(Problem(name, "the numbers are complex", "real numbers; jax.jvp has derivatives"))
+        return array.astype(float)
 
     def _inputs(self, given: Mapping[str, Any]) -> Array:
         """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
@@ -517,6 +529,12 @@ class _TermCall:
 _KEPT: list[tuple[Any, Any]] = []
 
 
+def _check_precision(package: Any) -> None:
+    if not package.config.jax_enable_x64:
+        hint = 'jax.config.update("jax_enable_x64", True) before the first array'
+        raise UsageError(Problem("jax", "JAX is set to float32", hint))
+
+
 @functools.cache
 def _package() -> Any:
     """Return JAX, with the handler registered."""
@@ -524,9 +542,7 @@ def _package() -> Any:
         package: Any = import_module("jax")
     except ImportError:
         raise UsageError(Problem("jax", "the package jax is not installed", "pip install 'eomgen[jax]'")) from None
-    if not package.config.jax_enable_x64:
-        hint = 'jax.config.update("jax_enable_x64", True) before the first array'
-        raise UsageError(Problem("jax", "JAX is set to float32", hint))
+    _check_precision(package)
     _, address = _handler()
     package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(ctypes.c_void_p(address)), platform="cpu")
     return package
