@@ -40,6 +40,14 @@ def chromium() -> str | None:
     return found or (str(MAC) if MAC.is_file() else None)
 
 
+def loaded(address: str) -> str:
+    """Return the HTML of a page on a server after its scripts have run, for at most a minute of their time."""
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as profile:
+        words = [str(chromium()), *_QUIET, f"--user-data-dir={profile}", "--window-size=1400,1000"]
+        words += ["--virtual-time-budget=60000", "--dump-dom", address]
+        return subprocess.run(words, capture_output=True, text=True, timeout=300, check=True).stdout
+
+
 class Browser:
     """Opens pages, each in a new process with a new profile.
 

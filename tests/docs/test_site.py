@@ -48,6 +48,7 @@ from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
 from eomgen.scene.document.schema import every_document
 from eomgen.system.system import INPUT_BLOCKS
+from tests.browser.widths import WIDTHS, faults
 
 DOCUMENT = every_document()
 
@@ -267,6 +268,13 @@ def test_every_motion_of_the_gallery_is_of_a_scene_of_its_example() -> None:
     assert scene.name == "frame_in_earthquake"
 
 
+def test_the_first_page_is_short() -> None:
+    """One and a half screens: 1328 px of text 830 px wide in Chromium, with 332 words and 33 lines of code."""
+    text = re.sub(r"<details>.*?</details>", "", read("README.md"), flags=re.DOTALL)
+    code = [line for line in re.findall(r"^(?: {4}.+|[\w\[].* = .*|\[.*\])$", text, re.MULTILINE) if line]
+    assert len(re.sub(r"\]\([^)]*\)|<[^>]*>", "]", text).split()) <= 380 and len(code) <= 40
+
+
 #: Words that a page may have without blocks of code and generated tables, and longer pages with the reason.
 MOST_WORDS = 3000
 LONGER = {
@@ -326,6 +334,11 @@ def test_sphinx_builds_pages_of_each_kind_without_a_warning(tmp_path: Path) -> N
     )
     springs = (tmp_path / "html" / "reference" / "scene" / "springs" / "index.html").read_text(encoding="utf-8")
     assert "stacked docutils" in springs and '<span class="cell-head">meaning: </span>' in springs
+    places = [f"/{place}/" for place in some]
+    assert [fault for width in WIDTHS for fault in faults(tmp_path / "html", places, width)] == []
+    wide = '<article><p style="width: 900px">wide</p><img src="none.png"></article>'
+    (tmp_path / "html" / "wide.html").write_text(wide, encoding="utf-8")
+    assert len(faults(tmp_path / "html", ["/wide.html"], 400)) == 3
     assert 'id="eomgen.linear.modes.Modes"' in modes and "Participation" not in modes.partition("<body")[0]
 
 
