@@ -207,13 +207,13 @@ def test_a_run_is_interrupted_within_a_row_and_keeps_the_state_there() -> None:
 
     before = signal.signal(signal.SIGALRM, interrupt)
     signal.setitimer(signal.ITIMER_REAL, 0.3)
-    began = time.perf_counter()
+    began = time.process_time()
     try:
         run: Any = oscillator.simulate(1e9, 1e-3, method="leapfrog", record_every=10**12)
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
-    assert time.perf_counter() - began < 1.0
+    assert time.process_time() - began < 1.0
     assert not run.success and run.message.startswith("interrupted at t = ")
     assert len(run.t) == 2 and run.t[-1] == run.stats["steps"] * 1e-3 > 0
     assert str(run.error_estimate) == "not known: the run did not reach its end"

@@ -177,7 +177,8 @@ def test_faults_of_the_compiler_name_the_line(folder: Path, old: str, new: str) 
 def test_faults_of_the_functions(
     folder: Path, old: str, new: str, message: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(checks, "_LONGEST", 0.5)
+    if "does not return" in message:  # others may need longer on a machine at work
+        monkeypatch.setattr(checks, "_LONGEST", 0.5)
     scene = wheel_scene(TYRE_LAW, folder)
     assert old in TYRE_C
     (folder / "tyre.c").write_text("#include <stdlib.h>\n" + TYRE_C.replace(old, new), encoding="utf-8")

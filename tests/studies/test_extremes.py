@@ -113,7 +113,7 @@ def right() -> RunEnding:
 
 
 def late() -> RunEnding:
-    time.sleep(0.3)
+    time.sleep(5.0)
     return RunEnding(REACHED, "")
 
 
@@ -129,7 +129,7 @@ def runner() -> Iterator[RunnerProcess]:
 
 
 def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 0.3)
+    monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 1.0)
     assert runner.ended(deaf, 0.2).how == HANG
     assert runner.ended(slow, 0.2).how == UNFINISHED
     crashed = runner.ended(killed, 20.0)
@@ -149,9 +149,9 @@ def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerP
 
 
 def test_the_time_limit_is_not_for_compiling() -> None:
-    compiled = RunnerProcess(lambda _: time.sleep(0.3), lambda call: call())
-    assert compiled.ended(right, 0.1).how == REACHED
-    assert compiled.ended(late, 0.1).how == UNFINISHED
+    compiled = RunnerProcess(lambda _: time.sleep(0.8), lambda call: call())
+    assert compiled.ended(right, 0.7).how == REACHED
+    assert compiled.ended(late, 0.7).how == UNFINISHED
     compiled.close()
     broken = RunnerProcess(lambda _: wrong(), lambda call: call())
     assert broken.ended(right, 20.0) == RunEnding(RAISED, "ValueError: no")
