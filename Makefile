@@ -12,8 +12,10 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-# One installation for each target: every one of them resolves and builds anew.
-INSTALL = $(BIN)/python -m pip install --quiet --disable-pip-version-check --editable
+# One installation for each target: every one of them resolves and builds anew. Python compiles the modules that it
+# imports; to compile all of them would be most of the work of an installation.
+PIP = $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+INSTALL = $(PIP) --editable
 # An environment or package index set by the user is respected; nothing here names one.
 
 # Tests start Python hundreds of times, which takes 0.4 s more each if nobody keeps compiled modules.
@@ -54,7 +56,7 @@ demo: $(VENV)/installed
 ACADOS := $(VENV)/acados
 acados: $(VENV)/made
 	@test -e $(ACADOS)/interfaces || { \
-	  $(BIN)/python -m pip install --quiet --no-deps --target $(ACADOS)/wheel comma-deps-acados && \
+	  $(PIP) --no-deps --target $(ACADOS)/wheel comma-deps-acados && \
 	  for part in bin lib include; do ln -sfn wheel/acados/install/$$part $(ACADOS)/$$part; done && \
 	  mkdir -p $(ACADOS)/interfaces/acados_template && \
 	  ln -sfn ../../wheel/acados/acados_template $(ACADOS)/interfaces/acados_template/acados_template; } || \
