@@ -23,16 +23,15 @@ import pytest
 gc.set_threshold(50_000, 20, 20)
 
 
-#: Parts of paths of tests at the end of a run: JAX has threads, and a process with threads had better not fork, as
-#: tests of copies of a process do; no test among the waves does.
-LAST = {"test_jax_functions.py": 1, "waves": 2}
-
-
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Put tests with JAX behind those that fork, and spare hypothesis the search for constants in all of the package:
-    each process would parse 800 files, among them some of acados with faults that Python warns of."""
-    items.sort(key=lambda item: max(LAST.get(part, 0) for part in item.path.parts))
+    each process would parse 800 files, among them some of acados with faults that Python warns of.
+
+    JAX has threads, and a process with threads had better not fork, as tests of copies of a process do. No test of
+    waves does; they stay at the end, since they are short enough to share them well.
+    """
+    items.sort(key=lambda item: (("waves" in item.path.parts), "jax" in item.nodeid.lower()))
     if providers := sys.modules.get("hypothesis.internal.conjecture.providers"):
         providers.is_local_module_file = lambda path: False  # type: ignore[attr-defined]
 
