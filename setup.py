@@ -1,5 +1,6 @@
-"""Packaging only: puts templates and examples, which stand at the top, into the package: _templates, _examples.zip."""
+"""Packaging only: puts templates and examples of the top into the package: _templates, _examples.zip.xz."""
 
+import lzma
 from pathlib import Path
 from shutil import copytree, ignore_patterns
 from zipfile import ZipFile, ZipInfo
@@ -20,14 +21,14 @@ class BuildWithData(build_py):
             package = Path(self.build_lib) / "eomgen"
             ignored = ignore_patterns("__pycache__")
             copytree("templates", package / "_templates", dirs_exist_ok=True, ignore=ignored)
-            _pack_examples(package / "_examples.zip")
+            _pack_examples(package / "_examples.zip.xz")
 
 
 def _pack_examples(archive: Path) -> None:
-    """Write the files of examples side by side and uncompressed, files of one kind behind one another: the wheel then
-    compresses them as one text, to two thirds of the room of single files."""
+    """Write the files of examples side by side, files of one kind behind one another, and compress them as one text, to
+    half of the room of single files."""
     files = [path for path in Path("examples").glob("*/**/*") if path.suffix in _OF_EXAMPLES]
-    with ZipFile(archive, "w") as packed:
+    with lzma.open(archive, "w") as whole, ZipFile(whole, "w") as packed:
         for path in sorted(files, key=lambda path: (path.suffix, path.as_posix())):
             packed.writestr(ZipInfo(path.relative_to("examples").as_posix()), path.read_bytes())
 

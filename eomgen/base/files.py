@@ -4,7 +4,9 @@ that are missing; digests of the files that a reading took, and the folders of t
 from __future__ import annotations
 
 import errno
+import functools
 import hashlib
+import io
 import itertools
 import json
 import math
@@ -291,12 +293,18 @@ def template_folder() -> Path:
 def example_folder() -> Traversable:
     """Return the folder of the examples, each a folder with a ``README.md`` and scenes or a program; of an installed
     package it is an archive."""
-    archive = Path(__file__).resolve().parents[1] / "_examples.zip"
+    archive = Path(__file__).resolve().parents[1] / "_examples.zip.xz"
     if not archive.is_file():
         return _data_folder("examples", "four_bar")
-    import zipfile  # noqa: PLC0415  # for examples of installed packages only
+    return _unpacked(archive)
 
-    return zipfile.Path(archive)
+
+@functools.cache
+def _unpacked(archive: Path) -> Traversable:
+    import lzma  # noqa: PLC0415  # for examples of installed packages only
+    import zipfile  # noqa: PLC0415
+
+    return zipfile.Path(io.BytesIO(lzma.decompress(archive.read_bytes())))
 
 
 def _data_folder(name: str, part: str) -> Path:
