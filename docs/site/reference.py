@@ -324,6 +324,7 @@ def _value(value: object) -> str:
 #: Commands whose output the pages of their verbs show, in the order in which they run, in one folder.
 SESSIONS = (
     "new arm",
+    "doctor",
     "examples quarter_car",
     "info arm/scene.toml",
     "migrate --check arm/scene.toml",
@@ -334,7 +335,13 @@ SESSIONS = (
     "animate arm/out/solution.npz --out arm/motion.html",
     "report arm/out --out arm/report.html",
     "generate arm/scene.toml --method rk4 --out arm_c",
+    "fmu arm/scene.toml -o arm.fmu",
+    "check arm/scene.toml --states 4",
     "savings arm/scene.toml",
+    "tune arm/scene.toml --t-end 1 --output tip --error 1e-4 --out tuned.toml",
+    "tradeoff arm/scene.toml --t-end 1 --output tip --methods rk4,generalized_alpha --budget 5 --out arm/tradeoff",
+    "extremes arm/scene.toml --ladders step --out arm/extremes",
+    "identify arm/scene.toml --data arm/out/solution.csv --parameters lower_mass",
     "compare arm/scene.toml heavy.toml",
     'ensemble arm/scene.toml --t-end 1 --samples 8 --vary "lower_mass=normal(0.6 kg, 10 %)" --out arm/samples',
     "schema",

@@ -17,7 +17,7 @@ from eomgen.errors import FileError, NumericalError, UsageError
 from eomgen.pipeline.pipeline import built_for_run
 from eomgen.products.studies.identification.estimation import structure
 from eomgen.products.studies.identification.experiment import CubicInterpolation
-from eomgen.scene.load import load_toml
+from eomgen.scene.load import load, load_toml
 
 SCENE = """
 format = 1
@@ -303,6 +303,14 @@ def test_runs_that_fail_on_the_way_are_counted(slider: eomgen.Model) -> None:
     found = found_by(slider, data(), "stiffness", "damping", values={"stiffness": 300.0, "damping": 0.2})
     assert found.failed > 0
     assert found.runs > found.failed
+
+
+def test_a_scene_without_a_method_is_identified_by_the_one_with_derivatives() -> None:
+    model = built_for_run(load(Path(eomgen.__file__).with_name("cli") / "first_scene.toml"), None)
+    run = model.simulate(0.4, 1e-2, method="generalized_alpha", parameters={"lower_mass": 0.7})
+    measured = {"t": run.t, "tip[0]": run.outputs["tip"][:, 0], "tip[2]": run.outputs["tip"][:, 2]}
+    found = eomgen.identify(model, measured, ["lower_mass"], step=1e-2)
+    assert found.estimates[0].value == pytest.approx(0.7, abs=1e-4)
 
 
 def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

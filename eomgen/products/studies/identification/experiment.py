@@ -178,7 +178,8 @@ class Experiment:
         """Return the initial state at values of the unknowns, as of ``simulate``."""
         if self.states:
             return self._initial_at(states)[0]
-        options = dict(self._options)
+        built = self.model.library.layout["built_method"]  # of derivatives; a run without a method chooses one
+        options = {**self._options, "method": self._options.get("method") or built}
         end, start = self._start + self._rows.steps * self.step, self._start
         run = self.model.simulate(
             end,
