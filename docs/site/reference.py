@@ -342,6 +342,10 @@ SESSIONS = (
     "tradeoff arm/scene.toml --t-end 1 --output tip --methods rk4,generalized_alpha --budget 5 --out arm/tradeoff",
     "extremes arm/scene.toml --ladders step --out arm/extremes",
     "identify arm/scene.toml --data arm/out/solution.csv --parameters lower_mass",
+    "examples density_field",
+    "sample small_field.toml --out samples",
+    "examples duffing_random_excitation",
+    "random duffing_random_excitation/system/oscillator.toml --output deflection --out arm/random",
     "compare arm/scene.toml heavy.toml",
     'ensemble arm/scene.toml --t-end 1 --samples 8 --vary "lower_mass=normal(0.6 kg, 10 %)" --out arm/samples',
     "schema",
@@ -349,6 +353,11 @@ SESSIONS = (
     "cite generalized_alpha",
     "completion bash",
 )
+#: By verb: a scene, the name of a copy for the verb, and the text that the copy has in place of another.
+COPIES = {
+    "compare": ("arm/scene.toml", "heavy.toml", "value = 0.6", "value = 0.9"),
+    "sample": ("density_field/system/density_field.toml", "small_field.toml", "[64, 64, 64]", "[8, 8, 8]"),
+}
 #: Lines of output on a page at most.
 _SHOWN = 40
 
@@ -368,16 +377,16 @@ def sessions(wanted: Container[str] | None = None) -> dict[str, str]:
             verb, *words = shlex.split(line)
             if wanted is not None and verb not in wanted:
                 continue
-            if verb == "compare":  # a copy with one other number
-                text = Path("arm/scene.toml").read_text(encoding="utf-8")
-                Path("heavy.toml").write_text(text.replace("value = 0.6", "value = 0.9"), encoding="utf-8")
+            if verb in COPIES:
+                source, copy, old, new = COPIES[verb]
+                Path(copy).write_text(Path(source).read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
             result = runner.invoke(commands, [verb, *words], prog_name="eomgen", standalone_mode=False)
             printed = re.sub(r"\x1b\[[0-9;]*m", "", result.output)
             if result.exception is not None or (result.return_value or 0) not in (0, 4 if verb == "compare" else 0):
                 raise RuntimeError(f"eomgen {line} fails: {printed}") from result.exception
             lines = [row.rstrip() for row in printed.rstrip().splitlines()]
             lines = [*lines[:_SHOWN], "..."] if len(lines) > _SHOWN else lines
-            shown[verb] = "\n".join((f"$ eomgen {line}", *lines))
+            shown.setdefault(verb, "\n".join((f"$ eomgen {line}", *lines)))
     return shown
 
 
