@@ -358,8 +358,8 @@ COPIES = {
     "compare": ("arm/scene.toml", "heavy.toml", "value = 0.6", "value = 0.9"),
     "sample": ("density_field/system/density_field.toml", "small_field.toml", "[64, 64, 64]", "[8, 8, 8]"),
 }
-#: Lines of output on a page at most.
-_SHOWN = 40
+#: Lines of output on a page at most, and their columns, which a page of 1280 px shows.
+_SHOWN, _COLUMNS = 40, 90
 
 
 def sessions(wanted: Container[str] | None = None) -> dict[str, str]:
@@ -371,7 +371,7 @@ def sessions(wanted: Container[str] | None = None) -> dict[str, str]:
         Verbs; all by default.
     """
     shown: dict[str, str] = {}
-    runner = CliRunner(env={"COLUMNS": "100"})
+    runner = CliRunner(env={"COLUMNS": str(_COLUMNS)})
     with TemporaryDirectory() as folder, contextlib.chdir(folder):
         for line in SESSIONS:
             verb, *words = shlex.split(line)
@@ -395,7 +395,7 @@ def command_pages(examples: Mapping[str, str]) -> Iterator[Page]:
     runner = CliRunner()
 
     def printed(*words: str) -> str:
-        return runner.invoke(commands, [*words, "--help"], prog_name="eomgen", terminal_width=100).output
+        return runner.invoke(commands, [*words, "--help"], prog_name="eomgen", terminal_width=_COLUMNS).output
 
     folder = "reference/command_line"
     rows = [f"| [{name}]({name}.md) | {verb.summary} |" for name, verb in VERBS.items()]
