@@ -43,6 +43,8 @@ _TO_STAY = "any_kind=True (--any-kind) finds the nearest of any kind"
 _ELSEWHERE = "it is not where a damped motion"
 #: Components of a direction below this part of the largest are left out of its description.
 _NAMED = 0.05
+#: Name of the last equilibrium in the results that are kept with a library.
+_KEPT = "equilibrium"
 #: Largest load steps.
 _STEPS = StepLimits(factor=0.5)
 
@@ -244,10 +246,6 @@ def _copied(result: Equilibrium) -> Equilibrium:
     """Return an equilibrium with arrays of its own, since callers may change the arrays of theirs."""
     arrays: dict[str, Any] = {name: value for name, value in vars(result).items() if isinstance(value, np.ndarray)}
     return replace(result, **{name: array.copy() for name, array in arrays.items()})
-
-
-#: Name of the last equilibrium in the results that are kept with a library.
-_KEPT = "equilibrium"
 
 
 def _by_load_steps(

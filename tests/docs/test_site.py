@@ -182,7 +182,7 @@ def test_every_verb_method_and_section_has_its_page() -> None:
     assert {f"reference/scene/{row.key}" for row in DOCUMENT.rows} - pages.keys() == set()
 
 
-def test_pages_of_verbs_show_what_commands_print() -> None:
+def test_pages_of_verbs_show_output_of_commands() -> None:
     assert {line.split()[0] for line in SESSIONS} < set(VERBS)
     shown = sessions({"new", "migrate", "cite"})
     assert shown["new"].startswith("$ eomgen new arm\nnext: eomgen simulate arm/scene.toml") and "cite" in shown

@@ -16,7 +16,7 @@ from eomgen.formula.units.parser import is_quantity
 from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
 from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys
-from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, plain_angles
+from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, is_plain_number, plain_angles
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
 
@@ -65,8 +65,6 @@ _AXIS_VECTORS = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
 _FILES = (".csv", ".txt", ".dat", ".tsv")
 #: Sections whose ``first`` and ``second`` are names of points.
 _BETWEEN_POINTS = ("springs",)
-#: Integers of a file may be too large for a number of the machine.
-_LARGE = 1e300
 
 
 def example(location: tuple[str | int, ...], given: object) -> str:
@@ -95,7 +93,7 @@ def example(location: tuple[str | int, ...], given: object) -> str:
 def _rewritten(key: str, given: object) -> str:
     """Return a value of another form in the form of a scene file: gravity as a number, rotations as angles or a matrix,
     the joint of a mimic relation alone; else an empty text."""
-    if key == "gravity" and isinstance(given, int | float) and not isinstance(given, bool) and abs(given) < _LARGE:
+    if key == "gravity" and is_plain_number(given):
         return f"gravity = [0, 0, {-abs(given):g}]"
     if key == "rotation" and plain_angles(given):
         in_degrees = any(abs(angle) > 2.0 * math.pi for angle in given)

@@ -196,11 +196,14 @@ class Rotation(Table):
     )
 
 
+def is_plain_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a number, and no integer of a file that is too large for a number of the machine."""
+    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < 1e300
+
+
 def plain_angles(value: object) -> TypeGuard[list[float]]:
     """Return whether a value in place of rotations is three numbers, such as roll, pitch and yaw."""
-    if not isinstance(value, list | tuple) or len(value) != 3:
-        return False
-    return all(isinstance(part, int | float) and abs(part) < 1e300 for part in value)
+    return isinstance(value, list | tuple) and len(value) == 3 and all(map(is_plain_number, value))
 
 
 def is_matrix(value: object) -> bool:
