@@ -133,6 +133,7 @@ def main() -> int:
     parser.add_argument("--intervals", type=int, default=60)
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     model = eomgen.build(SCENE)
     p = model.parameter_array()
     own = eomgen.casadi(model)["step"]

@@ -136,6 +136,7 @@ def main() -> int:
     parser.add_argument("--intervals", type=int, default=40)
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     model = eomgen.build(SCENE)
     p = model.parameter_array()
     cases = {

@@ -147,6 +147,7 @@ def main() -> int:
     parser.add_argument("--intervals", type=int, default=60)
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     step = eomgen.casadi(arm(), ["forward_dynamics"])["step"]
     best = fastest(step, limits(), options.intervals)
     text = f"{best.iterations} iterations, {best.seconds:.2f} s of processor time"

@@ -140,6 +140,7 @@ def main() -> int:
     parser.add_argument("--intervals", type=int, default=40)
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     start = eomgen.build(SCENE).initial_q
     own = eomgen.casadi(SCENE, ["residual", "constraint"])
     optima = {name: turned(one, start, options.intervals) for name, one in (("eomgen", own), ("CasADi", native()))}

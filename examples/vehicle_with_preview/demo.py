@@ -151,6 +151,7 @@ def main() -> int:
     parser.add_argument("--intervals", type=int, default=160)
     parser.add_argument("--out", type=Path, default=FOLDER)
     options = parser.parse_args()
+    options.out.mkdir(parents=True, exist_ok=True)
     model = eomgen.build(SCENE)
     p, own = model.parameter_array(), eomgen.casadi(model)["step"]
     passive = driven(own, p, options.intervals, active=False)

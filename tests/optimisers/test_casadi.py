@@ -126,6 +126,19 @@ def test_jacobians_and_derivatives_along_directions_are_differentiated_again(
 
 
 @pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_jacobian_and_a_hessian_are_one_call_each(name: str) -> None:
+    """By the penalty that ``casadi.external`` gets: by default CasADi calls ``fwd1_`` for each column."""
+    function = functions()[name]
+    sizes = [function.size1_in(k) for k in range(function.n_in())]
+    y, w = ca.MX.sym("y", sum(sizes)), ca.MX.sym("w", function.size1_out(0))
+    value = function(*ca.vertsplit(y, np.cumsum([0, *sizes]).tolist()))
+    first = ca.Function("first", [y], [ca.jacobian(value, y)])
+    second = ca.Function("second", [y, w], [ca.hessian(ca.dot(w, value), y)[0]])
+    called = [[inner.name() for inner in made.find_functions()] for made in (first, second)]
+    assert called == [[f"jac_{function.name()}"], [f"jac_adj1_{function.name()}"]]
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
 def test_the_sparsity_is_exact(name: str, rng: np.random.Generator) -> None:
     """Each structural nonzero of Jacobian and Hessian is a nonzero at some random point, and CasADi finds no others."""
     function = functions()[name]

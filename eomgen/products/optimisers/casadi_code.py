@@ -9,6 +9,7 @@ results that are arguments are empty. Sparsity is by compressed columns.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import chain
 from typing import Any
@@ -67,6 +68,16 @@ def _number(known: list[tuple[int, ...]], item: tuple[int, ...]) -> int:
     if item not in known:
         known.append(item)
     return known.index(item)
+
+
+def _penalty_of_jacobians(arguments: int, results: int) -> float:
+    """Return the smallest ``jac_penalty`` with which CasADi takes the gradient of one weighted sum from ``adj1_NAME``.
+
+    CasADi compares the penalty times a number of nonzeros with the number of directions, weighted by 0.33 for forward
+    and 0.67 for reverse ones. ``fwd1_NAME`` evaluates the whole Jacobian, so from three directions on the call of
+    ``jac_NAME`` is cheaper; with CasADi's own penalty of 2 each column of a Jacobian is a call of ``fwd1_NAME``.
+    """
+    return math.ceil(1e4 * max(1 / results, 0.67 / 0.33 / arguments)) / 1e4
 
 
 def symbol_of(program: Program, name: str) -> str:
@@ -302,6 +313,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
             "output": dict([item.output]),
             "jacobian": len(item.jacobian.rows),
             "hessian": len(item.hessian.rows),
+            "options": {"jac_penalty": _penalty_of_jacobians(sum(item.sizes.values()), item.output[1])},
         }
         for item in exported
     ]

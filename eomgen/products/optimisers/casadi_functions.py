@@ -90,7 +90,9 @@ def casadi(
 
     entry = Builder(profile=profile).build_folder(f"casadi {method}".encode() + content, write)
     written = json.loads(entry.text(MANIFEST))
-    symbols = [item["symbol"] for item in written["casadi"]]
     library = str(entry.file(SHARED))
-    functions = {symbol.partition("_casadi_")[2]: package.external(symbol, library) for symbol in symbols}
+    functions = {
+        item["symbol"].partition("_casadi_")[2]: package.external(item["symbol"], library, item["options"])
+        for item in written["casadi"]
+    }
     return NamedResults("function of CasADi", functions, written["absent"])
