@@ -125,6 +125,15 @@ def test_joints_of_one_description_alone(tmp_path: Path) -> None:
     assert comparison.notes[-1] == "equations were not compared: the coordinates of the descriptions differ"
 
 
+def test_notes_are_of_the_descriptions_and_not_of_options_that_nobody_gave(tmp_path: Path) -> None:
+    """Friction is asked of both files, and these have none."""
+    text = URDF.replace(' friction="0.2"', "")
+    assert text != URDF
+    comparison = eomgen.compare(written(tmp_path / "a.urdf", text), written(tmp_path / "b.urdf", text), states=2)
+    assert comparison.equal
+    assert not [note for note in comparison.notes if "friction" in note]
+
+
 SERVO = """<mujoco model="two"><worldbody>
   <body name="a"><joint name="x" type="slide" axis="1 0 0"/><inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/></body>
 </worldbody><actuator>

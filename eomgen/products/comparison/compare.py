@@ -140,7 +140,9 @@ def _read(described: Described, *, alone: bool) -> Machine:
     scene = pipeline.load_scene(described, coordinates="joint", **options)
     terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
     file = Path(described).name if isinstance(described, str | Path) else ""
-    return of_scene(scene, pipeline.derive(scene, terms), file)
+    machine = of_scene(scene, pipeline.derive(scene, terms), file)
+    own = tuple(f"{name}=True" for name in options)  # no option of the caller
+    return replace(machine, notes=tuple(note for note in machine.notes if not note.startswith(own)))
 
 
 def _second_reader(described: Described, reader: str) -> Machine:
