@@ -3,14 +3,14 @@
 /** Colours of curves, in order; the later half is dashed as well. */
 const CURVES = ["#3f7fdb", "#ef8b2c", "#34a56f", "#d6455b", "#8d70d8", "#24a4b5"];
 
-/** Marks at round numbers over a range, and how many decimals they need. */
+/** Marks at round numbers over a range, two or more, and the step between them. */
 function ticksOf(low, high, wanted) {
   const rough = (high - low) / Math.max(wanted, 1);
   const power = 10 ** Math.floor(Math.log10(rough));
   const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
   const first = Math.ceil(low / step - 1e-9);
   const ticks = [...Array(Math.max(Math.floor(high / step + 1e-9) - first + 1, 0)).keys()].map((k) => (first + k) * step);
-  return { ticks, step };
+  return ticks.length < 2 && wanted < 8 ? ticksOf(low, high, 2 * Math.max(wanted, 1)) : { ticks, step };
 }
 
 /** A number as a mark shows it. */
@@ -28,10 +28,11 @@ function rangeOf(low, high) {
 }
 
 /** A chart on a canvas, of series { count, x(k), curves: [{ name, value(k) }] }; a curve may have a count and an x of its
- * own. `view` has the ranges that the viewer has chosen, or is null. */
+ * own. `view` has the ranges that the viewer has chosen, or is null; the abscissa has the label `across` below it, or the
+ * unit `along` at its last mark. */
 class Chart {
-  constructor(canvas, { title, unit, across }) {
-    Object.assign(this, { canvas, title, unit, across, view: null });
+  constructor(canvas, { title, unit, across, along }) {
+    Object.assign(this, { canvas, title, unit, across, along, view: null });
     this.colours = { ink: "#222", soft: "#667", line: "#ccd" };
   }
 
@@ -94,7 +95,7 @@ class Chart {
       ink.moveTo(placeX(x), bottom);
       ink.lineTo(placeX(x), bottom + 3);
       ink.stroke();
-      const text = marked(x, along.step, Math.max(Math.abs(lowX), Math.abs(highX)));
+      const text = marked(x, along.step, Math.max(Math.abs(lowX), Math.abs(highX))) + (this.along && x === along.ticks.at(-1) ? ` ${this.along}` : "");
       ink.fillText(text, Math.min(placeX(x), this.width - 2 - ink.measureText(text).width / 2), bottom + 5);
     }
     if (this.across) ink.fillText(this.across, (left + right) / 2, bottom + 18);

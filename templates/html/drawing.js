@@ -50,8 +50,9 @@ function label(text, [x, y], colour) {
   ink.fillText(text, x, y);
 }
 
-/** Lines of the ground, brightest below the scene, and the axes of the world. */
+/** Lines of the ground, brightest below the scene; whether one ends on the canvas: a falling machine leaves them behind. */
 function drawGround(centre) {
+  let seen = false;
   const foot = plus(centre, times(level - dot(centre, up), up));
   const snap = (direction) => Math.round(dot(foot, direction) / spacing) * spacing;
   const origin = plus(plus(times(snap(camera.x), camera.x), times(snap(camera.y), camera.y)), times(level, up));
@@ -64,10 +65,13 @@ function drawGround(centre) {
       for (let m = -reach; m < reach; m++) {
         const far = Math.hypot(k, m + 0.5) / reach;
         const ends = camera.segment(plus(side, times(m * spacing, along)), plus(side, times((m + 1) * spacing, along)));
-        if (far < 1 && ends) line(ends, style.line, major ? 1.5 : 1, (1 - far * far) * (major ? 1 : 0.7));
+        if (far >= 1 || !ends) continue;
+        line(ends, style.line, major ? 1.5 : 1, (1 - far * far) * (major ? 1 : 0.7));
+        seen ||= ends.some(([x, y]) => x > 0 && y > 0 && x < camera.width && y < camera.height);
       }
     }
   }
+  return seen;
 }
 
 /** Places of the middle of a road, of a moving road around the wheel at a time. */
@@ -164,8 +168,9 @@ function draw() {
   const lightOf = unit(plus(plus(times(-0.35, camera.right), times(0.8, camera.above)), times(-0.65, camera.forward)));
   const faded = (index) => (state.lit === null || state.lit === index ? 1 : 0.18);
 
+  let squares = false;
   if (shown.ground) {
-    drawGround(shown.follow ? camera.target : middle);
+    squares = drawGround(shown.follow ? camera.target : middle);
     const reach = 0.12 * unitSize;
     // letters of the base would cover those of the world next to them
     if (scene.base >= 0) drawAxes(pose(scene.base), 0.1 * unitSize, "base", (tip, k) => norm(minus(tip, times(reach, REST.R[k]))) > 0.6 * reach);
@@ -273,7 +278,7 @@ function draw() {
   things.sort((a, b) => b.depth - a.depth);
   const ahead = paintShapes(surfaces, things, pose, (shape) => shape.opacity * faded(shape.body), lightOf);
   for (const thing of ahead) thing.paint();
-  drawScale();
+  if (squares) drawScale();
   reportView();
 }
 
@@ -385,7 +390,6 @@ function drawDot(x, y, colour) {
 
 /** How long a square of the ground is, beside the lower edge. */
 function drawScale() {
-  if (!shown.ground) return;
   const metres = spacing >= 1000 ? `${spacing / 1000} km` : spacing >= 1 ? `${spacing} m` : spacing >= 0.001 ? `${+(spacing * 1000).toPrecision(3)} mm` : `${spacing.toExponential(0)} m`;
   ink.textAlign = "right";
   label(`one square: ${metres}`, [camera.width - 20, Math.min(camera.free.bottom + 38, camera.height - 14)], style.soft);

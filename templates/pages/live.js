@@ -327,7 +327,7 @@ function fillCharts() {
     place.setAttribute("role", "img");
     place.setAttribute("aria-label", `${plot.title} over time`);
     byId("plots").append(place);
-    charts.push({ chart: new Chart(place, { title: plot.title, unit: plot.unit }), plot, first });
+    charts.push({ chart: new Chart(place, { title: plot.title, unit: plot.unit, along: "s" }), plot, first });
     first += plot.curves.length;
   }
   byId("plots").hidden = charts.length === 0;

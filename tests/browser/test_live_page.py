@@ -120,6 +120,7 @@ restart();
 advance(1, 1e9);
 drawCharts();
 told.curves = live.plots.flatMap(({ curves }) => curves.map(({ name }) => name));
+told.marks = ticksOf(-45, 45, 2.6).ticks;
 """
 
 
@@ -132,6 +133,8 @@ def test_no_text_of_a_plot_is_cut_and_every_curve_is_named(width: int, browser: 
     assert told["cut"] == []
     assert len(told["curves"]) > 8 and set(told["curves"]) <= set(told["names"])
     assert told["title"] == "four_bar"
+    assert told["marks"] == [-40, -20, 0, 20, 40]  # one number alone gives no size
+    assert "1.0 s" in told["names"] or "1 s" in told["names"]
 
 
 @pytest.mark.slow

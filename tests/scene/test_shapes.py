@@ -498,6 +498,44 @@ def test_a_fine_mesh_is_thinned_and_keeps_its_form(tmp_path: Path) -> None:
     assert np.ptp(vertices, axis=0) == pytest.approx(2.0, rel=0.03)
 
 
+def test_a_thinned_plate_keeps_both_sides(tmp_path: Path) -> None:
+    """A plate thinner than the cells: its faces come together, and each shows its own side. Borders, which no plane
+    holds, move inward by half a cell."""
+    x, y = np.meshgrid(np.linspace(0.0, 1.0, 61), np.linspace(0.0, 0.7, 61), indexing="ij")
+    grid = np.stack([x, y, np.zeros_like(x)], axis=2)
+    a, b, c, d = (grid[k : 60 + k, m : 60 + m].reshape(-1, 3) for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    upper = np.concatenate([np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)])
+    lower = upper[:, ::-1] - [0.0, 0.0, 1e-4]
+    (tmp_path / "plate.stl").write_bytes(binary(np.concatenate([upper, lower])))
+    vertices, faces, _, _ = read_mesh(tmp_path / "plate.stl")
+    corners = vertices[faces]
+    areas = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2] / 2.0
+    assert 0.3 * MOST < len(faces) <= MOST
+    assert np.sum(areas[areas > 0.0]) == pytest.approx(0.7, rel=0.08)
+    assert np.sum(areas[areas < 0.0]) == pytest.approx(-0.7, rel=0.08)
+
+
+def test_a_thinned_box_keeps_its_corners(tmp_path: Path) -> None:
+    steps = np.linspace(0.0, 1.0, 41)
+    s, t = (values.ravel() for values in np.meshgrid(steps[:-1], steps[:-1], indexing="ij"))
+    h = steps[1]
+    squares = [(s, t), (s + h, t), (s + h, t + h), (s, t + h)]
+    sides = []
+    for axis in range(3):
+        for end in (0.0, 1.0):
+            a, b, c, d = (
+                np.roll(np.stack([np.full_like(u, end), u, v], axis=1), axis, axis=1)
+                for u, v in (squares if end else squares[::-1])
+            )
+            sides += [np.stack([a, b, c], axis=1), np.stack([a, c, d], axis=1)]
+    (tmp_path / "box.stl").write_bytes(binary(np.concatenate(sides)))
+    vertices, faces, _, closed = read_mesh(tmp_path / "box.stl")
+    assert 0.3 * MOST < len(faces) <= MOST and closed
+    for corner in np.ndindex(2, 2, 2):
+        assert np.min(np.linalg.norm(vertices - corner, axis=1)) < 1e-3  # means of cells are 1e-2 away
+    assert volume(vertices, faces) == pytest.approx(1.0, rel=1e-3)
+
+
 # -- solids ------------------------------------------------------------------------------------------------------------
 
 

@@ -257,7 +257,7 @@ def _plots(model: CompiledModel, solution: Solution, blocks: Sequence[str]) -> l
             {"name": name, "block": "energy_energy", "place": places, "minus": 0.0 if name == "kinetic" else potential}
             for name, places in energies
         ]
-        plots = [*plots[: _PLOTS - 1], {"title": "energy", "unit": "J", "curves": curves}]
+        plots = [*plots[: _PLOTS - 1], {"title": "energies", "unit": "J", "curves": curves}]
     return plots
 
 

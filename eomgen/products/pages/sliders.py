@@ -155,7 +155,8 @@ def _starts(model: CompiledModel, solution: Solution, extent: float) -> Iterator
                 place = factor.q_start + k if plain else None
                 yield {**_slider("position", index, shown, of_place, "", value, low, high), "place": place}
             most = max(sizes.get(unit, 1.0), 2.0 * abs(v))
-            velocities.append(_slider("velocity", index, name, unit, "", v, -_round(most), _round(most)))
+            speed = shown.replace(" turned ", " turning ").replace(" moved ", " moving ")
+            velocities.append(_slider("velocity", index, speed, unit, "", v, -_round(most), _round(most)))
             if len(velocities) == _MOST:
                 yield from velocities
                 return

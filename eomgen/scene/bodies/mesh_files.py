@@ -386,22 +386,78 @@ def _outward(mesh: Mesh) -> Mesh:
     return mesh if np.sum(a * np.cross(b, c)) >= 0.0 else mesh._replace(faces=mesh.faces[:, ::-1])
 
 
+#: Cells along the longest side of the finest grid by which a mesh is thinned, the ratio of a grid to the next, and the
+#: number of grids; the pull of a vertex to the mean of its cell, as a part of the sum of areas.
+_FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.02
+
+
 def _thinned(mesh: Mesh, most: int) -> Mesh:
-    """Return the mesh with vertices of a grid's cell as one, in the finest grid that leaves at most ``most``
-    triangles; surfaces of two colours, of which one covers the other, stay two."""
-    cells, low = 200.0, np.min(mesh.vertices, axis=0)
-    side = float(np.max(np.ptp(mesh.vertices, axis=0)))
-    while len(mesh.faces) > most:
-        rows = np.floor((mesh.vertices - low) * (cells / side))
-        if len(mesh.colors):
-            of_vertex = np.zeros(len(rows))
-            of_vertex[mesh.faces] = _numbered(mesh.colors)[:, np.newaxis]
-            rows = np.column_stack([rows, of_vertex])
-        places = _groups(rows)
-        sums = np.stack([np.bincount(places, mesh.vertices[:, k]) for k in range(3)], axis=1)
-        joined = places[mesh.faces]
-        kept = np.sort(np.unique(_groups(np.sort(joined, axis=1)), return_index=True)[1])
-        colors = mesh.colors[kept] if len(mesh.colors) else mesh.colors
-        mesh = _used(sums / np.bincount(places)[:, np.newaxis], joined[kept], colors)._replace(closed=mesh.closed)
-        cells *= 0.8
-    return mesh
+    """Return the mesh with the vertices of a grid's cell as one, in the finest grid that leaves at most ``most``
+    triangles; surfaces of two colours, of which one covers the other, stay two.
+
+    The vertex of a cell has the least sum of squared distances from the planes of the cell's triangles, weighted by
+    areas, so that edges stay sharp (Lindstrom 2000, Out-of-core simplification of large polygonal models). Triangles
+    keep the side that they show.
+    """
+    low, side = np.min(mesh.vertices, axis=0), float(np.max(np.ptp(mesh.vertices, axis=0)))
+    colors = np.zeros(len(mesh.vertices))
+    if len(mesh.colors):
+        colors[mesh.faces] = _numbered(mesh.colors)[:, np.newaxis]
+
+    def grid(number: int) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.intp]]:
+        """Return the cell of each vertex, the faces that keep three cells, and a number for each of them, equal for
+        equal corners in equal order."""
+        rows = np.floor((mesh.vertices - low) * (_FINEST * _COARSER**number / side))
+        cells = _groups(np.column_stack([rows, colors]))
+        a, b, c = cells[mesh.faces].T
+        kept = np.flatnonzero((a != b) & (b != c) & (c != a))
+        faces = cells[mesh.faces[kept]]
+        turns = (np.argmin(faces, axis=1)[:, np.newaxis] + np.arange(3)) % 3
+        return cells, kept, _groups(np.take_along_axis(faces, turns, axis=1)) if len(kept) else kept
+
+    if len(mesh.faces) <= most:
+        return mesh
+    fine, coarse = -1, _GRIDS - 1
+    while coarse - fine > 1:
+        middle = (fine + coarse) // 2
+        numbers = grid(middle)[2]
+        fine, coarse = (middle, coarse) if np.max(numbers, initial=-1) >= most else (fine, middle)
+    cells, kept, numbers = grid(coarse)
+    places, areas = _least_squares(mesh, cells, side / (_FINEST * _COARSER**coarse))
+    first = np.sort(np.unique(numbers, return_index=True)[1])
+    faces = cells[mesh.faces[kept[first]]]
+    shown_sides = np.stack([np.bincount(numbers, areas[kept, k]) for k in range(3)], axis=1)[numbers[first]]
+    a, b, c = (places[faces[:, k]] for k in range(3))
+    turned = np.sum(np.cross(b - a, c - a) * shown_sides, axis=1) < 0.0
+    faces[turned] = faces[turned][:, ::-1]
+    return _used(places, faces, mesh.colors[kept[first]] if len(mesh.colors) else mesh.colors)._replace(
+        closed=mesh.closed
+    )
+
+
+def _least_squares(mesh: Mesh, cells: NDArray[np.intp], size: float) -> tuple[Array, Array]:
+    """Return the vertex of each cell, no farther than ``size`` from the mean of its vertices, and the vectors of areas
+    of all faces (m, 3)."""
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    areas = np.cross(b - a, c - a) / 2.0
+    weights = np.linalg.norm(areas, axis=1)
+    normals = areas / np.where(weights == 0.0, 1.0, weights)[:, np.newaxis]
+    count, corners = np.max(cells) + 1, cells[mesh.faces].ravel()
+    means = np.stack([np.bincount(cells, mesh.vertices[:, k]) for k in range(3)], axis=1)
+    means /= np.bincount(cells)[:, np.newaxis]
+
+    def summed(values: Array) -> Array:
+        """Return the sum over the corners of faces in each cell."""
+        return np.bincount(corners, np.repeat(weights * values, 3), minlength=count)
+
+    # distances of the planes are from the mean of the cell, so that small machines far from the origin lose no digits
+    matrix = np.stack([summed(normals[:, i] * normals[:, j]) for i in range(3) for j in range(3)], axis=1)
+    distances = np.einsum("ik,ijk->ij", normals, a[:, np.newaxis, :] - means[cells[mesh.faces]])
+    right = np.stack(
+        [np.bincount(corners, ((weights * normals[:, k])[:, np.newaxis] * distances).ravel(), count) for k in range(3)],
+        axis=1,
+    )
+    matrix = matrix.reshape(-1, 3, 3)
+    pull = _PULL * np.trace(matrix, axis1=1, axis2=2) + np.finfo(float).tiny
+    shifts = np.linalg.solve(matrix + pull[:, np.newaxis, np.newaxis] * np.eye(3), right[..., np.newaxis])[..., 0]
+    return means + np.clip(shifts, -size, size), areas
