@@ -388,7 +388,7 @@ def _outward(mesh: Mesh) -> Mesh:
 
 #: Cells along the longest side of the finest grid by which a mesh is thinned, the ratio of a grid to the next, and the
 #: number of grids; the pull of a vertex to the mean of its cell, as a part of the sum of areas.
-_FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.02
+_FINEST, _COARSER, _GRIDS, _PULL = 200.0, 0.92, 64, 0.002
 
 
 def _thinned(mesh: Mesh, most: int) -> Mesh:
