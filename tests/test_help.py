@@ -88,3 +88,16 @@ def test_options_of_a_verb_come_before_options_of_urdfs(verb: str) -> None:
     own = [option.name for option, robot in zip(given, of_robots, strict=True) if not robot]
     ahead = [option.name for option in given[: of_robots.index(True)]]
     assert set(own) - set(ahead) <= {"strict", "coordinates", "as_json", "debug", "verbose", "help"}
+
+
+def test_the_help_of_live_shows_the_profile_that_pages_take() -> None:
+    """The digits of a page are those of the profile ``reproducible``; other verbs take the fast one."""
+    defaults = {}
+    for verb in ("live", "simulate"):
+        command = commands.get_command(click.Context(commands), verb)
+        assert command is not None
+        defaults[verb] = re.search(r"--profile.*?default:\s+(\w+)", command.get_help(click.Context(command)), re.DOTALL)
+    assert {verb: found and found[1] for verb, found in defaults.items()} == {
+        "live": "reproducible",
+        "simulate": "fast",
+    }

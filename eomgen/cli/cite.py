@@ -5,7 +5,7 @@ from __future__ import annotations
 import click
 
 from eomgen.base.version import __version__
-from eomgen.cli.options import debug_option, json_option
+from eomgen.cli.options import completed_methods, debug_option, json_option
 from eomgen.cli.printing import print_json
 
 #: Year of the version.
@@ -20,7 +20,7 @@ _OWN = f"""@software{{eomgen,
 
 
 @click.command()
-@click.argument("methods", metavar="[METHOD]...", nargs=-1)
+@click.argument("methods", metavar="[METHOD]...", nargs=-1, shell_complete=completed_methods)
 @json_option
 @debug_option
 def cite(methods: tuple[str, ...], as_json: bool) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+import unicodedata
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,6 +27,8 @@ FIRST_SCENE = Path(__file__).with_name("first_scene.toml")
 _HEADING = re.compile(r"# (.+)")
 _SENTENCE = re.compile(r"(?<=\.)\s")
 _LINK = re.compile(r"\[([^\]]*)\]\([^)]*\)")
+#: Letters of the name of a scene.
+_LONGEST = 64
 _SHELLS = ("bash", "zsh", "fish")
 
 
@@ -136,7 +139,8 @@ def new(name: str, example: str | None, as_json: bool) -> None:
     """
     folder = Path(name)
     if example is None:
-        word = re.sub(r"\W+", "_", folder.name).strip("_")
+        plain = unicodedata.normalize("NFKD", folder.name).encode("ascii", "ignore").decode()
+        word = re.sub(r"\W+", "_", plain).strip("_")[:_LONGEST]
         if not word or word[0].isdigit():
             raise UsageError(Problem(name, "the name of a scene begins with a letter", "eomgen new pendulum"))
         _check_empty(folder)

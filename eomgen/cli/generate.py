@@ -12,6 +12,7 @@ from eomgen.base.messages import counted
 from eomgen.cli.options import (
     assignments,
     check_assigned,
+    completed_methods,
     debug_option,
     folder_option,
     in_units,
@@ -42,7 +43,9 @@ def _machines(context: click.Context, parameter: click.Parameter, start: str) ->
 @click.option(
     "--target", default="c", show_default=True, help="The language; others than C come with other distributions."
 )
-@click.option("--method", default=None, help="Whose stepper is written; the scene's by default.")
+@click.option(
+    "--method", default=None, shell_complete=completed_methods, help="Whose stepper is written; the scene's by default."
+)
 @click.option(
     "--real",
     type=click.Choice(["double", "float"]),

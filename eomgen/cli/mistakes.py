@@ -56,6 +56,11 @@ if TYPE_CHECKING:
 _EXAMPLES: Mapping[str, str] = {
     "scene": "the path of a .toml, .urdf, .xml or .sdf file",
     "folder": "--out results",
+    "path": "--out page.html",
+    "sources": "the path of a scene, or the folder of a run",
+    "files": "the path of a .toml file",
+    "shell": "bash, zsh or fish",
+    "name": "eomgen new pendulum",
 }
 
 
@@ -71,7 +76,7 @@ def what_of_usage(error: click.UsageError) -> str:
     """Return the fault in the arguments of a verb, without click's own hints."""
     if isinstance(error, click.NoSuchOption):
         return f"no such option {shown(error.option_name)}"
-    return error.format_message().rstrip(".")
+    return error.format_message().partition(". Choose from:")[0].rstrip(".")
 
 
 def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:

@@ -167,6 +167,16 @@ def completed_files(context: click.Context, parameter: click.Parameter, start: s
     return [CompletionItem(start, type="file")]
 
 
+def completed_methods(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
+    """Return the names of methods that begin with letters; for other letters names of files are completed."""
+    from click.shell_completion import CompletionItem  # noqa: PLC0415  # in a shell's completion only
+
+    from eomgen.integrators.families.register import method_names  # noqa: PLC0415
+
+    names = [CompletionItem(name) for name in method_names() if name.startswith(start)]
+    return names or completed_files(context, parameter, start)
+
+
 def scene_options(command: Command) -> Command:
     """Add the scene's path and the options for reading the scene."""
     for decorate in (
@@ -219,7 +229,9 @@ def derivable_stepper_options(command: Command) -> Command:
 def _stepper_options(command: Command, methods: str) -> Command:
     for decorate in (
         *(_of_runs(name, type=float, default=None) for name in ("--gamma", "--beta", "--alpha", "--rho-inf")),
-        click.option("--method", default=None, help=f"{methods}; the scene's by default."),
+        click.option(
+            "--method", default=None, shell_complete=completed_methods, help=f"{methods}; the scene's by default."
+        ),
         click.option("--step", default=None, callback=_seconds, metavar="S", help="Step size; the scene's by default."),
     ):
         command = decorate(command)

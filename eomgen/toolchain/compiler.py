@@ -19,7 +19,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, Self
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.errors import FileError, Problem, ToolchainError
-from eomgen.toolchain.cache import StoppedError
+from eomgen.toolchain.cache import StoppedError, default_folder, refusal
 
 if TYPE_CHECKING:
     import subprocess
@@ -60,6 +60,8 @@ _NICE = 5
 _REMOVING = 2.0
 #: Seconds between two looks at whether a library is still wanted.
 _WAIT = 0.1
+#: Variable by which zig takes another folder for its libraries.
+_ZIG_FOLDER = "ZIG_GLOBAL_CACHE_DIR"
 _COMMON = ("-std=c99", *(() if sys.platform == "win32" else ("-fPIC",)), "-fvisibility=hidden", "-Wno-psabi")
 
 
@@ -73,7 +75,7 @@ class Compiler:
     @property
     def is_zig(self) -> bool:
         """Whether this is the C compiler of zig, which makes its C library at the first use."""
-        return any(Path(word).stem in ("zig", ZIG_PACKAGE) for word in self.command)
+        return _is_of_zig(self.command)
 
     @property
     def identity(self) -> str:
@@ -93,6 +95,7 @@ class Compiler:
                 capture_output=True,
                 encoding="utf-8",
                 errors="replace",
+                env=_variables(self.command),
                 timeout=20,
                 check=False,
             )
@@ -143,6 +146,35 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
         f" {ZIG_PACKAGE}",
         ", or ".join(filter(None, (_system_command(), PIP_INSTALL))),
     )
+
+
+def _is_of_zig(command: Sequence[str]) -> bool:
+    return any(Path(word).stem in ("zig", ZIG_PACKAGE) for word in command)
+
+
+def _variables(command: Sequence[str]) -> dict[str, str]:
+    """Return the environment of a compiler: messages in English, and a folder for the libraries that zig makes, which
+    zig looks for in the user's own folder alone."""
+    variables = {**os.environ, "LC_ALL": "C"}
+    if os.name == "posix" and _is_of_zig(command) and not variables.get(_ZIG_FOLDER):
+        home = variables.get("HOME", "")
+        base = variables.get("XDG_CACHE_HOME") or (home and f"{home}/.cache")
+        if not base or refusal(Path(base, "zig")):
+            variables[_ZIG_FOLDER] = _zig_folder()
+    return variables
+
+
+@cache
+def _zig_folder() -> str:
+    """Return a folder for zig in the cache of eomgen, without a writable one a temporary folder of this process."""
+    own = default_folder().absolute() / "zig"
+    if not refusal(own):
+        return str(own)
+    import tempfile  # noqa: PLC0415  # for builds only
+
+    made = tempfile.mkdtemp(prefix="eomgen-zig-")
+    atexit.register(shutil.rmtree, made, ignore_errors=True)
+    return made
 
 
 def _words(text: str) -> list[str]:
@@ -628,7 +660,7 @@ def _run(
                 stderr=subprocess.PIPE,
                 encoding="utf-8",
                 errors="replace",
-                env={**os.environ, "LC_ALL": "C"},
+                env=_variables(command),
                 **options,
             ) as process,
             (running or RunningCompilers()).watched(process),

@@ -49,6 +49,14 @@ def test_new_makes_a_scene_of_this_name(
     )
     assert main(["new", "2nd"]) == 2
     assert "the name of a scene begins with a letter; try: eomgen new pendulum" in capsys.readouterr().err
+    for folder, name in (("mein B\u00fcro", "mein_Buro"), ("a" * 80, "a" * 64)):
+        assert main(["new", folder]) == 0
+        assert eomgen.load(Path(folder, "scene.toml")).name == name
+    capsys.readouterr()
+    assert main(["info", "second"]) == 2
+    assert "'second' is not a kind of file that can be read; try: a .toml scene" in capsys.readouterr().err
+    assert main(["info", "my-crane"]) == 2
+    assert "'my-crane' is not a kind of file that can be read; try: my-crane/scene.toml" in capsys.readouterr().err
     assert main(["new", "second", "--json"]) == 0
     assert json.loads(capsys.readouterr().out) == {"folder": "second", "files": ["scene.toml"]}
 
@@ -112,6 +120,10 @@ def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.C
         ("eomgen simulate --rho", ["plain,--rho-inf"]),
         ("eomgen new x --example four", ["plain,four_bar"]),
         ("eomgen simulate sce", ["file,sce"]),
+        ("eomgen report out", ["file,out"]),
+        ("eomgen cite newm", ["plain,newmark"]),
+        ("eomgen cite arm.t", ["file,arm.t"]),
+        ("eomgen simulate --method rk45", ["plain,rk45"]),
     ],
 )
 def test_words_are_completed(words: str, expected: list[str], tmp_path: Path) -> None:

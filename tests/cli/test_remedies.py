@@ -9,8 +9,9 @@ import click
 import pytest
 
 from eomgen.base.verbs import Verb
-from eomgen.cli import mistakes, options
+from eomgen.cli import main, mistakes, options
 from eomgen.errors import UsageError
+from tests.messages.answers import plain
 
 STRUCTURE = click.Option(["--root"], type=click.Choice(["fixed", "free"]))
 STEPS = click.Option(["--record-every"], type=click.INT)
@@ -38,6 +39,10 @@ def bad(param: click.Parameter, given: str) -> click.BadParameter:
             f"the path of a .toml, .urdf, .xml or .sdf file{LISTED}",
         ),
         (click.MissingParameter(param=click.Option(["--folder"])), f"--out results{LISTED}"),
+        (
+            click.MissingParameter(param=click.Argument(["sources"])),
+            f"the path of a scene, or the folder of a run{LISTED}",
+        ),
         (click.MissingParameter(param=click.Argument(["other"])), f"{PATH} --help"),
         (bad(STRUCTURE, "World"), f"--root fixed{LISTED}"),
         (bad(STRUCTURE, "FLOATING"), f"--root free{LISTED}"),
@@ -76,6 +81,15 @@ def test_remedies_of_extra_words(words: str, extra: str, remedy: str) -> None:
     assert mistakes.of_usage(error, PATH, words.split()) == f"{remedy}{LISTED}"
     alone = click.UsageError(f"Got unexpected extra arguments ({extra})", ctx=click.Context(click.Command("list")))
     assert mistakes.of_usage(alone, PATH, words.split()) == f"{PATH} alone: it takes no scene{LISTED}"
+
+
+def test_a_missing_choice_is_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["completion"]) == 2
+    text = (
+        "usage error: eomgen completion: missing argument '{bash|zsh|fish}'; try: bash, zsh or fish;"
+        " eomgen completion --help lists all"
+    )
+    assert plain(capsys.readouterr().err) == f"{text}\n"
 
 
 def test_other_names_of_verbs() -> None:

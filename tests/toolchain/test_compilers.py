@@ -11,7 +11,7 @@ import pytest
 
 from eomgen.errors import ToolchainError
 from eomgen.toolchain import compiler, doctor
-from eomgen.toolchain.compiler import find_compiler, zig_program
+from eomgen.toolchain.compiler import _variables, _zig_folder, find_compiler, zig_program
 from tests.toolchain.compilers import END, START, compilers, difference, examples, motions, rows_of, table
 from tests.toolchain.fire import environment, script
 
@@ -67,6 +67,28 @@ def test_the_doctor_says_which_compiler_why_and_how_long(ziglang: Path, monkeypa
     assert doctor._compiles().found == (
         "a small library builds and links in 0.31 s; zig took 31 s to make its C library for this machine, once"
     )
+
+
+def test_zig_has_a_folder_without_one_of_the_user(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A service has no home folder, and zig would refuse to run; a home folder that is a file cannot be written."""
+    command, name = ("/opt/zig", "cc"), "ZIG_GLOBAL_CACHE_DIR"
+    (tmp_path / "file").touch()
+    monkeypatch.delenv(name, raising=False)
+    monkeypatch.delenv("XDG_CACHE_HOME", raising=False)
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "own"))
+    monkeypatch.setenv("HOME", str(tmp_path))
+    assert name not in _variables(command)
+    for home in ("", str(tmp_path / "file")):
+        monkeypatch.setenv("HOME", home)
+        _zig_folder.cache_clear()
+        assert _variables(command)[name] == str(tmp_path / "own" / "zig")
+        assert name not in _variables(("gcc",))
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "file" / "cache"))
+    _zig_folder.cache_clear()
+    assert Path(_variables(command)[name]).is_dir()
+    _zig_folder.cache_clear()
+    monkeypatch.setenv(name, "/chosen")
+    assert _variables(command)[name] == "/chosen"
 
 
 def test_differences_are_named() -> None:

@@ -14,7 +14,7 @@ from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted, shown
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
-from eomgen.cli.options import assignments, debug_option, folder_option, json_option
+from eomgen.cli.options import assignments, completed_files, debug_option, folder_option, json_option
 from eomgen.cli.printing import building, print_json, print_table, say
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.formula.units.labels import in_label
@@ -265,7 +265,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
 
 
 @click.command()
-@click.argument("file", metavar="FILE")
+@click.argument("file", metavar="FILE", shell_complete=completed_files)
 @folder_option
 @click.option("--method", default=None, help="minimum_norm2, omf4, suzuki4, leapfrog ...; the file's by default.")
 @click.option("--mass", default=None, metavar="CHOICE", help="fisher, prior or unit; the file's by default.")

@@ -6,10 +6,9 @@ from pathlib import Path
 from typing import Any
 
 import click
-from click.core import ParameterSource
 
 from eomgen.base.progress import terminal_bar
-from eomgen.cli.options import debug_option, run_options, scene_options
+from eomgen.cli.options import completed_files, debug_option, run_options, scene_options
 from eomgen.cli.printing import say
 from eomgen.cli.running import outcome_code, read_scene, run, say_notes
 from eomgen.errors import Problem, UsageError
@@ -24,7 +23,7 @@ def live(scene: str, path: str, **options: Any) -> int:
     """Write a page in which the model of a SCENE runs: one HTML file that needs no server.
 
     Parameters, inputs and initial values have sliders; outputs and energies are plotted while the motion plays. The
-    digits are equal to a run with --profile reproducible, which is the profile of the run whose error the page states.
+    digits are equal to a run with --profile reproducible; --profile is of the run whose error the page states.
     """
     from eomgen.base.files import make_folder  # noqa: PLC0415
     from eomgen.products.pages.live import live as written  # noqa: PLC0415  # imported with fine arguments
@@ -32,8 +31,6 @@ def live(scene: str, path: str, **options: Any) -> int:
 
     target = check_name(Path(path))
     make_folder(target.parent)
-    if click.get_current_context().get_parameter_source("profile") is ParameterSource.DEFAULT:
-        options["profile"] = "reproducible"
     model, solution = run(read_scene(scene, options), options)
     say(f"{solution.message}\nthe model is compiled for browsers, in up to a minute the first time")
     page = written(model, target, solution=solution)
@@ -41,8 +38,12 @@ def live(scene: str, path: str, **options: Any) -> int:
     return outcome_code(solution)
 
 
+#: A page takes the steps of this profile.
+next(option for option in live.params if option.name == "profile").default = "reproducible"
+
+
 @click.command()
-@click.argument("sources", nargs=-1, required=True, metavar="SCENE|DIR...")
+@click.argument("sources", nargs=-1, required=True, metavar="SCENE|DIR...", shell_complete=completed_files)
 @click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
 @click.option("--check", "checks", is_flag=True, help="Check all closed forms of the scene, as eomgen check.")
 @click.option("--animation/--no-animation", default=True, show_default=True, help="Show the motion.")

@@ -119,6 +119,8 @@ def readable(path: Path) -> str:
     ending = path.suffix.lower()
     if ending == ".npz":
         return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen animate shows it, too"
+    if scenes := _scenes_in(path):
+        return " or ".join(scenes)
     if not ending and (endings := [end for source in sources() for end in source.endings if _is_file(path, end)]):
         return " or ".join(str(path.with_name(path.name + end)) for end in endings)
     hints = (source.elsewhere[ending] for source in sources() if ending in source.elsewhere)
@@ -198,6 +200,15 @@ def _root_of(path: Path) -> str:
         return root_tag(read_bytes(path, LARGEST_FILE).decode("utf-8", "replace"))
     except (OSError, ValueError):
         return ""
+
+
+def _scenes_in(folder: Path) -> list[str]:
+    """Return up to three files of a named folder that sources read."""
+    try:
+        files = sorted(folder.iterdir()) if folder.name and folder.is_dir() else []
+        return [str(file) for file in files if file.is_file() and source_of(file) is not None][:3]
+    except (OSError, ValueError):
+        return []
 
 
 def _is_file(path: Path, ending: str) -> bool:
