@@ -121,9 +121,9 @@ def test_the_script_of_completion_asks_this_program(shell: str, capsys: pytest.C
         ("eomgen new x --example four", ["plain,four_bar"]),
         ("eomgen simulate sce", ["file,sce"]),
         ("eomgen report out", ["file,out"]),
-        ("eomgen cite newm", ["plain,newmark"]),
+        ("eomgen cite lsr", ["plain,lsrt2"]),
         ("eomgen cite arm.t", ["file,arm.t"]),
-        ("eomgen simulate --method rk45", ["plain,rk45"]),
+        ("eomgen simulate --method rk45_", ["plain,rk45_partitioned"]),
     ],
 )
 def test_words_are_completed(words: str, expected: list[str], tmp_path: Path) -> None:
