@@ -171,9 +171,9 @@ def completed_methods(context: click.Context, parameter: click.Parameter, start:
     """Return the names of methods that begin with letters; for other letters names of files are completed."""
     from click.shell_completion import CompletionItem  # noqa: PLC0415  # in a shell's completion only
 
-    from eomgen.integrators.families.register import method_names  # noqa: PLC0415
+    from eomgen.pipeline.citations import names_of_methods  # noqa: PLC0415
 
-    names = [CompletionItem(name) for name in method_names() if name.startswith(start)]
+    names = [CompletionItem(name) for name in names_of_methods(start)]
     return names or completed_files(context, parameter, start)
 
 

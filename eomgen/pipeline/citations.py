@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.integrators.families.literature import Paper, papers_of
-from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled
+from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled, method_names
 from eomgen.pipeline.pipeline import load
 
 #: Endings of scene files.
@@ -26,6 +26,11 @@ def papers_of_methods(names: Sequence[str]) -> list[Paper]:
     """
     papers = (paper for name in names for paper in papers_of(method_compiled(_method(name)).source))
     return list({paper.key: paper for paper in papers}.values())
+
+
+def names_of_methods(start: str) -> list[str]:
+    """Return the names of eomgen's own methods that begin with letters."""
+    return [name for name in method_names() if name.startswith(start)]
 
 
 def _method(name: str) -> str:

@@ -413,7 +413,8 @@ def _thinned(mesh: Mesh, most: int) -> Mesh:
         kept = np.flatnonzero((a != b) & (b != c) & (c != a))
         faces = cells[mesh.faces[kept]]
         turns = (np.argmin(faces, axis=1)[:, np.newaxis] + np.arange(3)) % 3
-        return cells, kept, _groups(np.take_along_axis(faces, turns, axis=1)) if len(kept) else kept
+        turned = faces[np.arange(len(faces))[:, np.newaxis], turns]
+        return cells, kept, _groups(turned.astype(float)) if len(kept) else kept
 
     if len(mesh.faces) <= most:
         return mesh
@@ -443,20 +444,18 @@ def _least_squares(mesh: Mesh, cells: NDArray[np.intp], size: float) -> tuple[Ar
     weights = np.linalg.norm(areas, axis=1)
     normals = areas / np.where(weights == 0.0, 1.0, weights)[:, np.newaxis]
     count, corners = np.max(cells) + 1, cells[mesh.faces].ravel()
-    means = np.stack([np.bincount(cells, mesh.vertices[:, k]) for k in range(3)], axis=1)
-    means /= np.bincount(cells)[:, np.newaxis]
+    sums: Array = np.stack([np.bincount(cells, mesh.vertices[:, k]) for k in range(3)], axis=1)
+    means = sums / np.bincount(cells)[:, np.newaxis]
 
     def summed(values: Array) -> Array:
-        """Return the sum over the corners of faces in each cell."""
-        return np.bincount(corners, np.repeat(weights * values, 3), minlength=count)
+        """Return the sum in each cell over the corners of faces (m, 3), weighted by areas."""
+        return np.bincount(corners, (weights[:, np.newaxis] * values).ravel(), minlength=count).astype(float)
 
     # distances of the planes are from the mean of the cell, so that small machines far from the origin lose no digits
-    matrix = np.stack([summed(normals[:, i] * normals[:, j]) for i in range(3) for j in range(3)], axis=1)
+    ones = np.ones((1, 3))
+    matrix = np.stack([summed(normals[:, [i]] * normals[:, [j]] * ones) for i in range(3) for j in range(3)], axis=1)
     distances = np.einsum("ik,ijk->ij", normals, a[:, np.newaxis, :] - means[cells[mesh.faces]])
-    right = np.stack(
-        [np.bincount(corners, ((weights * normals[:, k])[:, np.newaxis] * distances).ravel(), count) for k in range(3)],
-        axis=1,
-    )
+    right = np.stack([summed(normals[:, [k]] * distances) for k in range(3)], axis=1)
     matrix = matrix.reshape(-1, 3, 3)
     pull = _PULL * np.trace(matrix, axis1=1, axis2=2) + np.finfo(float).tiny
     shifts = np.linalg.solve(matrix + pull[:, np.newaxis, np.newaxis] * np.eye(3), right[..., np.newaxis])[..., 0]
