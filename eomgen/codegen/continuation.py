@@ -9,6 +9,7 @@ refused, never guessed.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from typing import Any, cast
@@ -84,12 +85,11 @@ def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> N
 
     Raises Irregular.
     """
-    lengths = [len(sample) for sample in samples]
-    growth = _even(*lengths)
+    growth = _even(*map(len, samples))
     if not growth:
         return samples[0] + (samples[1] - samples[0]) * number
-    start = _split([np.zeros(len(sample), np.int64) for sample in samples], samples, growth)
-    return _joined(samples, start, growth, number)
+    one_kind = [np.insert(sample, 0, 0, axis=1) for sample in samples]
+    return _joined(one_kind, number)[:, 1:]
 
 
 def _even(first: int, second: int, third: int) -> int:
@@ -132,34 +132,81 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
     if made is not None:
         return list(made)
     shapes: dict[Hashable, int] = {}
-    kinds: list[NDArray[np.int64]] = []
-    numbers: list[list[list[int]]] = []
-    for sample in samples:
-        flat = [_flat(item) for item in sample]
-        kinds.append(np.array([shapes.setdefault(shape, len(shapes)) for shape, _ in flat], dtype=np.int64))
-        numbers.append([values for _, values in flat])
-    width = max((len(values) for rows in numbers for values in rows), default=0)
-    padded = tuple(
-        np.array([[*values, *[0] * (width - len(values))] for values in rows], dtype=np.int64).reshape(len(rows), width)
-        for rows in numbers
-    )
-    start = _split(kinds, padded, growth)
-    rows = _joined(padded, start, growth, number).tolist()
-    of_rows = _joined(tuple(kind.reshape(-1, 1) for kind in kinds), start, growth, number)[:, 0].tolist()
+    flat = [[_flat(item) for item in sample] for sample in samples]
+    width = max((len(values) for items in flat for _, values in items), default=0)
+    rows = [
+        np.array(
+            [[shapes.setdefault(shape, len(shapes)), *values, *[0] * (width - len(values))] for shape, values in items],
+            dtype=np.int64,
+        ).reshape(len(items), width + 1)
+        for items in flat
+    ]
     by_number = list(shapes)
-    return [_built(by_number[kind], iter(values)) for kind, values in zip(of_rows, rows, strict=True)]
+    return [_built(by_number[kind], iter(values)) for kind, *values in _joined(rows, number).tolist()]
 
 
-def _split(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], growth: int) -> int:
+#: Of three samples the rows of integers of a list: the kind of an item, which items of other samples share, and the
+#: item's integers.
+_Rows = Sequence[NDArray[np.int64]]
+
+
+def _joined(rows: _Rows, number: int) -> NDArray[np.int64]:
+    """Return the rows of n + ``number`` d parts.
+
+    A list may grow in several places: one over the accelerations and the constraints of a chain grows in both.
+    """
+    made = []
+    while (growth := _even(*map(len, rows))) or len(rows[0]):
+        try:
+            part, grown = rows, _grown(rows, growth, number)
+        except IrregularSamples:
+            part, grown = _first_section(rows, growth, number)
+        made.append(grown)
+        rows = [row[len(own) :] for row, own in zip(rows, part, strict=True)]
+    return np.concatenate(made)
+
+
+def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, NDArray[np.int64]]:
+    """Return the rows up to the place at which items continue no more one by one, and these rows of n + ``number`` d
+    parts: of the possible growths the one after which most items continue."""
+    end = _prefix(rows)
+    best = 0
+    made: tuple[_Rows, NDArray[np.int64]] | None = None
+    for own in range(1, growth):
+        alike = _prefix([row[end + own * k :] for k, row in enumerate(rows)])
+        if alike > best:
+            part = [row[: end + own * k] for k, row in enumerate(rows)]
+            with contextlib.suppress(IrregularSamples):
+                made, best = (part, _grown(part, own, number)), alike
+    if made is None:
+        raise IrregularSamples("a list without a repeated part")
+    return made
+
+
+def _grown(rows: _Rows, growth: int, number: int) -> NDArray[np.int64]:
+    """Return the rows of n + ``number`` d parts, with one growing block."""
+    if not growth:
+        if _prefix(rows) < len(rows[0]):
+            raise IrregularSamples("a list of other items")
+        return rows[0] + (rows[1] - rows[0]) * number
+    start, size = _split(rows, growth), len(rows[0])
+    head = rows[0][:start] + (rows[1][:start] - rows[0][:start]) * number
+    end, moved = rows[0][start:], rows[1][len(rows[1]) - (size - start) :]
+    base, step, rate = _rule(rows, start, growth)
+    blocks = (base + rate * number) + np.arange(number)[:, np.newaxis, np.newaxis] * step
+    return np.concatenate([head, blocks.reshape(number * growth, -1), end + (moved - end) * number])
+
+
+def _split(rows: _Rows, growth: int) -> int:
     """Return the number of items before the added blocks; one more block, before or after the added blocks, must follow
     the same rule, as a check."""
     shortest = len(rows[0])
-    before = _prefix(kinds, rows)
-    behind = _prefix([kind[::-1] for kind in kinds], [row[::-1] for row in rows])
+    before = _prefix(rows)
+    behind = _prefix([row[::-1] for row in rows])
     least, most = max(shortest - behind, 0), min(before, shortest)
     middle = (least + most) // 2
     for start in sorted(range(least, most + 1), key=lambda start: abs(start - middle))[:_TRIED]:
-        if _repeats(kinds, rows, start, growth):
+        if _repeats(rows, start, growth):
             return start
     raise IrregularSamples("a list without a repeated part")
 
@@ -168,52 +215,38 @@ def _split(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]]
 _TRIED = 400
 
 
-def _prefix(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]]) -> int:
+def _prefix(rows: _Rows) -> int:
     """Return the number of first items that continue one by one."""
     size = len(rows[0])
     first, second, third = (row[:size] for row in rows)
-    good = np.all(second - first == third - second, axis=1)
-    good &= (kinds[0][:size] == kinds[1][:size]) & (kinds[1][:size] == kinds[2][:size])
+    good = np.all(second - first == third - second, axis=1) & (first[:, 0] == second[:, 0])
     return size if good.all() else int(np.argmin(good))
 
 
-def _repeats(kinds: Sequence[NDArray[np.int64]], rows: Sequence[NDArray[np.int64]], start: int, growth: int) -> bool:
+def _repeats(rows: _Rows, start: int, growth: int) -> bool:
     """Return whether at least two blocks after ``start`` grow evenly from block to block and from sample to sample."""
     before, behind = int(start >= growth), int(len(rows[0]) - start >= growth)
     if not before + behind:
         return False
-    blocks = {
-        (sample, block): slice(start + block * growth, start + (block + 1) * growth)
+    base, step, rate = _rule(rows, start, growth)
+    if step[:, 0].any() or rate[:, 0].any():
+        return False
+    return all(
+        np.array_equal(
+            rows[sample][start + block * growth : start + (block + 1) * growth], base + step * block + rate * sample
+        )
         for sample in range(3)
         for block in range(-before, sample + behind)
-    }
-    base, step, rate = _rule(rows, start, growth)
-    kind = kinds[2][blocks[2, 0]]
-    return all(
-        np.array_equal(kinds[sample][part], kind)
-        and np.array_equal(rows[sample][part], base + step * block + rate * sample)
-        for (sample, block), part in blocks.items()
     )
 
 
-def _rule(
-    rows: Sequence[NDArray[np.int64]], start: int, growth: int
-) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _rule(rows: _Rows, start: int, growth: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
     """Return base, step and rate: block b of sample k is base + step b + rate k."""
     own, one, two = (
         sample[start + block * growth : start + (block + 1) * growth]
         for sample, block in ((rows[1], 0), (rows[2], 0), (rows[2], 1))
     )
     return 2 * own - one, two - one, one - own
-
-
-def _joined(rows: Sequence[NDArray[np.int64]], start: int, growth: int, number: int) -> NDArray[np.int64]:
-    size = len(rows[0])
-    head = rows[0][:start] + (rows[1][:start] - rows[0][:start]) * number
-    end, moved = rows[0][start:], rows[1][len(rows[1]) - (size - start) :]
-    base, step, rate = _rule(rows, start, growth)
-    blocks = (base + rate * number) + np.arange(number)[:, np.newaxis, np.newaxis] * step
-    return np.concatenate([head, blocks.reshape(number * growth, -1), end + (moved - end) * number])
 
 
 def _flat(value: Any) -> tuple[Hashable, list[int]]:

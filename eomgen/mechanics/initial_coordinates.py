@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import chain, groupby
-from typing import Any, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,9 @@ from eomgen.lie.groups import SE3
 from eomgen.lie.product import Factor, difference
 from eomgen.mechanics.constraints.joints import counted_angles
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.mechanics.tree.absolute import DEFAULT_GROUP
+from eomgen.mechanics.tree.absolute import DEFAULT_GROUP, build_absolute_tree
 from eomgen.mechanics.tree.base import base_law
-from eomgen.mechanics.tree.links import WORLD_NAME
+from eomgen.mechanics.tree.links import WORLD_NAME, Tree
 from eomgen.scene.bodies.cosserat import Cosserat
 from eomgen.scene.bodies.model import Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
@@ -27,7 +27,8 @@ from eomgen.scene.rotations import quaternion_of_matrix
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
-from eomgen.symbolic.tape import Ref
+from eomgen.symbolic.scalar import Algebra
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.description import BASE
 
 _SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
@@ -151,8 +152,17 @@ def absolute_start(derivation: Derivation) -> tuple[tuple[float, ...], tuple[flo
 
     The references of counted angles follow the poses in q.
     """
-    q, v = _absolute_start(derivation, BodiesAtStart(derivation.scene), _defaults(derivation.scene))
+    made = _AbsoluteBodies(derivation.scene, derivation.tape, derivation.tree)
+    q, v = _absolute_start(made, BodiesAtStart(made.scene), _defaults(made.scene))
     return tuple(map(float, q)), tuple(map(float, v))
+
+
+class _AbsoluteBodies(NamedTuple):
+    """The absolute bodies of a scene, recorded on a tape."""
+
+    scene: Scene
+    tape: Tape
+    tree: Tree
 
 
 class AbsoluteStartEquations:
@@ -164,21 +174,21 @@ class AbsoluteStartEquations:
     """
 
     def __init__(self, scene: Scene) -> None:
-        self._scene, self._derivation = scene, Derivation(scene)
+        tape = Tape()
+        self._recorded = _AbsoluteBodies(scene, tape, build_absolute_tree(Algebra(tape), scene, scene.groups))
         self._with_beams = any(isinstance(element, CosseratBeam) for element in scene.elements)
         self._bodies = None if self._with_beams else BodiesAtStart(scene)
         #: Numbers of the parameters that move the bodies; masses do not.
         self._moving: set[int] = set()
         if self._bodies is not None:
-            places = _places(self._derivation)
-            inputs = self._derivation.tape.depends_on(places) | self._bodies.depends_on()
+            inputs = self._recorded.tape.depends_on(_places(self._recorded.tree)) | self._bodies.depends_on()
             self._moving = {symbol.index for symbol in inputs if symbol.block == "p"}
 
     def at(self, parameters: Mapping[str, float]) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return q, (nq,), and v, (nv,)."""
-        scene = _changed(self._scene, parameters)
+        scene = _changed(self._recorded.scene, parameters)
         bodies = self._bodies or BodiesAtStart(scene)  # nodes of beams are placed in numbers
-        q, v = _absolute_start(self._derivation, bodies, _defaults(scene))
+        q, v = _absolute_start(self._recorded, bodies, _defaults(scene))
         return tuple(map(float, q)), tuple(map(float, v))
 
     def slopes(
@@ -188,17 +198,17 @@ class AbsoluteStartEquations:
         with nodes of geometrically exact beams, which are placed in real numbers."""
         if self._bodies is None:
             return None
-        scene, factors = _changed(self._scene, parameters), self._derivation.tree.factors
+        scene, factors = _changed(self._recorded.scene, parameters), self._recorded.tree.factors
         tunable = [parameter.name for parameter in scene.parameters if parameter.tunable]
         values = _defaults(scene)["p"]
-        slopes = np.zeros((2, self._derivation.tree.nv, len(names)))
+        slopes = np.zeros((2, self._recorded.tree.nv, len(names)))
         moving = [(column, tunable.index(name)) for column, name in enumerate(names)]
         moving = [(column, number) for column, number in moving if number in self._moving]
-        q = np.array(_absolute_start(self._derivation, self._bodies, {"p": values})[0]) if moving else slopes[0]
+        q = np.array(_absolute_start(self._recorded, self._bodies, {"p": values})[0]) if moving else slopes[0]
         for column, number in moving:
             moved = values.astype(complex)
             moved[number] += 1j * _TINY
-            at, v = _absolute_start(self._derivation, self._bodies, {"p": moved})
+            at, v = _absolute_start(self._recorded, self._bodies, {"p": moved})
             slopes[0, :, column], slopes[1, :, column] = difference(factors, q, at).imag / _TINY, v.imag / _TINY
         return slopes[0], slopes[1]
 
@@ -210,15 +220,15 @@ def _changed(scene: Scene, parameters: Mapping[str, float]) -> Scene:
 
 
 def _absolute_start(
-    derivation: Derivation, bodies: BodiesAtStart, p: Mapping[str, NDArray[Any]]
+    recorded: _AbsoluteBodies, bodies: BodiesAtStart, p: Mapping[str, NDArray[Any]]
 ) -> tuple[NDArray[Any], NDArray[Any]]:
     """Return q and v of the absolute bodies with real or complex parameters p."""
     poses, twists, angles = bodies(p)
-    numbers = {body.name: number for number, body in enumerate(derivation.scene.bodies)}
-    offsets = -evaluate(derivation.tape, _places(derivation), p).reshape(-1, 3)
-    nq = sum(factor.q_size for factor in derivation.tree.factors)
-    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(derivation.tree.nv, dtype=angles.dtype)
-    for link, factor, offset in zip(derivation.tree.links, derivation.tree.factors, offsets, strict=True):
+    numbers = {body.name: number for number, body in enumerate(recorded.scene.bodies)}
+    offsets = -evaluate(recorded.tape, _places(recorded.tree), p).reshape(-1, 3)
+    nq = sum(factor.q_size for factor in recorded.tree.factors)
+    q, v = np.concatenate([np.zeros(nq), angles]), np.zeros(recorded.tree.nv, dtype=angles.dtype)
+    for link, factor, offset in zip(recorded.tree.links, recorded.tree.factors, offsets, strict=True):
         pose, twist = poses[numbers[link.name]], twists[numbers[link.name]]
         R = numeric.rotation_matrix(pose[:4])
         velocity = twist[3:] + np.cross(twist[:3], offset)
@@ -234,9 +244,9 @@ def _absolute_start(
     return q, v
 
 
-def _places(derivation: Derivation) -> list[Ref]:
+def _places(tree: Tree) -> list[Ref]:
     """Return the positions of the links' mounts, three numbers each."""
-    return [part.ref for link in derivation.tree.links for part in derivation.tree.mounts[link.name].position]
+    return [part.ref for link in tree.links for part in tree.mounts[link.name].position]
 
 
 def _defaults(scene: Scene) -> dict[str, NDArray[np.float64]]:

@@ -1,4 +1,5 @@
-"""Programs of nets: scenes with many equal rows of free bodies, continued from scenes with few rows.
+"""Programs of nets and chains: scenes with many equal rows of bodies in absolute coordinates, free or on joints,
+continued from scenes with few rows.
 
 Rows are numbered by integers in the names of bodies, points and force elements, as ``[repeat]`` makes them. Three
 scenes with fewer rows are derived, and ``codegen.continuation`` checks that their Programs grow evenly. That all rows
@@ -21,10 +22,11 @@ from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
-from eomgen.mechanics.initial_coordinates import free_start
+from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start
 from eomgen.pipeline.equal_elements import Derived, derived_samples
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
+from eomgen.system.terms import TERMS
 
 #: The parts of a name between its numbers, and the numbers.
 Parts = tuple[tuple[str, ...], tuple[int, ...]]
@@ -32,6 +34,8 @@ Parts = tuple[tuple[str, ...], tuple[int, ...]]
 #: and rows more of the next one.
 MANY = 800
 _FEW, _FEW_ROWS, _MORE = 100, 10, 2
+#: The same with joints, rows in place of bodies: the first of them have pivots of their own.
+MANY_JOINED, _FEW_JOINED = 100, 20
 #: Rows at the end of a scene that may differ from the others, as rows at its beginning may.
 _END = 3
 #: Largest deviation of numbers that grow evenly, as a part of the largest.
@@ -42,16 +46,19 @@ _LISTS = ("bodies", "joints", "points", "elements")
 _PLAIN = frozenset({*_LISTS, "name", "gravity", "description", "parameters", "shapes", "coordinates", "groups"}) | {
     "simulation", "terms", "parts", "requirements", "source", "content", "notes", "metadata",
 }  # fmt: skip  # a list
+#: Terms of a long scene with joints.
+_LINEAR = (*(term.name for term in TERMS.values() if not term.on_request and not term.quadratic), "mass_values")
 #: Fields that no equation of free bodies follows from but the state at the start.
 _START = frozenset({"initial_position", "initial_velocity"})
 
 
 def equal_rows(scene: Scene) -> EqualRows | None:
-    """Return the rows of a scene of many free bodies; None if there are none, if rows differ, or if the scene has other
-    parts than free bodies, points, elements and parameters."""
-    if scene.coordinates != "absolute" or len(scene.bodies) < MANY:
+    """Return the rows of a scene of many absolute bodies; None if there are none, if rows differ, or if the scene has
+    other parts than bodies, joints, points, elements and parameters."""
+    joined = any(joint.type != "free" for joint in scene.joints)
+    if scene.coordinates != "absolute" or len(scene.bodies) < (MANY_JOINED if joined else MANY):
         return None
-    if any(joint.type != "free" for joint in scene.joints):
+    if joined and any(TERMS[name].quadratic for name in scene.terms if name in TERMS):
         return None
     if any(scene.parts.values()) or any(getattr(scene, item.name) for item in fields(scene) if item.name not in _PLAIN):
         return None
@@ -61,7 +68,7 @@ def equal_rows(scene: Scene) -> EqualRows | None:
     rows = _numbered(names)
     if rows is None:
         return None
-    made = EqualRows(scene, *rows)
+    made = EqualRows(scene, *rows, joined)
     return made if made.regular else None
 
 
@@ -119,18 +126,20 @@ class _Row:
 
 @dataclass(frozen=True)
 class EqualRows:
-    """A scene with rows of free bodies.
+    """A scene with rows of absolute bodies.
 
     Attributes
     ----------
     places : place of the row's number among the integers of names, by the other parts of the names
     first, last : rows
+    joined : whether bodies have other joints than free ones
     """
 
     scene: Scene
     places: Mapping[tuple[str, ...], int]
     first: int
     last: int
+    joined: bool
 
     @property
     def count(self) -> int:
@@ -193,7 +202,9 @@ class EqualRows:
     @cached_property
     def regular(self) -> bool:
         """Whether all inner rows are equal, with the same order in the lists, and the scene has few other entries."""
-        if self.count < 4 * _END + 2 * _FEW_ROWS or free_start(self.scene) is None:
+        if self.count < (MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
+            return False
+        if not self.joined and free_start(self.scene) is None:
             return False
         few = len(self.scene.bodies) // self.count
         for part, kinds in self.entries.items():
@@ -275,6 +286,8 @@ class EqualRows:
                     groups[new.name] = scene.groups[item.name]
             lists[part] = tuple(made)
         nothing: dict[str, Any] = {"requirements": (), "source": {}, "content": b"", "shapes": ()}
+        if self.joined and not scene.terms:
+            nothing["terms"] = _LINEAR
         return replace(scene, groups=groups, **lists, **nothing)
 
     def _at_end(self, value: Any, removed: int, turn: int) -> Any:
@@ -305,7 +318,7 @@ class EqualRows:
             A function needs more room on the stack than there is.
         """
         of_row = max(1, len(self.scene.bodies) // self.count)
-        few = max(_FEW_ROWS, -(-_FEW // of_row))
+        few = _FEW_JOINED if self.joined else max(_FEW_ROWS, -(-_FEW // of_row))
         few += (self.count - few) % _MORE
         counts = [few + k * _MORE for k in range(3)]
         if 2 * counts[2] > self.count:
@@ -313,11 +326,20 @@ class EqualRows:
         scenes = [self.fewer(count) for count in counts]
         if None in scenes:
             return None
-        samples = [Sample(count, self.count - count) for count in counts]
+        orders: dict[object, Any] | None = {} if self.joined else None
+        samples = [Sample(count, self.count - count, orders) for count in counts]
         made = derived_samples(derived, cast("list[Scene]", scenes), samples)
-        start = free_start(self.scene)
-        if len({refusal for _, refusal in made}) > 1 or start is None:
+        if len({refusal for _, refusal in made}) > 1:
             return None
+        asked: dict[str, Any] = {}
+        if self.joined:
+            if any((one.initial_q, one.initial_v) != (one.asked_q, one.asked_v) for one, _ in made):
+                return None
+            start = AbsoluteStartEquations(self.scene).at({})
+            made = [(replace(one, asked_q=(), asked_v=()), refusal) for one, refusal in made]
+            asked = {"asked_q": start[0], "asked_v": start[1]}
+        else:
+            start = cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
         try:
             number = (self.count - few) // _MORE
             program = continued_program([program for program, _ in made], number, lambda one: self._known(one, number))
@@ -325,7 +347,7 @@ class EqualRows:
             return None
         for function in program.functions:
             check_workspace(function.name, function.workspace)
-        return replace(program, initial_q=start[0], initial_v=start[1]), made[0][1]
+        return replace(program, initial_q=start[0], initial_v=start[1], **asked), made[0][1]
 
     def _known(self, samples: Samples, number: int) -> list[float] | None:
         """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""

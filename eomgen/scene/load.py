@@ -10,6 +10,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
+from eomgen.base.data import without_garbage_collection
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.namespaces import FileData
@@ -181,6 +182,7 @@ def _without_plugins() -> Iterator[None]:
         del sys.modules[_PLUGINS]
 
 
+@without_garbage_collection()
 def from_data(
     data: Mapping[str, Any],
     *,

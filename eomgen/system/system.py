@@ -236,15 +236,22 @@ class Sample(NamedTuple):
     ----------
     parts : equal parts of this scene; 0 for a scene that stands for itself
     missing : further equal parts of the longer scene
+    orders : orders of pivots of equal stages, which scenes derived in place of one longer scene share: values by which
+        pivots are chosen differ from scene to scene
     """
 
     parts: int = 0
     missing: int = 0
+    orders: dict[object, Any] | None = None
 
     @property
     def growth(self) -> float:
         """Ratio of the numbers of parts, longer scene to this one."""
         return (self.parts + self.missing) / self.parts if self.parts else 1.0
+
+    def orders_of(self, kind: object) -> dict[Any, Any]:
+        """Return the orders of pivots of equal stages of one kind of matrix, which are completed by eliminations."""
+        return {} if self.orders is None else self.orders.setdefault(kind, {})
 
     def iterations(self, count: int) -> int:
         """Return the iterations in the longer scene of a loop with ``count`` iterations here: a loop over nearly all

@@ -46,6 +46,15 @@ def test_lists_keep_their_beginning_and_their_end(few: int, more: int, number: i
     assert continued(samples(made, few, more), number) == made(few + number * more)
 
 
+@given(st.integers(8, 12), st.integers(3, 20), st.integers(1, 3))
+def test_lists_may_grow_in_several_places(few: int, number: int, rows: int) -> None:
+    def made(count: int) -> list[int]:
+        accelerations = [2 * k + 5 * count for k in range(count)]
+        return [*accelerations, *(3 * count - k for k in range(rows * count)), -1, *range(count)]
+
+    assert continued(samples(made, few, 1), number) == made(few + number)
+
+
 @pytest.mark.parametrize(
     "made",
     [

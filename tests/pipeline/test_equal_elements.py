@@ -114,7 +114,7 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
     scene, counts = eomgen.load(cantilever(97)), []
 
     def derived(part: Scene, sample: Sample) -> tuple[Program, str]:
-        counts.append((len(part.bodies) - 1, *sample))
+        counts.append((len(part.bodies) - 1, sample.parts, sample.missing))
         return pipeline._derived_program(
             part, SCENES.describe(scene), Selection(None, "given"), method_named("rk4"), C, sample, with_settings=False
         )

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from benchmarks import chains
 from benchmarks.large_scenes import NET, SPRING
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.target import C, generate_files
@@ -149,3 +150,29 @@ def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch
     other = eomgen.build(changed).simulate(0.02)
     assert run.success
     assert np.array_equal(run.q, other.q)
+
+
+def test_a_chain_with_fewer_links_is_the_chain_of_so_many() -> None:
+    rows = equal_rows.equal_rows(chains.scene("absolute", "hinge", 120))
+    assert rows is not None
+    made, short = rows.fewer(20), chains.scene("absolute", "hinge", 20)
+    assert made is not None
+    for name in ("bodies", "joints", "elements", "groups"):
+        assert getattr(made, name) == getattr(short, name)
+
+
+def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
+    assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 60)) is None
+    assert equal_rows.equal_rows(chains.scene("absolute", "skew", 120)) is None
+    assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 120, ["mass"])) is None
+
+
+@pytest.mark.slow
+def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(equal_rows, "MANY_JOINED", 52)
+    model = eomgen.build(chains.scene("absolute", "hinge", 52), method="generalized_alpha")
+    assert model.library.layout["sizes"]["q"] == 7 * 52
+    run = model.simulate(0.05, error_estimate=False)
+    other = eomgen.build(chains.scene("joint", "hinge", 52)).simulate(0.05, error_estimate=False)
+    assert run.success
+    np.testing.assert_allclose(run.poses["rod51"][-1], other.poses["rod51"][-1], atol=1e-6)

@@ -424,8 +424,8 @@ class GeneralizedAlpha(Family):
         owners = system.inner_owners
         unknowns = Unknowns(nv, nl, system.holonomic, self.form == STABILISED, len(owners), nz)
         known = samples if samples is not None else samples_of(system)
-        growth = system.sample.growth
-        solver = make_solver(unknowns, system.factors, known, self._weights(step), step, owners, growth=growth)
+        weights = self._weights(step)
+        solver = make_solver(unknowns, system.factors, known, weights, step, owners, sample=system.sample)
         perturbed = unknowns.holonomic > 0 and not unknowns.eta
         hooks = {"row": "without_rounding"} if perturbed else {}
         harmonics = harmonics_data(system)

@@ -130,9 +130,9 @@ def linear_system(
     known = samples if samples is not None else samples_of(system)
     known = at_both_ends(known) if rows else known
     weights = (1.0, gain, gain * gain, 1.0, 1.0, 1.0, gain)
-    growth = system.sample.growth
+    sample = system.sample
     solver = make_solver(
-        unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned, growth=growth
+        unknowns, system.factors, known, weights, gain, owners, groups, at_start=True, turned=turned, sample=sample
     )
     links = system.links if sources_on_links(solver, system.links) else ()
     return {

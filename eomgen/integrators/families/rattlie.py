@@ -165,7 +165,7 @@ class Rattlie(Family):
         known = samples if samples is not None else samples_of(system)
         state_pattern, known = known.packing.nonzeros["Fz"], _of_momenta(known)
         weights = (1.0, 0.5 * step, 0.0, 1.0, 1.0, 1.0, 1.0)
-        solver = make_solver(unknowns, system.factors, known, weights, step, owners, growth=system.sample.growth)
+        solver = make_solver(unknowns, system.factors, known, weights, step, owners, sample=system.sample)
         data = solver_data(solver, system.factors, plain=True)
         return {
             "unknowns": unknowns.data,

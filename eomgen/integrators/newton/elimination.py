@@ -21,6 +21,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError, Problem
+from eomgen.system.system import WHOLE, Sample
 
 #: A pivot is at least this part of the largest entry of its column among the rows of its stage, in every sample.
 THRESHOLD = 0.02
@@ -105,7 +106,7 @@ def eliminate(
     groups: Sequence[Sequence[int]] = (),
     constrained: bool = False,
     diagonal_first: bool = False,
-    growth: float = 1.0,
+    sample: Sample = WHOLE,
 ) -> Elimination:
     """Choose the pivots; of many stages, a stage leaves the same columns to the next one as its example did.
 
@@ -119,7 +120,7 @@ def eliminate(
     constrained : whether there are rows of constraints, for messages.
     diagonal_first : whether diagonal pivots are preferred among pivots of equal fill, so that their signs are the
         inertia of the matrix.
-    growth : ratio of the lengths of the scene that is meant and the scene that is derived
+    sample : of the scene that is meant
 
     Raises
     ------
@@ -127,7 +128,7 @@ def eliminate(
         When some sample is singular.
     """
     plan = list(stages) if stages is not None else [(range(size), range(size))]
-    meant = growth * len(plan)
+    meant = sample.growth * len(plan)
     state = _ActiveSubmatrix(size, samples, groups, diagonal_first, _ALIKE if meant > _MANY else 1.0)
     rows: list[int] = []
     columns: list[int] = []
@@ -148,7 +149,7 @@ def eliminate(
         right.append(beside)
 
     starts: list[int] = []
-    orders: dict[object, list[tuple[int, int]]] = {}
+    orders: dict[object, list[tuple[int, int]]] = sample.orders_of(diagonal_first)
     repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, meant > _LONG
     for number, (new_rows, new_columns) in enumerate(plan):
         begun = len(rows)

@@ -25,6 +25,7 @@ from eomgen.integrators.newton.matrix import (
 from eomgen.integrators.newton.sample_matrices import SampledPartials
 from eomgen.integrators.newton.stages import Fronts, fewest_operations, make_fronts, stages, stages_of_tree
 from eomgen.lie.product import Factor
+from eomgen.system.system import WHOLE, Sample
 
 #: Multiply-subtracts up to which an elimination is written out, statement by statement.
 UNROLLED = 4000
@@ -89,7 +90,7 @@ def make_solver(
     *,
     at_start: bool = False,
     turned: bool = False,
-    growth: float = 1.0,
+    sample: Sample = WHOLE,
 ) -> Solver:
     """Choose the pivots by samples of the matrix.
 
@@ -107,8 +108,9 @@ def make_solver(
     at_start : whether the linearisation is about zero increments, so that T is 1. Then accelerations are not required,
         so M may be singular; inner unknowns have right sides; pivots are on the diagonal if the choice is free
     turned : with ``at_start``, whether rotations have T(step v) in place of 1
-    growth : ratio of the lengths of the scene that is meant and the scene that is derived
+    sample : of the scene that is meant
     """
+    growth = sample.growth
     moving = factors if turned or not at_start else ()
     terms = iteration_terms(unknowns, moving, samples.packing, groups, every_tangent=turned)
     B = _weighed_jacobian(unknowns, samples)
@@ -136,12 +138,13 @@ def make_solver(
         groups=groups,
         constrained="B" in packing.blocks,
         diagonal_first=at_start,
-        growth=growth,
+        sample=sample,
     )
     if groups:
         return Solver(unknowns, samples.packing, terms, elimination, None, growth)
     operations = growth * elimination.operations
-    most = min(FRONTS_UNROLLED, operations / 2)
+    # a compiler takes five seconds for the fronts of bodies on joints, and one for tables of the same elimination
+    most = min(FRONTS_UNROLLED if sample.orders is None else UNROLLED, operations / 2)
     if fewest_operations(elimination, list(values)) <= most:
         fronts = make_fronts(elimination, list(values), unknowns.matrix_size if at_start else unknowns.size)
         repetitions = REPETITIONS if operations <= UNROLLED / 2 else 2
@@ -162,7 +165,7 @@ def _pivots(
     groups: Sequence[Sequence[int]],
     constrained: bool,
     diagonal_first: bool,
-    growth: float,
+    sample: Sample,
 ) -> Elimination:
     """Choose pivots that serve at all samples, or if only the scene's own state is singular, at all other samples.
 
@@ -173,7 +176,7 @@ def _pivots(
     size = unknowns.matrix_size
     try:
         return eliminate(
-            size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first, growth=growth
+            size, values, order, groups=groups, constrained=constrained, diagonal_first=diagonal_first, sample=sample
         )
     except ModelError:
         if count < 2:
@@ -181,7 +184,7 @@ def _pivots(
         others = np.arange(len(next(iter(values.values())))) % count > 0
         try:
             kept = {index: part[others] for index, part in values.items()}
-            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first, growth=growth)
+            return eliminate(size, kept, order, groups=groups, diagonal_first=diagonal_first, sample=sample)
         except ModelError:
             pass
         raise  # of the scene's state, which the message names
