@@ -7,15 +7,18 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import without_garbage_collection
+from eomgen.base.data import dataclass, field, without_garbage_collection
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Successor
+from eomgen.toolchain.profiles import FEW_COMPILERS
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.c.target import LibraryInTwo
     from eomgen.codegen.targets.target import Names
     from eomgen.integrators.families.register import Method
+    from eomgen.pipeline.known_texts import KnownTexts
+    from eomgen.symbolic.tape import Tape
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.compiler import RunningCompilers
@@ -30,34 +33,60 @@ _MUCH = 3000
 _LONG = 4500
 
 
-def begin_stepper(
+@dataclass
+class Ready:
+    """Files of a library that are known before its functions are scheduled.
+
+    Attributes
+    ----------
+    texts : by name: of the stepper and its headers, if the stepper is compiled first
+    structure, tape : as of ``known_texts``; empty if texts of the model are not kept
+    known : all texts, of a library that differs in numbers alone
+    """
+
+    texts: dict[str, str] = field(default_factory=dict)
+    structure: str = ""
+    tape: Tape | None = None
+    known: KnownTexts | None = None
+
+
+def begin_library(
     builder: Builder,
-    texts: dict[str, str],
+    ready: Ready,
     system: System,
     data: Mapping[str, Any],
     functions: Sequence[str],
     names: Names,
-) -> None:
-    """Compile the stepper of a long model while its functions are scheduled, if its text depends on no statement.
+) -> Program | None:
+    """Look for the texts of a library that differs in numbers alone, and return a Program without statements if there
+    is one. Else compile the stepper of a long model while its functions are scheduled, if its text depends on no
+    statement.
 
     Parameters
     ----------
-    texts : completed by the files that were written
+    ready : completed
     data : of the method
     functions : of the model
     names : of the target
     """
     tape, counts = system.tape, system.counts
-    work = sum(counts[name].flops for name in functions)
-    if work < _LONG or tape.maps or tape.curves or data.get("inputs") == "series" or builder.real != "double":
-        return
+    if tape.maps or tape.curves or data.get("inputs") == "series" or builder.real != "double":
+        return None
     from eomgen.codegen.convert import to_program  # noqa: PLC0415  # a library of the cache is not derived
-    from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
-    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+    from eomgen.pipeline.known_texts import known_texts, structure_of  # noqa: PLC0415
 
     program = to_program(system, data, functions, names=names, scheduled=False)
-    texts |= written_stepper(program, builder.cache.folder / TEMPLATES)
-    builder.begin_source(f"{program.prefix}_step.c", texts, {f"{program.prefix}.c"})
+    ready.structure, ready.tape = structure_of(system, program), tape
+    ready.known = known_texts(builder.cache, ready.structure, tape) if ready.structure else None
+    if ready.known is not None:
+        return program
+    if builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG:
+        from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
+        from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+
+        ready.texts |= written_stepper(program, builder.cache.folder / TEMPLATES)
+        builder.begin_source(f"{program.prefix}_step.c", ready.texts, {f"{program.prefix}.c"})
+    return None
 
 
 def functions_of_runs(system: System, method: Method, called: Collection[str], start: str) -> set[str]:
@@ -88,7 +117,7 @@ def library_in_two(
     program: Callable[[], tuple[Program, str]],
     builder: Builder,
     marks: Mapping[str, Any],
-    ready: Mapping[str, str],
+    ready: Ready,
 ) -> Library:
     """Return the library with all functions from the cache; else, if it takes long, a library with the functions that
     runs call, whose successor has all functions and is compiled in the background.
@@ -100,7 +129,7 @@ def library_in_two(
     content : everything that the library depends on
     program : derives the Program, and the reason if the Program has no stepper
     marks : further data of the layout
-    ready : files that ``program`` writes, as of ``begin_stepper``
+    ready : files that ``program`` knows
     """
     first = _known(content, builder)
     if first is None:
@@ -126,14 +155,14 @@ def _first(
     refusal: str,
     builder: Builder,
     marks: Mapping[str, Any],
-    ready: Mapping[str, str],
+    ready: Ready,
 ) -> Library:
     """Return the library with the functions that runs call, and begin its successor; the library with all functions if
     the others do not take long."""
     if not program.later:
         return whole_library(program, refusal, builder, content, marks, None, ready)
     with without_garbage_collection():
-        files = _written(program, builder, ready)
+        files = _written(program, builder, ready.texts)
         layout = {**_layout(program, refusal, marks), "later": program.later}
         first = _built(program, builder, _of_runs(content), files.of_runs, layout, None, files.straight)
     made = partial(_whole, first, content, lambda: (program, refusal), builder, files)
@@ -206,7 +235,7 @@ def whole_library(
     content: bytes,
     marks: Mapping[str, Any],
     running: RunningCompilers | None,
-    ready: Mapping[str, str],
+    ready: Ready,
 ) -> Library:
     """Return the compiled library of a Program.
 
@@ -222,11 +251,19 @@ def whole_library(
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
     with without_garbage_collection():
+        if (known := ready.known) is not None:
+            layout = {**known.layout, "stepper_refused": refusal, **marks}
+            return _built(program, builder, content, known.files.items(), layout, running, known.straight)
         printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         # other number types convert literals while compiling, tables at each use
         apart = builder.real == "double" and tape is None
-        known = ready if apart else {}
-        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape, ready=known)
+        texts = ready.texts if apart else {}
+        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape, ready=texts)
         layout = _layout(printed, refusal, marks)
         straight = straight_sources(printed) if tape is None else ()
-        return _built(printed, builder, content, files, layout, running, straight)
+        library = _built(printed, builder, content, files, layout, running, straight)
+        if apart and ready.structure and ready.tape is not None:
+            from eomgen.pipeline.known_texts import keep_texts  # noqa: PLC0415
+
+            keep_texts(builder.cache, ready.structure, ready.tape, library, sorted(straight))
+        return library

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.target import Names, Target
     from eomgen.integrators.families.register import Method
+    from eomgen.pipeline.libraries import Ready
     from eomgen.pipeline.model import Model
     from eomgen.scene.scene import Scene
     from eomgen.system.branches import Branches
@@ -36,8 +37,9 @@ if TYPE_CHECKING:
     from eomgen.toolchain.compiler import RunningCompilers
     from eomgen.toolchain.library import LaneLibrary, Library
 
-    #: From a System, the data of a method, names of functions and names of the target to a stepper that is compiled.
-    BeginStepper = Callable[[System, Mapping[str, Any], Sequence[str], Names], None]
+    #: From a System, the data of a method, names of functions and names of the target to a Program whose texts are
+    #: known, if there is one.
+    BeginLibrary = Callable[[System, Mapping[str, Any], Sequence[str], Names], Program | None]
     #: A scene, the path of a scene, nested data in the form of a scene file, or the document of another front end.
     Described = Scene | str | os.PathLike[str] | Mapping[str, Any] | Document
 
@@ -774,7 +776,7 @@ def _program(
     *,
     for_runs: bool = False,
     parameters: Mapping[str, float | str] | None = None,
-    begin: BeginStepper | None = None,
+    begin: BeginLibrary | None = None,
 ) -> tuple[Program, str]:
     """Return the Program, and the reason if the Program has no stepper.
 
@@ -811,7 +813,7 @@ def _derived_program(
     *,
     with_settings: bool,
     for_runs: bool = False,
-    begin: BeginStepper | None = None,
+    begin: BeginLibrary | None = None,
 ) -> tuple[Program, str]:
     """Return the Program of a document, derived, and the reason if the Program has no stepper.
 
@@ -848,8 +850,8 @@ def _derived_program(
         data = method_data(chosen, system, described.simulation.step)
         if with_settings:
             data = _with_settings(data, described)
-        if begin is not None:
-            begin(system, data, functions, target.names)
+        if begin is not None and (known := begin(system, data, functions, target.names)) is not None:
+            return known, ""
         program = to_program(system, data, functions, names=target.names)
         if for_runs and selection.whole:
             from eomgen.pipeline.libraries import functions_for_later, functions_of_runs  # noqa: PLC0415
@@ -901,16 +903,21 @@ def _library(
     """
     content = library_content(document, front_end, selection, method)
     marks = {"built_method": method, "selection": vars(selection), "fingerprint": fingerprint(document, front_end)}
-    ready: dict[str, str] = {}
+
+    @functools.cache
+    def ready() -> Ready:
+        from eomgen.pipeline.libraries import Ready  # noqa: PLC0415  # a library of the cache needs no texts
+
+        return Ready()
 
     @functools.cache
     def program() -> tuple[Program, str]:
         from eomgen.codegen.targets.c.target import INTERFACE_CDEF, C, interface_header  # noqa: PLC0415
-        from eomgen.pipeline.libraries import begin_stepper  # noqa: PLC0415
+        from eomgen.pipeline.libraries import begin_library  # noqa: PLC0415
 
         builder.begin_wrapper(INTERFACE_CDEF, interface_header())
         with without_garbage_collection():
-            begin = None if builder.profile.name in FEW_COMPILERS else partial(begin_stepper, builder, ready)
+            begin = None if builder.profile.on_tape else partial(begin_library, builder, ready())
             return _program(document, front_end, selection, method, C, for_runs=True, begin=begin)
 
     def made(builder: Builder, running: RunningCompilers | None = None) -> Library:
@@ -921,7 +928,7 @@ def _library(
         from eomgen.pipeline.libraries import whole_library  # noqa: PLC0415
 
         with builder.claim(content):
-            return builder.find(content) or whole_library(*program(), builder, content, marks, running, ready)
+            return builder.find(content) or whole_library(*program(), builder, content, marks, running, ready())
 
     if steps is not None and not builder.profile.on_tape:
         cached = builder.find(content)
@@ -936,7 +943,7 @@ def _library(
             functions, loops = list(map(vars, made_of.functions)), loop_operations(made_of)
         else:
             functions, loops = there.layout["functions"], there.layout["loop_operations"]
-        if _is_faster_on_tape(functions, loops, steps):
+        if ready().known is None and _is_faster_on_tape(functions, loops, steps):
             return made(on_tape)
     if not builder.profile.on_tape:
         if not selection.whole or builder.profile.name in FEW_COMPILERS or builder.real != "double":
@@ -946,7 +953,7 @@ def _library(
             return cached
         from eomgen.pipeline.libraries import library_in_two  # noqa: PLC0415
 
-        return library_in_two(content, program, builder, marks, ready)
+        return library_in_two(content, program, builder, marks, ready())
     from eomgen.toolchain.library import Successor  # noqa: PLC0415
 
     compiled = builder.varied(profile=COMPILED_PROFILE)

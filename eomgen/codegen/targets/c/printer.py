@@ -272,6 +272,11 @@ class NumberTable:
         return len(self.values) - len(values)
 
 
+def stays_in_text(value: float) -> bool:
+    """Return whether a number may stand in the text of a function whose other numbers stand in tables."""
+    return abs(value) in _COMMON or _is_power_of_two(("K", value))
+
+
 def _is_power_of_two(expression: Expression) -> bool:
     """Return whether a divisor is a number by whose reciprocal compilers multiply."""
     if isinstance(expression, int) or expression[0] != "K":

@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
+from eomgen.base.files import template_folder
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
@@ -28,7 +29,6 @@ from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folde
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
-from eomgen.codegen.targets.c.templates import environment, kept_bytecode, stepper_template
 from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
 from eomgen.codegen.targets.target import Target
 from eomgen.integrators.stepper_layout import STEPPER_CDEF
@@ -285,6 +285,8 @@ class _Context:
         return name, self.ready.get(name) or self.render(template)
 
     def render(self, template: str, **extra: object) -> str:
+        from eomgen.codegen.targets.c.templates import environment  # noqa: PLC0415  # known texts need no Jinja
+
         program = self.program
         text = (
             environment()
@@ -370,8 +372,7 @@ def written_stepper(program: Program, bytecode: Path) -> dict[str, str]:
     context = _context_of_library(program, bytecode, apart=True)
     prefix = program.prefix
     real, header = ("eomgen_real.h", "c/model/eomgen_real.h.jinja"), (f"{prefix}.h", "c/model/model.h.jinja")
-    step = f"{prefix}_step.c", stepper_template(program.method["family"])
-    return dict(context.file(*item) for item in (real, header, step))
+    return {**dict(context.file(*item) for item in (real, header)), **dict([_stepper(context)])}
 
 
 @dataclass
@@ -437,6 +438,8 @@ def _context_of_library(
     later: Collection[str] = (),
     ready: Mapping[str, str] = MappingProxyType({}),
 ) -> _Context:
+    from eomgen.codegen.targets.c.templates import environment, kept_bytecode  # noqa: PLC0415
+
     environment().bytecode_cache = kept_bytecode(bytecode)
     if apart:
         program = replace(program, constants=())  # macros of constants would change a header that all sources include
@@ -490,7 +493,7 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         if not file.later:
             yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
     if program.method:
-        yield context.file(f"{prefix}_step.c", stepper_template(program.method["family"]))
+        yield _stepper(context)
     if program.controller:
         yield f"{prefix}_step.c", context.render("c/controller/step.c.jinja")
     if program.curves:
@@ -508,6 +511,13 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_uniform.h", context.render("c/uniform/model.h.jinja", **texts)
         yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
     yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
+
+
+def _stepper(context: _Context) -> tuple[str, str]:
+    from eomgen.codegen.targets.c.templates import stepper_template  # noqa: PLC0415  # known texts need no Jinja
+
+    program = context.program
+    return context.file(f"{program.prefix}_step.c", stepper_template(program.method["family"]))
 
 
 def _later_sources(context: _Context) -> Iterator[tuple[str, str]]:
@@ -568,7 +578,8 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
 
 def interface_header() -> str:
     """Return the header of the interface, which is the same for all models."""
-    return folded(environment().get_template("c/interface/interface.h.jinja").render(declarations=INTERFACE_CDEF))
+    template = template_folder() / "c" / "interface" / "interface.h.jinja"  # has one name, and known texts need no Jinja
+    return folded(template.read_text(encoding="utf-8").replace("{{ declarations }}", INTERFACE_CDEF))
 
 
 def _interface(context: _Context, mark: str, later: Collection[str] = ()) -> dict[str, str]:
