@@ -10,22 +10,22 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from array import array
 from collections.abc import Mapping, Sequence
 from math import copysign
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from eomgen.base.data import dataclass, replace
 from eomgen.base.version import __version__, checkout_stamp
-from eomgen.codegen.convert import LONG
 from eomgen.codegen.folder import MANIFEST
 from eomgen.codegen.targets.c.printer import NumberTable, stays_in_text
 from eomgen.codegen.targets.c.target import fingerprint
+from eomgen.symbolic.operations import Op
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
-    from eomgen.symbolic.tape import Tape
     from eomgen.system.system import System
     from eomgen.toolchain.cache import Cache
     from eomgen.toolchain.library import Library
@@ -39,51 +39,76 @@ _MARK = r'(?<=fingerprint\[\] = ")\w+'
 @dataclass(frozen=True)
 class KnownTexts:
     """Texts of all files of a library by name, headers first and then the numbers, which alone are compiled; names of
-    the sources without branches; and the layout of the earlier library."""
+    the sources without branches; and the layout."""
 
     files: Mapping[str, str]
     straight: Sequence[str]
     layout: Mapping[str, Any]
 
 
-def structure_of(system: System, program: Program) -> str:
-    """Return the digest of everything that decides the texts but for the values of constants; empty for a System whose
-    texts have further numbers: with loops, curves, C of the scene, samples, or shared stretches of long functions.
+@dataclass(frozen=True)
+class Structure:
+    """The structure of a model, as a key of the cache, and the constants of its functions, in the order of the tape."""
+
+    key: str
+    constants: Sequence[float]
+
+
+def structure_of(system: System, functions: Sequence[str], program: Program, profile: str) -> Structure | None:
+    """Return the structure of a System; None for a System whose texts have further numbers: with loops, curves, or C
+    of the scene.
 
     Parameters
     ----------
-    program : of the System, without statements
+    functions : of the model
+    program : of these functions, without statements
+    profile : whose libraries are looked for, since other profiles have other objects to compile
     """
-    tape, constants = system.tape, system.tape.constants[1:]
-    several = tape.maps or tape.curves or program.sources or program.series or system.sample is not None
-    if several or 2 * len(tape.op) >= LONG or len({*constants}) < len(constants):
-        return ""
+    tape = system.tape
+    if tape.maps or tape.curves or program.sources or program.series or system.sample.parts:
+        return None
+    results = [np.array(system.functions[name].refs, int) for name in functions]
+    live = np.array(tape.live(np.concatenate(results).tolist()))
+    op, places = np.array(tape.op)[live], np.zeros(len(tape.op), int)
+    places[live] = np.arange(1, len(live) + 1)
+    constants = [tape.constants[tape.a[node]] for node in live[op == Op.CONST].tolist()]
+    if len({*constants}) < len(constants):
+        return None
+
+    def placed(refs: Any) -> Any:
+        return np.sign(refs) * places[np.abs(refs)]
+
+    leaves = (op == Op.CONST) | (op == Op.INPUT)
+    operands = [np.where(leaves, 0, placed(np.array(column)[live])) for column in (tape.a, tape.b, tape.c)]
     recorded = {
         "constants": [value if stays_in_text(value) else None for value in constants],
-        "functions": [[name, function.refs] for name, function in system.functions.items()],
-        "tape": [tape.inputs, tape.blocks, [*tape.names.items()], tape.reciprocals],
-        "program": vars(replace(program, constants=())),  # names of numbers stand in no text of a library
-        "code": [__version__, checkout_stamp()],
+        "inputs": [tape.inputs[tape.a[node]] for node in live[op == Op.INPUT].tolist()],
+        "functions": [functions, *(placed(refs).tolist() for refs in results)],
+        "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],
+        "names": [[int(places[node]), name] for node, name in tape.names.items() if places[node]],
+        "program": vars(replace(program, constants=(), notes=())),  # of which C has none
+        "code": [__version__, checkout_stamp(), tape.reciprocals, profile],
     }
-    digest = hashlib.sha256(json.dumps(recorded, default=_plain).encode())
-    for column in (tape.op, tape.a, tape.b, tape.c):
-        digest.update(array("q", column))
-    return hashlib.sha256(b"structure\0" + digest.digest()).hexdigest()
+    digest = hashlib.sha256(b"structure\0" + json.dumps(recorded, default=_plain).encode())
+    for column in (op, *operands):
+        digest.update(column.tobytes())
+    signs = [] if 1.0 in constants else [1.0]  # in tables of shared stretches
+    return Structure(digest.hexdigest(), constants + signs)
 
 
 def _plain(value: Any) -> Any:
     return vars(value) if hasattr(value, "__dict__") else dict(value)
 
 
-def keep_texts(cache: Cache, structure: str, tape: Tape, library: Library, straight: Sequence[str]) -> None:
-    """Keep which library has the texts of a structure, unless a number of a function is no constant of the tape.
+def keep_texts(cache: Cache, structure: Structure, library: Library, straight: Sequence[str]) -> None:
+    """Keep which library has the texts of a structure, unless a number of a function is none of its constants.
 
     Parameters
     ----------
     straight : names of the sources without branches
     """
     prefix = library.layout["prefix"]
-    places = {value: place for place, value in enumerate(tape.constants)}
+    places = {value: place for place, value in enumerate(structure.constants, 1)}
     tables: dict[str, list[float]] = {}
     text = (library.folder / f"{prefix}_numbers.c").read_text(encoding="utf-8")
     for name, rows in re.findall(_TABLE, text):
@@ -98,29 +123,36 @@ def keep_texts(cache: Cache, structure: str, tape: Tape, library: Library, strai
     def write(folder: Path) -> None:
         (folder / _RECORD).write_text(record, encoding="utf-8")
 
-    cache.put(structure, write)
+    cache.put(structure.key, write)
 
 
-def known_texts(cache: Cache, structure: str, tape: Tape) -> KnownTexts | None:
-    """Return the texts of a structure with the constants of this tape, None if the cache has no library with them."""
-    entry = cache.get(structure)
+def known_texts(cache: Cache, structure: Structure, program: Program) -> KnownTexts | None:
+    """Return the texts of a structure with these constants, None if the cache has no library with them; without README
+    if the notes are others.
+
+    Parameters
+    ----------
+    program : as of ``structure_of``
+    """
+    entry = cache.get(structure.key)
     if entry is None:
         return None
     record = json.loads(entry.text(_RECORD))
     library = cache.get(record["library"])
     if library is None:
-        cache.quarantine(structure)
+        cache.quarantine(structure.key)
         return None
 
     def renewed(table: re.Match[str]) -> str:
         places = record["tables"].get(table[1])
         if places is None:
             return table[0]
-        values = [copysign(tape.constants[abs(int(place))], place) for place in places]
+        values = [copysign(structure.constants[abs(int(place)) - 1], place) for place in places]
         return table[0].replace(table[2], NumberTable(table[1], values).rows)
 
-    texts = {name: library.text(name) for name in library.files if name.endswith((".c", ".h", ".md", MANIFEST))}
     layout = json.loads(library.text("layout.json"))
+    endings = (".c", ".h", MANIFEST, *([".md"] if layout["notes"] == [*program.notes] else ()))
+    texts = {name: library.text(name) for name in library.files if name.endswith(endings)}
     numbers = f"{layout['prefix']}_numbers.c"
     text = re.sub(_TABLE, renewed, texts[numbers])
     [earlier] = re.findall(_MARK, text)
@@ -128,4 +160,4 @@ def known_texts(cache: Cache, structure: str, tape: Tape) -> KnownTexts | None:
     mark = fingerprint({**sources, numbers: text.replace(earlier, "", 1)})
     texts |= {numbers: text.replace(earlier, mark), MANIFEST: texts[MANIFEST].replace(earlier, mark)}
     ordered = sorted(texts, key=lambda name: (name.endswith(".c"), name != numbers, name))
-    return KnownTexts({name: texts[name] for name in ordered}, record["straight"], layout)
+    return KnownTexts({name: texts[name] for name in ordered}, record["straight"], {**layout, "notes": program.notes})

@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from eomgen.codegen.targets.c.target import LibraryInTwo
     from eomgen.codegen.targets.target import Names
     from eomgen.integrators.families.register import Method
-    from eomgen.pipeline.known_texts import KnownTexts
-    from eomgen.symbolic.tape import Tape
+    from eomgen.pipeline.known_texts import KnownTexts, Structure
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.compiler import RunningCompilers
@@ -40,13 +39,12 @@ class Ready:
     Attributes
     ----------
     texts : by name: of the stepper and its headers, if the stepper is compiled first
-    structure, tape : as of ``known_texts``; empty if texts of the model are not kept
+    structure : of a model whose texts are kept
     known : all texts, of a library that differs in numbers alone
     """
 
     texts: dict[str, str] = field(default_factory=dict)
-    structure: str = ""
-    tape: Tape | None = None
+    structure: Structure | None = None
     known: KnownTexts | None = None
 
 
@@ -76,10 +74,11 @@ def begin_library(
     from eomgen.pipeline.known_texts import known_texts, structure_of  # noqa: PLC0415
 
     program = to_program(system, data, functions, names=names, scheduled=False)
-    ready.structure, ready.tape = structure_of(system, program), tape
-    ready.known = known_texts(builder.cache, ready.structure, tape) if ready.structure else None
-    if ready.known is not None:
-        return program
+    ready.structure = structure_of(system, functions, program, builder.profile.name)
+    if ready.structure is not None:
+        ready.known = known_texts(builder.cache, ready.structure, program)
+        if ready.known is not None:
+            return program
     if builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG:
         from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
         from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
@@ -136,7 +135,7 @@ def library_in_two(
         with builder.claim(content):
             first = _known(content, builder) or _first(content, *program(), builder, marks, ready)
     if first.lacking and first.successor is None:  # of an earlier process: few processes call its other functions
-        first.successor = Successor(partial(_whole, first, content, program, builder, None), at_once=False)
+        first.successor = Successor(partial(_whole, first, content, program, builder, None, ready), at_once=False)
     return first
 
 
@@ -165,7 +164,7 @@ def _first(
         files = _written(program, builder, ready.texts)
         layout = {**_layout(program, refusal, marks), "later": program.later}
         first = _built(program, builder, _of_runs(content), files.of_runs, layout, None, files.straight)
-    made = partial(_whole, first, content, lambda: (program, refusal), builder, files)
+    made = partial(_whole, first, content, lambda: (program, refusal), builder, files, ready)
     first.successor = Successor(made)
     return first
 
@@ -176,6 +175,7 @@ def _whole(
     program: Callable[[], tuple[Program, str]],
     builder: Builder,
     files: LibraryInTwo | None,
+    ready: Ready,
     running: RunningCompilers | None,
 ) -> Library:
     """Return the library with all functions.
@@ -183,6 +183,7 @@ def _whole(
     Parameters
     ----------
     files : of the first library, if its files were written before
+    ready : what ``program`` knows
     running : as of ``Builder.build``
     """
     with builder.claim(content):
@@ -190,10 +191,12 @@ def _whole(
         if cached is not None:
             return cached
         made, _ = program()
+        layout = {**first.layout, "digest": first.digest}
+        if (known := ready.known) is not None:
+            return _built(made, builder, content, known.files.items(), layout, running, known.straight)
         if files is None:
             files = _written(made, builder, {})
             deque(files.of_runs, maxlen=0)
-        layout = {**first.layout, "digest": first.digest}
         return _built(made, builder, content, files.whole, layout, running, files.straight)
 
 
@@ -262,8 +265,8 @@ def whole_library(
         layout = _layout(printed, refusal, marks)
         straight = straight_sources(printed) if tape is None else ()
         library = _built(printed, builder, content, files, layout, running, straight)
-        if apart and ready.structure and ready.tape is not None:
+        if apart and ready.structure is not None:
             from eomgen.pipeline.known_texts import keep_texts  # noqa: PLC0415
 
-            keep_texts(builder.cache, ready.structure, ready.tape, library, sorted(straight))
+            keep_texts(builder.cache, ready.structure, library, sorted(straight))
         return library

@@ -59,14 +59,14 @@ def test_the_stepper_is_written_before_the_functions_are_scheduled(
     begun: list[str] = []
     monkeypatch.setattr(Builder, "begin_source", lambda self, name, texts, straight: begun.append(name))
     monkeypatch.setattr(libraries, "_LONG", 1)
-    ready: dict[str, str] = {}
-    begin = partial(libraries.begin_stepper, Builder(cache=Cache(tmp_path)), ready)
+    ready = libraries.Ready()
+    begin = partial(libraries.begin_library, Builder("fast", cache=Cache(tmp_path)), ready)
     scene, every = eomgen.load(SCENE), Selection(None, "")
     program, _ = pipeline._program(scene, SCENES, every, "generalized_alpha", C, for_runs=True, begin=begin)
     written = dict(written_library(program, tmp_path, apart=True))
     assert begun == ["four_bar_step.c"]
-    assert list(ready) == ["eomgen_real.h", "four_bar.h", "four_bar_step.c"]
-    assert {name: written[name] for name in ready} == ready
+    assert list(ready.texts) == ["eomgen_real.h", "four_bar.h", "four_bar_step.c"]
+    assert {name: written[name] for name in ready.texts} == ready.texts
 
 
 def _sources(library: Library) -> set[str]:

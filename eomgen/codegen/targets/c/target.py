@@ -578,7 +578,9 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
 
 def interface_header() -> str:
     """Return the header of the interface, which is the same for all models."""
-    template = template_folder() / "c" / "interface" / "interface.h.jinja"  # has one name, and known texts need no Jinja
+    template = (
+        template_folder() / "c" / "interface" / "interface.h.jinja"
+    )  # has one name, and known texts need no Jinja
     return folded(template.read_text(encoding="utf-8").replace("{{ declarations }}", INTERFACE_CDEF))
 
 
