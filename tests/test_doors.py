@@ -450,6 +450,7 @@ LATE: dict[str, dict[str, str]] = {
     "products.studies.run_commands": {"": "as in cli"},
     "mechanics.tree.build": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
+    "codegen.targets.c.target": {"codegen.targets.c.templates": "Jinja; texts of the cache are not rendered"},
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",
@@ -473,6 +474,7 @@ LATE: dict[str, dict[str, str]] = {
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.libraries": {
         "codegen": "a library of the cache needs no Jinja",
+        "pipeline.known_texts": "a library of the cache needs no texts",
         "toolchain.cache": "likewise",
     },
     "pipeline.pipeline": {

@@ -128,7 +128,7 @@ def library_in_two(
     content : everything that the library depends on
     program : derives the Program, and the reason if the Program has no stepper
     marks : further data of the layout
-    ready : files that ``program`` knows
+    ready : texts that ``program`` finds in the cache
     """
     first = _known(content, builder)
     if first is None:
@@ -183,7 +183,7 @@ def _whole(
     Parameters
     ----------
     files : of the first library, if its files were written before
-    ready : what ``program`` knows
+    ready : texts that ``program`` finds in the cache
     running : as of ``Builder.build``
     """
     with builder.claim(content):
