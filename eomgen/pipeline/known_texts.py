@@ -1,4 +1,4 @@
-"""Texts of a library that differs from an earlier one in numbers alone: a changed mass needs no schedule and no printer.
+"""Texts of a library that differs from an earlier one in numbers alone: a changed mass needs no schedule.
 
 Numbers of functions stand in a source of their own. Every other text follows from the operations of the functions, the
 data of the stepper and the names, whose digest is the *structure* of a model. The cache has by structure the library
