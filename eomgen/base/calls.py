@@ -326,6 +326,25 @@ def checked_call(
     return decorated
 
 
+def names_of(argument: str, kind: str, given: Iterable[str], example: str) -> tuple[str, ...]:
+    """Return the names that a caller gives as a list. Raises UsageError for a text, and for anything else.
+
+    Parameters
+    ----------
+    argument : for the message and the remedy
+    kind : of the names, plural
+    example : a name
+    """
+    place = "" if argument == kind else argument
+    if isinstance(given, str):
+        names = ", ".join(f'"{name.strip()}"' for name in given[:64].split(","))
+        fault = f"{kind} are a list of names, not the text {shown(given)}"
+        raise UsageError(Problem(place, fault, f"{argument}=[{names}]"))
+    if not isinstance(given, Iterable):
+        raise UsageError(Problem(place, f"{kind} are a list of names, not {shown(given)}", f'{argument}=["{example}"]'))
+    return tuple(given)
+
+
 def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Return a decorator under which ``inspect.signature`` shows options in place of ``**options``.
 
@@ -495,7 +514,7 @@ class _Call:
     """Arguments of a call that do not fit the signature; each method returns a fault with a remedy, or None."""
 
     def __init__(self, signature: inspect.Signature, args: tuple[Any, ...], kwargs: Mapping[str, Any]) -> None:
-        owned = [name for name in signature.parameters if name in _OWNERS][:1]
+        owned = [name for name in signature.parameters if name in _OWNERS][:1] if args else []
         self.parameters = {name: item for name, item in signature.parameters.items() if name not in owned}
         self.given = args[len(owned) :]
         self.kwargs = kwargs

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.calls import names_of
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import components
 from eomgen.compiled.functions import Functions
@@ -240,7 +241,7 @@ def _rows(functions: Functions, term: str) -> int:
 def _name(model: ExtensibleModel, term: str, order: int) -> str:
     """Return the name of the term of derivatives. Raises UsageError if there is none."""
     evaluator = model.evaluator
-    if term not in DIFFERENTIATED:
+    if str(term) not in DIFFERENTIATED:
         fault = f"there are no derivatives of {shown(str(term))} in all arguments"
         raise UsageError(Problem("term", fault, nearest(str(term), DIFFERENTIATED)))
     if term == "forward_dynamics" and evaluator.multipliers:
@@ -278,7 +279,8 @@ def _values(
 
 def _layout(functions: Functions, name: str, of: Sequence[str] | None) -> _Layout:
     """Return the sparsity of a term of derivatives, kept with the library."""
-    key = f"sparsity of {name} {None if of is None else tuple(of)}"
+    of = None if of is None else names_of("of", "arguments", of, "q")
+    key = f"sparsity of {name} {of}"
     if key not in functions.library.kept:
         functions.library.kept[key] = _made_layout(functions, name, of)
     return cast("_Layout", functions.library.kept[key])

@@ -31,6 +31,7 @@ _SECONDS = "number of seconds"
 
 def numbers(name: str, value: ArrayLike) -> Array:
     """Return real numbers as an array of doubles. Raises UsageError for anything else."""
+    array = np.empty(0)
     try:
         array = np.asarray(value)
         if array.dtype.kind not in "fiub":
@@ -40,8 +41,10 @@ def numbers(name: str, value: ArrayLike) -> Array:
         hint = ""
         if isinstance(value, Mapping):
             hint = f"a list of numbers, in the order of the model's {name}_names" if name in ("q", "v") else "a list"
-        elif np.iscomplexobj(value):
+        elif array.dtype.kind == "c":
             hint = "real numbers; partials(...) has derivatives without steps"
+        elif isinstance(error, ValueError):
+            hint = "lists of equal length"
         fault = f"an array of real numbers is needed, not {type(value).__name__}: {error}"
         raise UsageError(Problem(name, fault, hint)) from None
 

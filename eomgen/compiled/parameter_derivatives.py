@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import NamedResults
+from eomgen.base.calls import NamedResults, names_of
 from eomgen.compiled.arguments import check_name
 from eomgen.compiled.terms import ExtensibleModel, Inputs, Parameters, States, Terms
 from eomgen.errors import Problem, UsageError
@@ -178,11 +178,10 @@ def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
         raise UsageError(Problem("parameter_partials", fault, hint))
     if of is None:
         return list(range(len(terms.parameter_names)))
-    if isinstance(of, str):
-        raise UsageError(Problem("of", f"parameters are a list of names, not the text {of!r}", f'of=["{of}"]'))
-    for name in of:
+    names = names_of("of", "parameters", of, terms.parameter_names[0])
+    for name in names:
         check_name("parameter", name, terms.parameter_names, terms.fixed_parameters)
-    return [terms.parameter_names.index(name) for name in of]
+    return [terms.parameter_names.index(name) for name in names]
 
 
 class Regressor(NamedTuple):

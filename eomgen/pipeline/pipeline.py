@@ -6,12 +6,12 @@ import functools
 import os
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
 
-from eomgen.base.calls import checked_call
+from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, replace, without_garbage_collection
 from eomgen.base.extensions import extensions, loaded
 from eomgen.base.messages import Log, shown
@@ -185,7 +185,7 @@ def derive(scene: Described, terms: Sequence[str] | None = None) -> System:
     >>> list(system.functions)
     ['mass']
     """
-    _check_terms(terms)
+    terms = checked_terms(terms)
     other = other_document(scene, {"terms": terms})
     if other is not None:
         return other[0].front_end.derive(other[1], None)
@@ -263,7 +263,7 @@ def generate(
 
     chosen = target_named(target)
     _check_folder(folder)
-    _check_terms(terms)
+    terms = checked_terms(terms)
     of_scenes = {"terms": terms, "target": target != "c", "real": real not in (None, "double"), "uniform": uniform}
     other = other_document(scene, {**of_scenes, "parameters": parameters})
     _check_only(only, chosen, terms=terms, method=method, uniform=uniform or None)
@@ -448,7 +448,7 @@ def build(
     >>> model.nq, model.multipliers
     (3, ('rocker_pin: origins meet along x', 'rocker_pin: origins meet along y'))
     """
-    _check_terms(terms)
+    terms = checked_terms(terms)
     with without_garbage_collection():
         stored = record_of(scene) or stored_scene(scene, _DEFAULTS)
     other = None if stored else other_document(scene, {"terms": terms, "real": real not in (None, "double")})
@@ -481,7 +481,7 @@ def built_in(
     steps : as of ``built_for_run``
     stored : libraries of the file from which the model is loaded
     """
-    _check_terms(terms)
+    terms = checked_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
     from eomgen.integrators.families.register import method_named, terms_of  # noqa: PLC0415
     from eomgen.pipeline.model import Model  # noqa: PLC0415
@@ -670,16 +670,16 @@ def _check_real(real: str | None) -> None:
         raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
 
 
-def _check_terms(terms: Sequence[str] | None) -> None:
-    """Raise UsageError for unknown terms."""
-    if isinstance(terms, str):
-        names = ", ".join(f'"{name.strip()}"' for name in terms[:64].split(","))
-        raise UsageError(f"terms are a list of names, not the text {shown(terms)}", f"terms=[{names}]")
-    unknown = [name for name in terms or () if name not in TERMS]
-    if unknown:
+def checked_terms(terms: Iterable[str] | None) -> tuple[str, ...] | None:
+    """Return the terms that a caller names. Raises UsageError for unknown terms."""
+    if terms is None:
+        return None
+    names = names_of("terms", "terms", terms, "mass")
+    if unknown := [name for name in names if not (isinstance(name, str) and name in TERMS)]:
         every = ", ".join(shown(name) for name in unknown)
         hint = " and ".join(dict.fromkeys(nearest_term(str(name)) for name in unknown[:3]))
         raise UsageError(f"no term is called {every}", hint)
+    return names
 
 
 def _method_name(described: Description, method: str | None) -> str:

@@ -49,14 +49,17 @@ class RowWeights:
         return of_row[:, np.newaxis] * self.outputs
 
 
-def read_functional(given: object, components: Mapping[str, Sequence[int]], size: int, rows: int) -> RowWeights:
+def read_functional(
+    given: object, components: Mapping[str, Sequence[int]], size: int, steps: int, every: int
+) -> RowWeights:
     """Return the weights of a functional.
 
     Parameters
     ----------
     components : indices of each output's components among the chosen components
     size : number of these
-    rows : of the run
+    steps : of the run
+    every : steps between recorded rows
 
     Raises
     ------
@@ -67,15 +70,16 @@ def read_functional(given: object, components: Mapping[str, Sequence[int]], size
     if not isinstance(given, Mapping) or not given:
         fault = f"a functional is a text or weights by output, not {type(given).__name__}"
         raise UsageError(Problem("of", fault, f'"final({next(iter(components), "output")})"'))
-    table = np.zeros((rows, size))
+    table = np.zeros((steps + 1, size))
     for name, weights in given.items():
         places = _places(str(name), components)
         array = numbers(f"weights of {name}", weights)
-        shape = (rows,) if len(places) == 1 else (rows, len(places))
-        if array.shape != shape or not np.all(np.isfinite(array)):
-            fault = f"weights of {name} have the shape {array.shape}" if array.shape != shape else f"{name} has nan"
-            raise UsageError(Problem("of", fault, f"finite numbers, {shape}: one for each row of the run"))
-        table[:, places] += array.reshape(rows, len(places))
+        # of recorded rows, or of the rows of all steps
+        shapes = [(rows, *([len(places)] if len(places) > 1 else [])) for rows in (steps // every + 1, steps + 1)]
+        if array.shape not in shapes or not np.all(np.isfinite(array)):
+            fault = f"{name} has nan" if array.shape in shapes else f"weights of {name} have the shape {array.shape}"
+            raise UsageError(Problem("of", fault, f"finite numbers, {shapes[0]}: one for each row of the run"))
+        table[:: every if array.shape == shapes[0] else 1, places] += array.reshape(len(array), len(places))
     return RowWeights(np.ones(size), "given", table)
 
 

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import checked_call
-from eomgen.base.messages import shown
+from eomgen.base.calls import checked_call, names_of
 from eomgen.compiled.arguments import check_name, count_of, number_of
 from eomgen.compiled.initial_state import InitialState, check_initial, initial_state
 from eomgen.compiled.model import CompiledModel
@@ -257,15 +256,10 @@ def _names(
     by: Sequence[str] | None, parameters: Sequence[str], places: Sequence[str], rates: Sequence[str]
 ) -> list[str]:
     """Return the names of directions, of the tunable parameters by default. Raises UsageError if there are none."""
-    if isinstance(by, str):
-        raise UsageError(Problem("by", f"directions are a list of names, not the text {by!r}", f'by=["{by}"]'))
-    if not (by is None or isinstance(by, Iterable)):
-        fault = f"directions are a list of names, not {shown(by)}"
-        raise UsageError(Problem("by", fault, f'by=["{([*parameters, *places])[0]}"]'))
-    names = list(parameters if by is None else by)
+    names = list(parameters if by is None else names_of("by", "directions", by, ([*parameters, *places])[0]))
     if not names:
         fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
-        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else 'by=["mass"]'
+        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else f'by=["{([*parameters, *places])[0]}"]'
         raise UsageError(Problem("by", fault, hint))
     return names
 
@@ -306,16 +300,15 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
     for item in model.library.layout["outputs"]:
         places[str(item["name"])] = list(range(count, count + int(item["size"])))
         count += int(item["size"])
-    if isinstance(of, str):
-        raise UsageError(Problem("of", f"outputs are a list of names, not the text {of!r}", f'of=["{of}"]'))
-    if not (of is None or isinstance(of, Iterable)):
-        raise UsageError(Problem("of", f"outputs are a list of names, not {shown(of)}", 'of=["angle"]'))
-    for name in of or ():
+    names = list(places) if of is None else names_of("of", "outputs", of, "angle")
+    for name in names:
         check_name("output", name, list(places))
     if not places:
         fault = "the scene has no outputs, and derivatives are of outputs"
         raise UsageError(Problem("of", fault, '[outputs.angle] formula = "q.hinge" in the scene'))
-    return places if of is None else {name: places[name] for name in of}
+    if not names:
+        raise UsageError(Problem("of", "there is nothing to take derivatives of", f'of=["{next(iter(places))}"]'))
+    return {name: places[name] for name in names}
 
 
 def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial: Mapping[str, Any] | None) -> None:

@@ -3,7 +3,7 @@ adjoints."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import checked_calls
+from eomgen.base.calls import NamedResults, checked_calls
+from eomgen.base.messages import shown
 from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.derivatives import galerkin_second_order, second_order
@@ -205,10 +206,8 @@ class Sensitivities:
         return self._finite(np.concatenate(derivatives))
 
     def _by_output(self, table: Array) -> dict[str, Array]:
-        return {
-            name: table[:, places[0]] if len(places) == 1 else table[:, places]
-            for name, places in self._components.items()
-        }
+        of = {name: table[:, k[0]] if len(k) == 1 else table[:, k] for name, k in self._components.items()}
+        return NamedResults("output", of)
 
     # -- adjoints ------------------------------------------------------------------------------------------------------
 
@@ -220,7 +219,8 @@ class Sensitivities:
         of : str or mapping
             ``final(output)``, ``integral(output)`` over time by the trapezoidal rule on the rows, ``mean(output)``
             over time, ``sum(output)`` over the rows of all steps, of an output or one of its components,
-            ``tip[1]``; or weights of each row by output, {name: (steps + 1,) or (steps + 1, size)}.
+            ``tip[1]``; or weights by output of each recorded row, or of the rows of all steps, {name: (rows,) or
+            (rows, size)}.
 
         Returns
         -------
@@ -525,12 +525,14 @@ class Sensitivities:
         return derivatives
 
     def _weights(self, of: Sequence[Functional]) -> list[RowWeights]:
-        if isinstance(of, str):
-            raise UsageError(Problem("of", f"a list is needed, not the text {of!r}", f'["{of}"]'))
+        if isinstance(of, str) or not isinstance(of, Iterable):
+            which = f"the text {of!r}" if isinstance(of, str) else shown(of)
+            example = of if isinstance(of, str) else "final(angle)"
+            raise UsageError(Problem("of", f"a list is needed, not {which}", f'["{example}"]'))
         if not of:
             raise UsageError(Problem("of", "there is nothing to take derivatives of", '["final(angle)"]'))
-        size, rows = sum(map(len, self._components.values())), self._run.motion.steps + 1
-        return [read_functional(one, self._components, size, rows) for one in of]
+        size, steps, every = sum(map(len, self._components.values())), self._run.motion.steps, self._run.run.every
+        return [read_functional(one, self._components, size, steps, every) for one in of]
 
 
 def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:

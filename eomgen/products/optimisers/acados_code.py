@@ -24,7 +24,7 @@ from eomgen.codegen.targets.c.target import fingerprint, generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.products.optimisers.casadi_code import Texts, exported_functions
+from eomgen.products.optimisers.casadi_code import Texts, check_named, exported_functions
 from eomgen.products.optimisers.discrete_steps import Chain, chain_of
 from eomgen.products.optimisers.functions import Equations, Exported, Pattern, dense, rates
 
@@ -333,8 +333,9 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     Raises
     ------
     UsageError
-        A term that no function of acados is made of.
+        A term that no function of acados is made of, or an empty list of terms.
     """
+    check_named(terms)
     chosen = list(_TERMS) if terms is None else list(terms)
     for name in chosen:
         if name not in _TERMS:

@@ -6,9 +6,11 @@ with w and x of the quaternion, and n its squared length, the body-frame rotatio
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from eomgen.compiled.model import CompiledModel
+from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.system.terms import ARGUMENTS, TERMS
 
@@ -20,6 +22,32 @@ OFFERED = ("inverse_dynamics", "forward_dynamics")
 def arguments_of(name: str) -> list[str]:
     """Return the arguments in which a term has derivatives, q first."""
     return [block for block in ARGUMENTS if block in TERMS[f"{name}_derivatives"].inputs]
+
+
+def check_model(place: str, model: object) -> None:
+    """Raise UsageError for anything but a compiled model, and ModelError for a model with force laws in Python."""
+    if not isinstance(model, CompiledModel):
+        raise UsageError(Problem(place, f"a model is needed, not {type(model).__name__}", "eomgen.build(scene)"))
+    if model.library.layout.get("python"):
+        raise ModelError(Problem(place, f"{model.name} has force laws in Python", "the laws in C, [laws] source"))
+
+
+def of_run(
+    q: Array, v: Array, parameters: object, inputs: object, array: Callable[[str, Any], Array]
+) -> dict[str, Any]:
+    """Return the arguments of a run in which derivatives are taken, nested; ``array`` makes each. Raises UsageError."""
+    given: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
+    for block, values in (("parameters", parameters), ("inputs", inputs)):
+        if not (values is None or isinstance(values, Mapping)):
+            fault = f"a mapping from names to values is needed, not {type(values).__name__}"
+            raise UsageError(Problem(block, fault, f"{block}={{name: value}}"))
+        given[block] = {name: array(name, value) for name, value in (values or {}).items()}
+    return given
+
+
+def no_array(name: str, value: object) -> UsageError:
+    """Return the error for an argument that is no array."""
+    return UsageError(Problem(name, f"an array of real numbers is needed, not {type(value).__name__}", "a list of numbers"))
 
 
 def left_trivialised(arrays: Any, factors: Sequence[Factor], q: Array, dq: Array) -> Array:

@@ -291,6 +291,9 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     whole = generate_files(replace(program, uniform=True))
     files = {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
     exported = [*functions, *([] if step is None else [step.exported()])]
+    if not exported:
+        hint = "inverse_dynamics; residual and constraint, of scenes with constraints"
+        raise UsageError(Problem("terms", f"{program.prefix} has none of the functions that the terms name", hint))
     texts = Texts()
     entries = [entry for item in exported for entry in _functions_of(program, item, texts)]
     longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))
@@ -325,17 +328,22 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     return files
 
 
+def check_named(terms: Sequence[str] | None) -> None:
+    """Raise UsageError for a list without names."""
+    if terms is not None and not terms:
+        hint = "forward_dynamics; all of the scene without terms"
+        raise UsageError(Problem("terms", "a list of functions is needed, and this one is empty", hint))
+
+
 def needed_terms(terms: Sequence[str] | None) -> list[str]:
     """Return the terms that the folder needs: of the named functions, all that there are by default.
 
     Raises
     ------
     UsageError
-        A term without derivatives in all arguments, or no list of terms.
+        A term without derivatives in all arguments, or an empty list of terms.
     """
-    if isinstance(terms, str) or terms == []:
-        fault = f"a list of functions is needed, not {terms!r}"
-        raise UsageError(Problem("terms", fault, '["forward_dynamics"]; all of the scene without terms'))
+    check_named(terms)
     chosen = [name for name in DIFFERENTIATED if name not in _BY_NAME] if terms is None else list(terms)
     for name in chosen:
         if name not in DIFFERENTIATED:

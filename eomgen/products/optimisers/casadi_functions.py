@@ -12,7 +12,7 @@ from eomgen.base.calls import NamedResults, checked_call
 from eomgen.codegen.folder import MANIFEST
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.content import library_content
-from eomgen.pipeline.pipeline import as_document, generate
+from eomgen.pipeline.pipeline import as_document, checked_terms, generate
 from eomgen.products.optimisers.casadi_code import CASADI
 from eomgen.products.optimisers.discrete_steps import RUNGE_KUTTA
 from eomgen.system.terms import Selection
@@ -82,6 +82,7 @@ def casadi(
         ) from None
     described: Any = getattr(scene, "scene", scene)
     document, front_end = as_document(described)
+    terms = checked_terms(terms)
     wanted = CASADI.terms(terms)
     content = library_content(document, front_end, Selection(tuple(wanted or ())), RUNGE_KUTTA)
 

@@ -422,7 +422,10 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
         raise UsageError(Problem("method", fault, default_method(program)))
     by_name = {function.name: function for function in functions}
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
-    if reason or any(term not in by_name for term in terms):
+    missing = [term for term in terms if term not in by_name]
+    if missing and method is not None:
+        raise UsageError(Problem("method", f"steps of {name} are made of other terms", f"terms with {', '.join(missing)}"))
+    if reason or missing:
         return None
     return record(program, {term: by_name[term] for term in terms}, made, along)
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.base.calls import checked_call
+from eomgen.base.calls import checked_call, checked_calls
 from eomgen.base.messages import Log
 from eomgen.base.threads import thread_count
 from eomgen.codegen.targets.c.templates import environment
@@ -24,8 +24,11 @@ from eomgen.products.optimisers.arguments import (
     OFFERED,
     arguments_of,
     bracket,
+    check_model,
     gradient_in_components,
     left_trivialised,
+    no_array,
+    of_run,
 )
 from eomgen.products.optimisers.runs import Runs
 from eomgen.system.sparsity import unpacked_places
@@ -96,6 +99,7 @@ def jax(model: Model) -> JaxFunctions:
     return JaxFunctions(model)
 
 
+@checked_calls("eomgen.jax(model), which makes one")
 class JaxFunctions:
     """The dynamics of a model as functions of JAX arrays.
 
@@ -111,8 +115,8 @@ class JaxFunctions:
 
     def __init__(self, model: Model) -> None:
         self._jax = _package()
-        if model.library.layout.get("python"):
-            raise ModelError(Problem("jax", f"{model.name} has force laws in Python", "the laws in C, [laws] source"))
+        _check_precision(self._jax)
+        check_model("jax", model)
         model.finish_compilation()
         evaluator = model.evaluator
         self._model = model
@@ -254,12 +258,8 @@ class JaxFunctions:
         ()
         """
         jnp = self._jax.numpy
-        given = {"q": q, "v": v, "parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
-        given = self._jax.tree.map(self._real, given)
-        for block, size in (("q", self._model.nq), ("v", self._model.nv)):
-            if given[block] is not None and given[block].shape != (size,):
-                fault = f"{block} has the shape {given[block].shape}, and simulate takes ({size},)"
-                raise UsageError(Problem(block, fault, "one initial state; jax.vmap for several runs"))
+        _check_precision(self._jax)
+        given = of_run(q, v, parameters, inputs, self._real)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         unknown = {name: np.zeros(array.shape) for name, array in given["inputs"].items()}
@@ -270,14 +270,26 @@ class JaxFunctions:
             changes["q"] = shape((self._model.nv,))
         factors = self._factors
 
+        refuse = _refusal("jax", "simulate has first reverse derivatives alone", "model.sensitivities(...), with Hessians")
+
+        @self._jax.custom_jvp
         def rows(values: Any) -> Array:
+            if not any(isinstance(leaf, self._jax.core.Tracer) for leaf in self._jax.tree.leaves(values)):
+                runs.outputs(values)  # whose errors are the ones of eomgen, not of a callback
             return self._jax.pure_callback(runs.outputs, shape(runs.shape), values, vmap_method="sequential")
 
         def rows_and_values(values: Any) -> tuple[Array, Any]:
             return rows(values), values
 
+        @self._jax.custom_jvp
+        def gradients(values: Any, weights: Array) -> Any:
+            return self._jax.pure_callback(runs.gradient, changes, values, weights, vmap_method="sequential")
+
+        rows.defjvp(refuse)
+        gradients.defjvp(refuse)
+
         def adjoint(values: Any, weights: Array) -> tuple[Any]:
-            gradient = self._jax.pure_callback(runs.gradient, changes, values, weights, vmap_method="sequential")
+            gradient = gradients(values, weights)
             if values["q"] is not None:
                 gradient = {**gradient, "q": gradient_in_components(jnp, factors, values["q"], gradient["q"])}
             return (gradient,)
@@ -296,10 +308,10 @@ class JaxFunctions:
         jnp = self._jax.numpy
         values = {}
         for block, value in given.items():
-            if value is None:
+            if value is None and block not in ("q", "v", "a", "t"):
                 array = jnp.asarray(self._inputs(given) if block == "u" else self._defaults[block])
             else:
-                array = self._by_name(value) if isinstance(value, Mapping) else self._real(value, block)
+                array = self._by_name(value) if isinstance(value, Mapping) else self._real(block, value)
             expected = () if block == "t" else (self._sizes[{"a": "v"}.get(block, block)],)
             if array.shape != expected:
                 fault = f"{block} has the shape {array.shape}, and {name} takes {expected}"
@@ -313,12 +325,15 @@ class JaxFunctions:
             if name not in names:
                 self._model.evaluator.parameters({name: 0.0})
         values = {**dict(zip(names, self._defaults["p"], strict=True)), **given}
-        return self._jax.numpy.stack([self._real(values[name], name) for name in names])
+        return self._jax.numpy.stack([self._real(name, values[name]) for name in names])
 
-    def _real(self, value: Any, name: str = "jax") -> Array:
+    def _real(self, name: str, value: Any) -> Array:
         """Return an array of float64."""
         _check_precision(self._jax)
-        array = self._jax.numpy.asarray(value)
+        try:
+            array = self._jax.numpy.asarray(np.array(value) if value is None else value)
+        except (TypeError, ValueError):
+            raise no_array(name, value) from None
         if self._jax.numpy.iscomplexobj(array):
             raise UsageError(Problem(name, "the numbers are complex", "real numbers; jax.jvp has derivatives"))
         return array.astype(float)
@@ -334,34 +349,20 @@ class JaxFunctions:
 
     @functools.cached_property
     def _held_inputs(self) -> Callable[..., Array]:
-        def values(t: Array, p: Array) -> Array:
-            return self._call("inputs", {"t": t, "p": p})[0]
+        fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
+        return self._function("inputs", ("t", "p"), _refusal("u", fault, "u=..., a function of t and of the parameters"))
 
-        inputs = self._jax.custom_jvp(values)
+    def _function(self, term: str, blocks: Sequence[str], tangents: Callable[..., Any]) -> Callable[..., Array]:
+        """Return a term as a function of JAX arrays of arguments, whose derivatives are ``tangents``."""
+        return functools.partial(_primitive().bind, of=_Function(self._term, term, tuple(blocks), tangents))
 
-        def tangents(primals: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
-            zero = self._jax.custom_derivatives.SymbolicZero
-            if not all(isinstance(tangent, zero) for tangent in along):
-                fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
-                raise UsageError(Problem("u", fault, "u=..., a function of t and of the parameters"))
-            result = values(*primals)
-            return result, self._jax.numpy.zeros_like(result)
-
-        inputs.defjvp(tangents, symbolic_zeros=True)
-        made: Callable[..., Array] = inputs
-        return made
-
-    def _call(self, term: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
-        """Return the outputs of a term, flat, of arguments by name; a moving base follows the law of the scene."""
+    def _term(self, term: str) -> _TermCall:
         if term not in self._calls:
             model = self._model.having((term,)) if term in TERMS else self._model
             functions = model.evaluator.functions
             functions.renew()
             self._calls[term] = _TermCall(functions, term, self._samples)
-        call = self._calls[term]
-        if "base" in call.inputs and "base" not in blocks:
-            blocks = {**blocks, "base": self._call("base", blocks)[0]}
-        return call(self._jax, blocks)
+        return self._calls[term]
 
     def _samples(self, sizes: Mapping[str, int]) -> list[Array]:
         """Return arguments of some samples near the initial state, (samples, size) each, to compare lanes with."""
@@ -381,7 +382,10 @@ class JaxFunctions:
         return functions.sizes["weights"]
 
     def _differentiable(self, name: str) -> Callable[..., Array]:
-        """Return a term as a function of the arguments in the order of ``ARGUMENTS``, with two derivatives."""
+        """Return a term as a function of the arguments in the order of ``ARGUMENTS``, with two derivatives.
+
+        Tangents are of one sample: ``_primitive`` maps these over batches.
+        """
         jnp, blocks = self._jax.numpy, arguments_of(name)
         sizes = {
             block: 1 if block == "t" else self._sizes[{"q": "v", "a": "v"}.get(block, block)] for block in ARGUMENTS
@@ -406,25 +410,17 @@ class JaxFunctions:
             ]
             return jnp.concatenate(parts)
 
-        def value(*arguments: Array) -> Array:
-            return self._call(name, dict(zip(blocks, arguments, strict=True)))[0]
-
-        def jacobian(*arguments: Array) -> Array:
-            """Return the nonzeros of the Jacobian."""
-            return self._call(f"{name}_derivatives", dict(zip(blocks, arguments, strict=True)))[0]
-
         def jacobian_along(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
             """Return the nonzeros of the Jacobian and the change of the nonzeros, from one Hessian for each row.
 
             The Hessian has the symmetric part of the second derivatives on rotations: X_d X_j f = H d + [X_d, X_j] f/2.
             """
-            nonzeros = differentiable_jacobian(*arguments)
+            nonzeros = jacobian(*arguments)
             d = directions(arguments, along)
-            given = dict(zip(blocks, arguments, strict=True))
             rows, columns = pattern("_derivatives")
             low, high = (place[index] for index in pattern("_hessian"))
             off = np.flatnonzero(low != high)
-            second = self._jax.vmap(lambda w: self._call(f"{name}_hessian", {**given, "weights": w})[0])
+            second = self._jax.vmap(lambda w: hessian(*arguments, w))
             lower = second(jnp.eye(height, self._weights))
             change = jnp.zeros((height, len(taken))).at[:, low].add(lower * d[high])
             change = change.at[:, high[off]].add(lower[:, off] * d[low[off]])
@@ -437,16 +433,113 @@ class JaxFunctions:
 
         def along_values(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
             rows, columns = pattern("_derivatives")
-            nonzeros = differentiable_jacobian(*arguments)
-            tangents = nonzeros * directions(arguments, along)[place[columns]]
-            return differentiable(*arguments), jnp.zeros(height).at[rows].add(tangents)
+            tangents = jacobian(*arguments) * directions(arguments, along)[place[columns]]
+            return value(*arguments), jnp.zeros(height).at[rows].add(tangents)
 
-        differentiable_jacobian = self._jax.custom_jvp(jacobian)
-        differentiable_jacobian.defjvp(jacobian_along)
-        differentiable = self._jax.custom_jvp(value)
-        differentiable.defjvp(along_values)
-        made: Callable[..., Array] = differentiable
-        return made
+        third = _refusal("jax", f"{name} has no third derivatives", "first and second derivatives")
+        hessian = self._function(f"{name}_hessian", (*blocks, "weights"), third)
+        jacobian = self._function(f"{name}_derivatives", blocks, jacobian_along)
+        value = self._function(name, blocks, along_values)
+        return value
+
+
+class _Function:
+    """A term as a function of JAX arrays.
+
+    Parameters
+    ----------
+    terms : function that returns a term by name, compiled
+    name, blocks : of the term, and its arguments in order
+    tangents : function of arguments of one sample and their tangents, which returns values and tangents
+    """
+
+    def __init__(
+        self,
+        terms: Callable[[str], _TermCall],
+        name: str,
+        blocks: tuple[str, ...],
+        tangents: Callable[[Sequence[Array], Sequence[Array]], tuple[Array, Array]],
+    ) -> None:
+        self._terms, self._name, self._blocks, self.tangents = terms, name, blocks, tangents
+
+    @property
+    def size(self) -> int:
+        return self._terms(self._name).outputs[0]
+
+    def values(self, package: Any, arguments: Sequence[Array]) -> Array:
+        """Return the values of arguments; a moving base follows the law of the scene."""
+        blocks, call = dict(zip(self._blocks, arguments, strict=True)), self._terms(self._name)
+        if "base" in call.inputs:
+            base = self._terms("base")
+            blocks["base"] = base(package, {block: blocks[block] for block in base.inputs})
+        return call(package, blocks)
+
+
+def _leading(arguments: Iterable[Array]) -> tuple[int, ...]:
+    """Return the batch axes of arguments (..., size)."""
+    return np.broadcast_shapes(*(argument.shape[:-1] for argument in arguments))
+
+
+@functools.cache
+def _primitive() -> Any:
+    """Return the primitive of JAX for all functions of all models.
+
+    It has its own rules of derivatives: the rules of ``custom_jvp`` are lost in reverse derivatives of ``lax.scan``.
+    """
+    package = _package()
+    core, ad, batching, mlir = (
+        import_module(f"jax.{name}") for name in ("extend.core", "interpreters.ad", "interpreters.batching", "interpreters.mlir")
+    )
+    primitive, jnp = core.Primitive(_TARGET), package.numpy
+
+    def values(*arguments: Array, of: _Function) -> Array:
+        return of.values(package, arguments)
+
+    def shape(*arguments: Array, of: _Function) -> Any:
+        return package.core.ShapedArray((*_leading(arguments), of.size), np.float64)
+
+    def batched(arguments: Sequence[Array], axes: Sequence[int | None], *, of: _Function) -> tuple[Array, int]:
+        def first(x: Array, axis: int | None) -> Array:
+            return x[np.newaxis] if axis is None else jnp.moveaxis(x, axis, 0) if axis else x
+
+        return primitive.bind(*map(first, arguments, axes), of=of), 0
+
+    def along(arguments: Sequence[Array], tangents: Sequence[Array], *, of: _Function) -> tuple[Array, Array]:
+        parts = [*arguments, *map(ad.instantiate_zeros, tangents)]
+        rule = lambda *both: of.tangents(both[: len(arguments)], both[len(arguments) :])  # noqa: E731
+        for _ in range(arguments[0].ndim - 1):
+            rule = _mapped(package, rule)
+        result: tuple[Array, Array] = rule(*parts)
+        return result
+
+    primitive.def_impl(package.jit(primitive.bind, static_argnames="of"))
+    primitive.def_abstract_eval(shape)
+    mlir.register_lowering(primitive, mlir.lower_fun(values, multiple_results=False))
+    batching.primitive_batchers[primitive] = batched
+    ad.primitive_jvps[primitive] = along
+    return primitive
+
+
+def _mapped(package: Any, function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return a function mapped over the first axis of its arguments; axes of length 1 are constant."""
+
+    def mapped(*arguments: Array) -> Any:
+        constant = [argument.shape[0] == 1 for argument in arguments]
+        parts = [x[0] if one else x for x, one in zip(arguments, constant, strict=True)]
+        if all(constant):
+            return package.tree.map(lambda x: x[np.newaxis], function(*parts))
+        return package.vmap(function, [None if one else 0 for one in constant])(*parts)
+
+    return mapped
+
+
+def _refusal(place: str, fault: str, remedy: str) -> Callable[..., Any]:
+    """Return a rule of derivatives that raises UsageError."""
+
+    def refuse(*_: Sequence[Array]) -> None:
+        raise UsageError(Problem(place, fault, remedy))
+
+    return refuse
 
 
 class _TermCall:
@@ -464,7 +557,7 @@ class _TermCall:
         self._library = library = functions.library
         number = library.index[term]
         function = library.layout["functions"][number]
-        self._outputs = [int(output["size"]) for output in function["outputs"]]
+        self.outputs = [int(output["size"]) for output in function["outputs"]]
         ffi, _ = _handler()
         self._term = ffi.new("eomgen_term *")
         _KEPT.append((self._term, library))  # compiled programs of JAX hold the address, for the time of the process
@@ -472,8 +565,8 @@ class _TermCall:
         of_term = self._term
         of_term.call = ffi.cast("void *", library.address("eomgen_call"))
         of_term.function = number
-        of_term.inputs, of_term.outputs = len(sizes), len(self._outputs)
-        of_term.sizes[0 : len(sizes) + len(self._outputs)] = [*sizes, *self._outputs]
+        of_term.inputs, of_term.outputs = len(sizes), len(self.outputs)
+        of_term.sizes[0 : len(sizes) + len(self.outputs)] = [*sizes, *self.outputs]
         self._sizes = sizes
         operations = max(1, int(function["operations"]))
         of_term.least, of_term.share = LEAST, max(1, _SHARE // operations)
@@ -487,12 +580,12 @@ class _TermCall:
             else:
                 in_background("eomgen-lanes", work)
 
-    def __call__(self, package: Any, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
-        shapes = tuple(package.ShapeDtypeStruct((size,), np.float64) for size in self._outputs)
-        call = package.ffi.ffi_call(_TARGET, shapes, vmap_method="expand_dims")
+    def __call__(self, package: Any, blocks: Mapping[str, Array]) -> Array:
+        """Return the first output (..., size) of arguments (..., size), with batch axes of length 1 if constant."""
         arguments = [blocks[block] for block, size in zip(self.inputs, self._sizes, strict=True) if size]
-        results: tuple[Array, ...] = tuple(call(*arguments, term=np.int64(self.address)))
-        return results
+        leading = _leading(blocks.values())
+        shapes = tuple(package.ShapeDtypeStruct((*leading, size), np.float64) for size in self.outputs)
+        return package.ffi.ffi_call(_TARGET, shapes)(*arguments, term=np.int64(self.address))[0]
 
     @property
     def in_lanes(self) -> bool:
@@ -513,7 +606,7 @@ class _TermCall:
             if companion is None:
                 return
             inputs = samples(dict(zip(self.inputs, self._sizes, strict=True)))
-            library = lanes.judged(companion, term, inputs, self._outputs, choice)
+            library = lanes.judged(companion, term, inputs, self.outputs, choice)
         except (EomgenError, OSError) as error:
             _LOG.info("lanes of %s are left out: %s", term, error)
             return
@@ -542,7 +635,6 @@ def _package() -> Any:
         package: Any = import_module("jax")
     except ImportError:
         raise UsageError(Problem("jax", "the package jax is not installed", "pip install 'eomgen[jax]'")) from None
-    _check_precision(package)
     _, address = _handler()
     package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(ctypes.c_void_p(address)), platform="cpu")
     return package

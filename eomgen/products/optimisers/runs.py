@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from eomgen.errors import Problem, UsageError
+
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model
 
@@ -34,6 +36,14 @@ class Runs:
         by += [f"q{name[1:]}" for name in model.v_names] if given["q"] is not None else []
         by += list(model.v_names) if given["v"] is not None else []
         self._inputs = list(given["inputs"])
+        sizes = {"q": (model.nq,), "v": (model.nv,)}
+        for name, array, expected in (
+            *((block, given[block], size) for block, size in sizes.items() if given[block] is not None),
+            *((name, array, ()) for name, array in given["parameters"].items()),
+        ):
+            if tuple(array.shape) != expected:
+                fault = f"{name} has the shape {tuple(array.shape)}, and simulate takes {expected}"
+                raise UsageError(Problem(name, fault, "one initial state, one set of parameters; vmap for several runs"))
         by += [f"inputs.{name}[:]" for name in self._inputs]
         self._names = {block: list(part) for block, part in given.items() if isinstance(part, Mapping)}
         self._taken = [block for block, part in given.items() if part is not None and block not in self._names]

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from eomgen.base.calls import checked_call
+from eomgen.base.calls import checked_call, checked_calls
 from eomgen.compiled.argument_derivatives import Sparsity
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.products.optimisers.arguments import arguments_of, bracket, gradient_in_components
+from eomgen.products.optimisers.arguments import arguments_of, bracket, check_model, gradient_in_components, no_array, of_run
 from eomgen.products.optimisers.runs import Runs
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def torch(model: Model) -> TorchFunctions:
     return TorchFunctions(model)
 
 
+@checked_calls("eomgen.torch(model), which makes one")
 class TorchFunctions:
     """The dynamics of a model as functions of PyTorch tensors.
 
@@ -69,8 +70,7 @@ class TorchFunctions:
 
     def __init__(self, model: Model) -> None:
         self._operators = _operators()
-        if model.library.layout.get("python"):
-            raise ModelError(Problem("torch", f"{model.name} has force laws in Python", "the laws in C, [laws] source"))
+        check_model("torch", model)
         model.finish_compilation()
         evaluator = model.evaluator
         self._model = model
@@ -201,12 +201,7 @@ class TorchFunctions:
         UsageError
             As ``model.sensitivities``: no outputs, or a method without derivatives.
         """
-        given: dict[str, Any] = {"q": q, "v": v, "parameters": dict(parameters or {}), "inputs": dict(inputs or {})}
-        for block, value in given.items():
-            if isinstance(value, dict):
-                given[block] = {name: self._tensor(name, part) for name, part in value.items()}
-            elif value is not None:
-                given[block] = self._tensor(block, value)
+        given = of_run(q, v, parameters, inputs, self._tensor)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         table = self._operators.run(runs, *runs.flat(given))
@@ -217,7 +212,7 @@ class TorchFunctions:
         for block, value in given.items():
             if value is None and block == "u":
                 continue
-            if value is None:
+            if value is None and block in self._defaults:
                 tensors[block] = package.from_numpy(np.array(self._defaults[block], float))
             else:
                 tensors[block] = self._by_name(value) if isinstance(value, Mapping) else self._tensor(block, value)
@@ -231,7 +226,10 @@ class TorchFunctions:
         """Return a tensor of float64 on the processor. Raises UsageError for float32 and other devices."""
         package = self._operators.package
         if not package.is_tensor(value):
-            return package.as_tensor(value, dtype=package.float64)
+            try:
+                return package.as_tensor(value, dtype=package.float64)
+            except (TypeError, ValueError, RuntimeError):
+                raise no_array(block, value) from None
         if value.dtype != package.float64:
             fault = f"{block} is of {value.dtype}, and derivatives are exact to rounding of torch.float64"
             raise UsageError(Problem(block, fault, f"{block}.double(); torch.set_default_dtype(torch.float64)"))
@@ -533,6 +531,11 @@ def _operators() -> Operators:
         lambda t, p, model, term: t.new_empty((*t.shape, _MODELS[model].inputs)),
     )
 
+    def given_alone(given: Sequence[Any]) -> Sequence[Any]:
+        """Return the arguments of ``forward`` without the context that ``torch.compile`` puts before a variable number
+        of them if none needs a gradient."""
+        return given if isinstance(given[0], int) else given[1:]
+
     class Function(package.autograd.Function):  # type: ignore[misc]  # a class of a package imported at first use
         """A function of model, term and tensors with equal leading axes; a batch of ``vmap`` is one more axis."""
 
@@ -552,7 +555,8 @@ def _operators() -> Operators:
 
     class Value(Function):
         @staticmethod
-        def forward(model: int, term: str, *arguments: Tensor) -> Tensor:
+        def forward(*given: Any) -> Tensor:
+            model, term, *arguments = given_alone(given)
             result: Tensor = value(arguments, model, term)
             return result
 
@@ -564,7 +568,8 @@ def _operators() -> Operators:
 
     class Gradient(Function):
         @staticmethod
-        def forward(model: int, term: str, weights: Tensor, *arguments: Tensor) -> Tensor:
+        def forward(*given: Any) -> Tensor:
+            model, term, weights, *arguments = given_alone(given)
             result: Tensor = gradient(arguments, weights, model, term)
             return result
 
@@ -654,4 +659,4 @@ def _operators() -> Operators:
             fault = "second derivatives of a run"
             raise UsageError(Problem("torch", fault, "model.sensitivities, whose hessian has them"))
 
-    return Operators(package, Value.apply, Inputs.apply, Run.apply)
+    return Operators(package, Value.apply, Inputs.apply, package.compiler.disable(Run.apply))
