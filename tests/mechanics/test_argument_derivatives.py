@@ -287,6 +287,10 @@ def test_mistakes_are_answered() -> None:
             "of: forward_dynamics of this scene does not take 'a'; try: some of q, v, p, t",
         ),
         (lambda: model.sparsity("forward_dynamics", of=["q", "q"]), "of: q, q has an argument twice; try: each once"),
+        (lambda: model.sparsity("forward_dynamics", of="lam"), "of: arguments are a list of names, not the text 'lam'"),
+        (lambda: model.sparsity("forward_dynamics", of=3), 'of: arguments are a list of names, not 3; try: of=["q"]'),
+        (lambda: model.sparsity(["forward_dynamics"]), "term: there are no derivatives of \"['forward_dynamics']\" in"),
+        (lambda: model.derivatives("forward_dynamics", [[1], [2, 3]], [0, 0]), "q: an array of real numbers is needed"),
         (lambda: model.sparsity("residual"), "term: residual has derivatives in scenes with constraints; try: inverse"),
         (lambda: model.sparsity("internal_rate"), "term: internal_rate of this scene has no numbers; try: inverse_dyn"),
         (lambda: model.hessian("forward_dynamics", [1.0], [0, 0], [0, 0]), "weights: the shape is (1,), (..., 2) is"),
@@ -294,6 +298,8 @@ def test_mistakes_are_answered() -> None:
         with pytest.raises(eomgen.UsageError) as caught:
             call()
         assert message in str(caught.value), str(caught.value)
+    jacobian = model.derivatives("forward_dynamics", [0.1, 0.2], [0, 0], of=(name for name in ("t", "q")))
+    assert np.array_equal(jacobian, model.derivatives("forward_dynamics", [0.1, 0.2], [0, 0], of=["t", "q"]))
     four_bar = eomgen.build(EXAMPLES / "four_bar" / "scene.toml", profile="quick")
     with pytest.raises(eomgen.UsageError, match="a scene with constraints has two results, vdot and multipliers"):
         four_bar.sparsity("forward_dynamics")

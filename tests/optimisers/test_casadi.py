@@ -221,13 +221,24 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         " inverse_dynamics, forward_dynamics, residual, constraint, internal_rate, outputs,"
         " constraint_velocity, constraint_acceleration and 2 more"
     )
-    for terms in ([], "forward_dynamics"):
-        with pytest.raises(eomgen.UsageError) as of_list:
-            eomgen.casadi(SCENE, terms)
-        assert str(of_list.value) == (
-            f"usage error: terms: a list of functions is needed, not {terms!r}; try:"
-            ' ["forward_dynamics"]; all of the scene without terms'
-        )
+    empty = "terms: a list of functions is needed, and this one is empty; try: forward_dynamics; all of the scene"
+    no_list = "terms are a list of names, not {}; try: terms=["
+    for terms, text in (
+        ([], empty),
+        (iter(()), empty),
+        ("mass", no_list.format("the text 'mass'")),
+        (3, no_list.format("3")),
+        (["constraint"], "terms: double_pendulum_on_shaking_base has none of the functions that the terms name; try: "),
+    ):
+        for call in (eomgen.casadi, lambda scene, terms: eomgen.generate(scene, tmp_path, terms, target="casadi")):
+            with pytest.raises(eomgen.UsageError) as of_list:
+                call(SCENE, terms)
+            assert str(of_list.value).startswith(f"usage error: {text}"), of_list.value
+    with pytest.raises(eomgen.UsageError) as of_step:
+        eomgen.generate(SCENE, tmp_path / "c", ["forward_dynamics"], "trapezoidal", target="casadi")
+    assert str(of_step.value) == (
+        "usage error: method: steps of trapezoidal are made of other terms; try: terms with inverse_dynamics"
+    )
     with pytest.raises(eomgen.UsageError, match="there is no function of CasADi 'steps'; try: step"):
         functions()["steps"]
     monkeypatch.setitem(sys.modules, "casadi", None)

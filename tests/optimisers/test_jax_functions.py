@@ -111,6 +111,23 @@ def test_derivatives_are_the_exact_partials(floating: Any) -> None:
 
 
 @pytest.mark.slow
+def test_second_derivatives_through_a_scan_are_differences_of_gradients() -> None:
+    """JAX drops the rules of ``custom_jvp`` in reverse derivatives of a scan."""
+    functions = eomgen.jax(eomgen.build(PENDULUM))
+    v = np.array([0.5, -0.2])
+
+    def end(q: Any) -> Any:
+        def step(x: Any, _: None) -> Any:
+            return (x[0] + 0.1 * x[1], x[1] + 0.1 * functions.forward_dynamics(*x)), None
+
+        return jax.lax.scan(step, (q, v), length=3)[0][0].sum()
+
+    gradient, point = jax.jit(jax.grad(end)), np.array([0.4, -0.3])
+    differences = [(gradient(point + h) - gradient(point - h)) / 2e-6 for h in 1e-6 * np.eye(2)]
+    np.testing.assert_allclose(jax.jit(jax.hessian(end))(point), differences, rtol=1e-7)
+
+
+@pytest.mark.slow
 def test_gradient_through_a_loop_of_steps_is_the_difference_of_runs() -> None:
     model = eomgen.build(PENDULUM)
     functions = eomgen.jax(model)
@@ -164,11 +181,42 @@ def test_lanes_have_the_bits_of_single_samples(monkeypatch: pytest.MonkeyPatch) 
             lambda f: f.simulate(0.01, 1e-3, q=np.zeros(5)),
             r"q: q has the shape \(5,\), and simulate takes \(8,\); try: one initial state",
         ),
+        (
+            lambda f: f.simulate(0.01, 1e-3, parameters={"load": np.ones(2)}),
+            r"load: load has the shape \(2,\), and simulate takes \(\); try: one initial state, one set of parameters",
+        ),
+        (lambda f: f.simulate(0.01, 1e-3, parameters=[1.0]), "parameters: a mapping from names to values is needed, n"),
+        (
+            lambda f: f.forward_dynamics(None, np.zeros(7)),
+            "q: an array of real numbers is needed, not NoneType; try: a",
+        ),
+        (lambda f: f.forward_dynamics(np.zeros(8), "x"), "v: an array of real numbers is needed, not str; try: a list"),
+        (lambda f: f.forward_dynamics(np.zeros(8)), "forward_dynamics: the argument v is missing; try: v="),
+        (lambda _: eomgen.jax("scene.toml"), "jax: a model is needed, not str; try: eomgen.build"),
+        (lambda _: eomgen.jax(), "jax: the argument model is missing; try: a model"),
     ],
 )
 def test_mistakes_in_calls_are_named(floating: Any, call: Any, text: str) -> None:
     with pytest.raises(UsageError, match=text):
         call(floating[1])
+
+
+@pytest.mark.slow
+def test_derivatives_of_higher_orders_are_refused() -> None:
+    functions = eomgen.jax(eomgen.build(PENDULUM))
+    third = jax.jacfwd(jax.hessian(lambda v: functions.forward_dynamics(np.ones(2), v).sum()))
+    with pytest.raises(UsageError, match="forward_dynamics has no third derivatives; try: first and second deriv"):
+        jax.make_jaxpr(third)(np.ones(2))
+
+    def end(load: Any) -> Any:
+        return functions.simulate(0.01, 1e-3, parameters={"m2": load}, of=["energy"], record_every=5)["energy"][-1]
+
+    difference = (end(1.0 + 1e-6) - end(1.0 - 1e-6)) / 2e-6
+    assert jax.grad(end)(1.0) == pytest.approx(float(difference), rel=1e-8)  # of the weights of recorded rows
+    with pytest.raises(UsageError, match=r"simulate has first reverse derivatives alone; try: model\.sens"):
+        jax.make_jaxpr(jax.hessian(end))(1.0)
+    with pytest.raises(UsageError, match=r"scene.toml:20 \(bodies.lower.mass\): the mass -1 is negative at m2 = -1"):
+        end(-1.0)
 
 
 def test_accelerations_of_loops_are_refused() -> None:
@@ -180,7 +228,6 @@ def test_accelerations_of_loops_are_refused() -> None:
 
 
 def test_float32_is_refused(floating: Any) -> None:
-    jax_functions._package.cache_clear()
     jax.config.update("jax_enable_x64", False)
     try:
         with pytest.raises(UsageError, match=r"JAX is set to float32; try: jax.config.update"):

@@ -114,6 +114,8 @@ def test_transforms_of_pytorch_apply(torch: Any, floating: Any) -> None:
     x = v.clone().requires_grad_()
     compiled(x).backward()
     assert torch.allclose(x.grad, gradient(v), rtol=1e-13, atol=1e-13)
+    without_gradients = torch.compile(functions.forward_dynamics, backend="aot_eager")(q.detach(), v.detach())
+    assert torch.equal(without_gradients, functions.forward_dynamics(q.detach(), v.detach()))
     blocks = functions._broadcast("forward_dynamics", {"q": q, "v": v, "z": q[:0], "u": u, "p": load[None], "t": t})
     torch.library.opcheck(torch.ops.eomgen.value.default, (blocks, functions._number, "forward_dynamics"))
     torch.library.opcheck(torch.ops.eomgen.gradient.default, (blocks, v, functions._number, "forward_dynamics"))
@@ -141,6 +143,8 @@ def test_gradients_of_runs_are_adjoints(torch: Any, pendulum: Any) -> None:
         np.concatenate([x.grad.numpy().ravel() for x in (point[2], *point[:2])]),
         found.gradients([{"energy": weights}])[0],
     )
+    compiled = torch.compile(lambda v: energy(point[0].detach(), v, 1.0)[-1], backend="aot_eager")
+    assert torch.equal(compiled(point[1].detach()), energy(point[0], point[1], 1.0)[-1])
     batch = torch.randn(3, 2, dtype=torch.float64)
 
     def last(v: Any) -> Any:
@@ -186,6 +190,9 @@ def test_gradient_in_a_quaternion_of_a_run_turns_the_body(torch: Any) -> None:
             lambda torch, f: f.forward_dynamics(torch.zeros(8, dtype=torch.float64, device="meta"), np.zeros(7)),
             "q is on meta, and the compiled C runs on the processor; try: q.cpu()",
         ),
+        (lambda torch, f: f.forward_dynamics(None, np.zeros(7)), "q: an array of real numbers is needed, not NoneType"),
+        (lambda torch, f: f.simulate(0.01, 1e-3, q=np.zeros(5)), r"q has the shape \(5,\), and simulate takes \(8,\)"),
+        (lambda torch, f: eomgen.torch("scene.toml"), "torch: a model is needed, not str; try: eomgen.build"),
         (
             lambda torch, f: torch.func.grad(lambda t: f.forward_dynamics(np.eye(8)[3], np.zeros(7), t).sum())(
                 torch.tensor(0.0, dtype=torch.float64)

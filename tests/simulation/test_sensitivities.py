@@ -413,6 +413,19 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
     )
 
 
+@pytest.mark.slow
+def test_weights_of_recorded_rows_are_weights_of_these_steps() -> None:
+    _, model = built(tree())
+    found = model.sensitivities(0.1, STEP, record_every=5, of=["angle"])
+    every = np.zeros(11)
+    every[::5] = 2.0 * found.outputs["angle"]
+    by_row, by_step = found.gradients([{"angle": 2.0 * found.outputs["angle"]}, {"angle": every}])
+    assert len(found.outputs["angle"]) == 3 and np.any(by_row)
+    np.testing.assert_array_equal(by_row, by_step)
+    with pytest.raises(UsageError, match=r"angle have the shape \(4,\); try: finite numbers, \(3,\): one for each row"):
+        found.gradient({"angle": np.ones(4)})
+
+
 @pytest.mark.long
 def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
@@ -433,6 +446,12 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
         found.gradients("final(angle)")
     with pytest.raises(UsageError, match="of: a list of outputs is needed, not the text 'angle'"):
         found.stationary("angle")
+    with pytest.raises(UsageError, match=r"of: a list is needed, not 3; try: \[\"final\(angle\)"):
+        found.gradients(3)  # type: ignore[arg-type]  # a mistake on purpose
+    with pytest.raises(UsageError, match="there is no output 'angel'; try: angle"):
+        _ = found.derivatives["angel"]
+    assert "of: there is nothing to take derivatives of; try: of=[" in refusal(model, 0.1, STEP, of=[])
+    assert list(model.sensitivities(0.1, STEP, of=iter(["angle"])).outputs) == ["angle"]  # type: ignore[arg-type]
     assert "by: directions are a list of names, not 3; try: by=[" in refusal(model, 0.1, STEP, by=3)
     assert "of: outputs are a list of names, not 3; try: of=[" in refusal(model, 0.1, STEP, of=3)
     with pytest.raises(UsageError, match="by: there is nothing to take derivatives by"):

@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -259,7 +259,7 @@ def _names(
     names = list(parameters if by is None else names_of("by", "directions", by, ([*parameters, *places])[0]))
     if not names:
         fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
-        hint = f'by=["{places[0]}", "{rates[0]}"], of the initial state' if by is None else f'by=["{([*parameters, *places])[0]}"]'
+        hint = f'by=["{places[0]}"]' if parameters else f'by=["{places[0]}", "{rates[0]}"], of the initial state'
         raise UsageError(Problem("by", fault, hint))
     return names
 

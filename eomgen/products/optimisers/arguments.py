@@ -47,7 +47,9 @@ def of_run(
 
 def no_array(name: str, value: object) -> UsageError:
     """Return the error for an argument that is no array."""
-    return UsageError(Problem(name, f"an array of real numbers is needed, not {type(value).__name__}", "a list of numbers"))
+    return UsageError(
+        Problem(name, f"an array of real numbers is needed, not {type(value).__name__}", "a list of numbers")
+    )
 
 
 def left_trivialised(arrays: Any, factors: Sequence[Factor], q: Array, dq: Array) -> Array:

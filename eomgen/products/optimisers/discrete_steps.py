@@ -424,7 +424,9 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
     missing = [term for term in terms if term not in by_name]
     if missing and method is not None:
-        raise UsageError(Problem("method", f"steps of {name} are made of other terms", f"terms with {', '.join(missing)}"))
+        raise UsageError(
+            Problem("method", f"steps of {name} are made of other terms", f"terms with {', '.join(missing)}")
+        )
     if reason or missing:
         return None
     return record(program, {term: by_name[term] for term in terms}, made, along)

@@ -270,26 +270,25 @@ class JaxFunctions:
             changes["q"] = shape((self._model.nv,))
         factors = self._factors
 
-        refuse = _refusal("jax", "simulate has first reverse derivatives alone", "model.sensitivities(...), with Hessians")
-
-        @self._jax.custom_jvp
         def rows(values: Any) -> Array:
             if not any(isinstance(leaf, self._jax.core.Tracer) for leaf in self._jax.tree.leaves(values)):
                 runs.outputs(values)  # whose errors are the ones of eomgen, not of a callback
             return self._jax.pure_callback(runs.outputs, shape(runs.shape), values, vmap_method="sequential")
 
         def rows_and_values(values: Any) -> tuple[Array, Any]:
-            return rows(values), values
+            return once(rows)(values), values
 
-        @self._jax.custom_jvp
         def gradients(values: Any, weights: Array) -> Any:
             return self._jax.pure_callback(runs.gradient, changes, values, weights, vmap_method="sequential")
 
-        rows.defjvp(refuse)
-        gradients.defjvp(refuse)
+        def once(function: Callable[..., Any]) -> Any:
+            """Return a function without derivatives."""
+            result, fault = self._jax.custom_jvp(function), "simulate has first reverse derivatives alone"
+            result.defjvp(_refusal("jax", fault, "model.sensitivities(...), with tangents and Hessians"))
+            return result
 
         def adjoint(values: Any, weights: Array) -> tuple[Any]:
-            gradient = gradients(values, weights)
+            gradient = once(gradients)(values, weights)
             if values["q"] is not None:
                 gradient = {**gradient, "q": gradient_in_components(jnp, factors, values["q"], gradient["q"])}
             return (gradient,)
@@ -350,7 +349,9 @@ class JaxFunctions:
     @functools.cached_property
     def _held_inputs(self) -> Callable[..., Array]:
         fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
-        return self._function("inputs", ("t", "p"), _refusal("u", fault, "u=..., a function of t and of the parameters"))
+        return self._function(
+            "inputs", ("t", "p"), _refusal("u", fault, "u=..., a function of t and of the parameters")
+        )
 
     def _function(self, term: str, blocks: Sequence[str], tangents: Callable[..., Any]) -> Callable[..., Array]:
         """Return a term as a function of JAX arrays of arguments, whose derivatives are ``tangents``."""
@@ -488,7 +489,8 @@ def _primitive() -> Any:
     """
     package = _package()
     core, ad, batching, mlir = (
-        import_module(f"jax.{name}") for name in ("extend.core", "interpreters.ad", "interpreters.batching", "interpreters.mlir")
+        import_module(f"jax.{name}")
+        for name in ("extend.core", "interpreters.ad", "interpreters.batching", "interpreters.mlir")
     )
     primitive, jnp = core.Primitive(_TARGET), package.numpy
 
@@ -506,11 +508,14 @@ def _primitive() -> Any:
 
     def along(arguments: Sequence[Array], tangents: Sequence[Array], *, of: _Function) -> tuple[Array, Array]:
         parts = [*arguments, *map(ad.instantiate_zeros, tangents)]
-        rule = lambda *both: of.tangents(both[: len(arguments)], both[len(arguments) :])  # noqa: E731
+
+        def rule(*both: Array) -> tuple[Array, Array]:
+            return of.tangents(both[: len(arguments)], both[len(arguments) :])
+
+        mapped: Callable[..., tuple[Array, Array]] = rule
         for _ in range(arguments[0].ndim - 1):
-            rule = _mapped(package, rule)
-        result: tuple[Array, Array] = rule(*parts)
-        return result
+            mapped = _mapped(package, mapped)
+        return mapped(*parts)
 
     primitive.def_impl(package.jit(primitive.bind, static_argnames="of"))
     primitive.def_abstract_eval(shape)

@@ -16,7 +16,14 @@ import numpy as np
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.compiled.argument_derivatives import Sparsity
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.products.optimisers.arguments import arguments_of, bracket, check_model, gradient_in_components, no_array, of_run
+from eomgen.products.optimisers.arguments import (
+    arguments_of,
+    bracket,
+    check_model,
+    gradient_in_components,
+    no_array,
+    of_run,
+)
 from eomgen.products.optimisers.runs import Runs
 
 if TYPE_CHECKING:
