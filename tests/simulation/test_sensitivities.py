@@ -450,7 +450,7 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
         found.gradients(3)  # type: ignore[arg-type]  # a mistake on purpose
     with pytest.raises(UsageError, match="there is no output 'angel'; try: angle"):
         _ = found.derivatives["angel"]
-    assert "of: there is nothing to take derivatives of; try: of=[" in refusal(model, 0.1, STEP, of=[])
+    assert "of: the list of outputs is empty; try: of=[" in refusal(model, 0.1, STEP, of=[])
     assert list(model.sensitivities(0.1, STEP, of=iter(["angle"])).outputs) == ["angle"]  # type: ignore[arg-type]
     assert "by: directions are a list of names, not 3; try: by=[" in refusal(model, 0.1, STEP, by=3)
     assert "of: outputs are a list of names, not 3; try: of=[" in refusal(model, 0.1, STEP, of=3)

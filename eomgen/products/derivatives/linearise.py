@@ -307,7 +307,7 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
         fault = "the scene has no outputs, and derivatives are of outputs"
         raise UsageError(Problem("of", fault, '[outputs.angle] formula = "q.hinge" in the scene'))
     if not names:
-        raise UsageError(Problem("of", "there is nothing to take derivatives of", f'of=["{next(iter(places))}"]'))
+        raise UsageError(Problem("of", "the list of outputs is empty", f'of=["{next(iter(places))}"]'))
     return {name: places[name] for name in names}
 
 

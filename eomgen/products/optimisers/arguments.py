@@ -46,7 +46,7 @@ def of_run(
 
 
 def no_array(name: str, value: object) -> UsageError:
-    """Return the error for an argument that is no array."""
+    """Return the error for an argument without real numbers."""
     return UsageError(
         Problem(name, f"an array of real numbers is needed, not {type(value).__name__}", "a list of numbers")
     )

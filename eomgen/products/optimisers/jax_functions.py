@@ -450,8 +450,8 @@ class _Function:
     Parameters
     ----------
     terms : function that returns a term by name, compiled
-    name, blocks : of the term, and its arguments in order
-    tangents : function of arguments of one sample and their tangents, which returns values and tangents
+    name, blocks : of the term, and arguments in order
+    tangents : function of arguments and tangents of one sample, which returns values and tangents
     """
 
     def __init__(
@@ -485,7 +485,7 @@ def _leading(arguments: Iterable[Array]) -> tuple[int, ...]:
 def _primitive() -> Any:
     """Return the primitive of JAX for all functions of all models.
 
-    It has its own rules of derivatives: the rules of ``custom_jvp`` are lost in reverse derivatives of ``lax.scan``.
+    Rules of ``custom_jvp`` are lost in reverse derivatives of ``lax.scan``, and the ones of a primitive are not.
     """
     package = _package()
     core, ad, batching, mlir = (
@@ -526,7 +526,7 @@ def _primitive() -> Any:
 
 
 def _mapped(package: Any, function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return a function mapped over the first axis of its arguments; axes of length 1 are constant."""
+    """Return a function mapped over the first axis of all arguments; axes of length 1 are constant."""
 
     def mapped(*arguments: Array) -> Any:
         constant = [argument.shape[0] == 1 for argument in arguments]
