@@ -45,11 +45,13 @@ def arm() -> Model:
 
 
 def loops(name: str) -> Model:
-    """Return Andrews' mechanism in joint coordinates (``tree``) or of absolute bodies, with the masses of three bodies
-    tunable; or a car on wishbones with 3 parameters (``car``)."""
-    data = wishbone_car() if name == "car" else seven_bodies()
+    """Return Andrews' mechanism in joint coordinates (``tree``) or of absolute bodies, or a four-bar linkage
+    (``four_bar``), with the masses of three bodies tunable; or a car on wishbones with 3 parameters (``car``)."""
+    four_bar = SCENE.parents[1] / "four_bar" / "scene.toml"
+    made = {"car": wishbone_car, "four_bar": lambda: tomllib.loads(four_bar.read_text(encoding="utf-8"))}
+    data: dict[str, Any] = made.get(name, seven_bodies)()
     if name != "car":
-        data["parameters"] = {}
+        data.setdefault("parameters", {})
         for body in list(data["bodies"])[:3]:
             data["parameters"][f"mass_{body}"] = {"value": data["bodies"][body]["mass"], "tunable": True}
             data["bodies"][body]["mass"] = f"mass_{body}"
@@ -73,7 +75,7 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--method", default="generalized_alpha")
     parser.add_argument("--hessian", action="store_true", help="whole Hessians of tdg methods, too")
     parser.add_argument("--quick", action="store_true", help="few steps, no times")
-    parser.add_argument("--loop", choices=("tree", "absolute", "car"), help="a mechanism of closed loops instead")
+    parser.add_argument("--loop", choices=("tree", "absolute", "car", "four_bar"), help="closed loops instead")
     given = parser.parse_args(words)
     model = loops(given.loop) if given.loop else arm()
     steps = 40 if given.quick else given.steps

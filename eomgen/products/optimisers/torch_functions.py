@@ -539,8 +539,8 @@ def _operators() -> Operators:
     )
 
     def given_alone(given: Sequence[Any]) -> Sequence[Any]:
-        """Return the arguments of ``forward`` without the context, which ``torch.compile`` puts before a variable number
-        of arguments if no gradient is needed."""
+        """Return arguments of ``forward`` without the context, which ``torch.compile`` puts before a variable number of
+        arguments if no gradient is needed."""
         return given if isinstance(given[0], int) else given[1:]
 
     class Function(package.autograd.Function):  # type: ignore[misc]  # a class of a package imported at first use
