@@ -357,12 +357,13 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
     """Return the model at rest relative to coordinates moving with v, with the base held and lengths relative to the
     lengths of the scene and of the start."""
     rest, rows, p = np.zeros(model.nv), len(model.multipliers), measures.p
-    given: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base}
-    forces = given | {"u": u}
+    forces: dict[str, Any] = {"t": measures.t, "parameters": p, "base": measures.base, "u": u}
     holonomic = model.functions.sizes["holonomic"]
+    terms = model.evaluator.at(**forces)
+    still, z0 = {"v": v, "a": rest, "lam": np.zeros(rows)}, model.evaluator.internal(None)
 
-    def value(term: str, q: Array, **more: Any) -> Array:
-        return next(iter(model.evaluate(term, q, v, rest, **more, **forces).values()))
+    def value(term: str, q: Array, **more: Array) -> Array:
+        return terms(term, q=q, **{"z": z0, **still, **more})[0]
 
     whole = "partials" in model.functions  # else the nonzeros of large scenes are there
 
@@ -376,12 +377,12 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
 
     def mass(q: Array) -> Array:
         if "mass" in model.functions:
-            return model.mass(q, parameters=p)
+            return value("mass", q)
         return dense(nonzeros(q, np.zeros(rows), np.zeros(model.nz)).M)
 
     def stiffness(q: Array, lam: Array, z: Array) -> Array:
         if whole:
-            return model.partials(q, v, rest, z=z, multipliers=lam, **forces)[0]
+            return value("partials", q, z=z, lam=lam)
         return dense(nonzeros(q, lam, z).K)
 
     def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
@@ -390,8 +391,8 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
         if not whole:
             result = nonzeros(q, np.zeros(rows), z)
             return dense(result.Rz), dense(result.Fq), dense(result.Fz)
-        partials = model.internal_partials(q, v, z, **forces)
-        return partials.residual_z, partials.rate_q, partials.rate_z
+        by_z, rate_q, _, rate_z = terms("internal_partials", q=q, z=z, **still)
+        return by_z, rate_q, rate_z
 
     return Statics(
         factors=model.factors,
@@ -400,9 +401,9 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
         mass=mass,
         jacobian=lambda q: value("constraint_jacobian", q) if rows else np.zeros((0, model.nv)),
         constraint=lambda q: value("constraint", q) if holonomic else np.zeros(0),
-        residual=lambda q, lam, z: value("residual", q, z=z, multipliers=lam),
+        residual=lambda q, lam, z: value("residual", q, z=z, lam=lam),
         stiffness=stiffness,
-        rates=lambda q, z: model.internal_rates(q, v, z, **forces) if model.nz else np.zeros(0),
+        rates=lambda q, z: value("internal_rate", q, z=z) if model.nz else np.zeros(0),
         couplings=couplings,
         followed=lambda q: model.evaluator.followed(q, measures.t, p, measures.base),
         length=measures.length(q),

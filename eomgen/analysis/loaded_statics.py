@@ -13,6 +13,7 @@ the section forces s, D being the derivative of d along both twists.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +26,7 @@ from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
-from eomgen.compiled.terms import Inputs, Parameters
+from eomgen.compiled.terms import Inputs, Parameters, TermsAt
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
@@ -201,6 +202,8 @@ def _fixed_to_base(model: CompiledModel) -> set[str]:
 
 #: Step of central differences by the load factor, relative to the scale of the factor.
 _STEP = 1e-5
+#: Load factors whose parameters, inputs and base are kept: of a point, and of its differences.
+_FACTORS = 8
 
 
 @dataclass(frozen=True)
@@ -280,28 +283,40 @@ def loaded_statics(
         p, t, inputs = varied.at(s)
         return {"t": t, "parameters": p, "base": held_base(model, p, t), "u": inputs}
 
+    @lru_cache(maxsize=_FACTORS)
+    def terms(s: float) -> TermsAt:
+        return model.evaluator.at(**given(s))
+
+    def terms_at(s: float) -> TermsAt:
+        return terms(0.0 if varied is None else s)
+
     def balance(rest: LoadedState) -> Balance:
-        where = given(rest.s)
-        state = {"v": v, "a": still, "z": rest.z, **where}
-        (residual,) = model.evaluate("residual", rest.q, multipliers=rest.multipliers, **state).values()
+        at = terms_at(rest.s)
+        (residual,) = at("residual", q=rest.q, v=v, a=still, z=rest.z, lam=rest.multipliers)
         constraint = np.zeros(rows)
         if holonomic:
-            constraint[:holonomic] = next(iter(model.evaluate("constraint", rest.q, **where).values()))
-        rates = model.internal_rates(rest.q, v, rest.z, **where) if model.nz else np.zeros(0)
+            (constraint[:holonomic],) = at("constraint", q=rest.q)
+        rates = at("internal_rate", q=rest.q, v=v, z=rest.z)[0] if model.nz else np.zeros(0)
         return Balance(residual, constraint, rates)
 
+    last: list[tuple[LoadedState, Tangents]] = []  # the direction of a path and the signs of its stiffness are of one
+
     def tangents(rest: LoadedState) -> Tangents:
+        if not last or not _same(last[0][0], rest):
+            last[:] = [(rest, tangents_at(rest))]
+        return last[0][1]
+
+    def tangents_at(rest: LoadedState) -> Tangents:
         if whole:
-            state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "multipliers": rest.multipliers, **given(rest.s)}
-            return Tangents(**whole_partials(model, state))
+            state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "lam": rest.multipliers}
+            return Tangents(**whole_partials(model, partial(terms_at(rest.s), **state)))
         result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
         return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
 
     def mass(rest: LoadedState) -> csc_array:
-        where = given(rest.s)
         if "mass" in model.functions:
-            return csc_array(model.mass(rest.q, parameters=where["parameters"]))
-        return sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, where).M
+            return csc_array(terms_at(rest.s)("mass", q=rest.q)[0])
+        return sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s)).M
 
     def by_factor(rest: LoadedState) -> Balance:
         if varied is None:
@@ -325,6 +340,8 @@ def loaded_statics(
         return strains_at[key]
 
     def followed(q: Array, s: float) -> Array:
+        if not model.evaluator.angles:
+            return q
         where = given(s)
         return model.evaluator.followed(q, where["t"], where["parameters"], where["base"])
 
@@ -340,6 +357,12 @@ def loaded_statics(
         mass=mass,
         strains=strains,
     )
+
+
+def _same(one: LoadedState, other: LoadedState) -> bool:
+    """Return whether two states have the same arrays and the same load factor."""
+    arrays = one.q is other.q and one.multipliers is other.multipliers and one.z is other.z
+    return arrays and one.s == other.s
 
 
 def check_partials(model: CompiledModel, call: str) -> None:

@@ -11,7 +11,7 @@ direction at all, since energies of strains are sums of squares, which do not ca
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
@@ -154,24 +154,29 @@ def sparse_partials(
     return SparsePartials(**{name: result.get(name, csc_array(shape)) for name, shape in shapes.items()})
 
 
-def whole_partials(model: CompiledModel, state: Mapping[str, Any]) -> dict[str, Array]:
+def whole_partials(model: CompiledModel, at: Callable[[str], tuple[Array, ...]]) -> dict[str, Array]:
     """Return the partials that rest needs, K, B, Rz, Fq and Fz of ``SparsePartials``, as whole arrays.
 
     Parameters
     ----------
-    state : q, v, a, z, multipliers, t, parameters, base and u, as of ``model.evaluate``
+    at : the outputs of a term at the state
     """
     nv, nz, rows = model.nv, model.nz, len(model.multipliers)
     shapes = {"K": (nv, nv), "B": (rows, nv), "Rz": (nv, nz), "Fq": (nz, nv), "Fz": (nz, nz)}
-    blocks: Mapping[str, Array] = {}
+
+    def named(term: str) -> dict[str, Array]:
+        return dict(zip(model.functions.output_names(term), at(term), strict=True))
+
+    blocks: dict[str, Array] = {}
     if "iteration" not in model.functions:
-        blocks = _whole(model, state, ("partials", "constraint_jacobian", "internal_partials"))
+        for term in ("partials", "constraint_jacobian", "internal_partials"):
+            blocks |= named(term) if term in model.functions else {}
     elif (places := _places(model)).get("X", np.zeros(0)).size:
         sizes = {**shapes, **dict.fromkeys("CM", (nv, nv)), "Z": (rows, nv), "Fv": (nz, nv)}
-        eliminated = _of_iteration(model, model.evaluate("iteration", **state), sizes)
+        eliminated = _of_iteration(model, named("iteration"), sizes)
         blocks = {name: dense(matrix) for name, matrix in eliminated.items()}
     else:
-        entries = model.evaluate("iteration", **state)
+        entries = named("iteration")
         blocks = {name: np.zeros(shapes[name]) for name in shapes.keys() & entries.keys()}
         for name, block in blocks.items():
             np.add.at(block, tuple(places[name]), entries[name])

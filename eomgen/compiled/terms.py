@@ -227,6 +227,12 @@ class Terms:
             values |= derivative_values(self, term, given, values)
         return self.functions(term, values)
 
+    def at(
+        self, t: ArrayLike, parameters: Parameters, u: Inputs = None, base: ArrayLike | None = None
+    ) -> TermsAt:
+        """Return the terms at one time, parameters, inputs and base, for calls at many states."""
+        return TermsAt(self, t, parameters, u, base)
+
     def accelerations(self, **given: Any) -> tuple[Array, Array]:
         """Return vdot and multipliers of a constrained model; arguments as of ``call``."""
         if not solvable(self.functions):
@@ -321,6 +327,34 @@ class Terms:
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)
         return of_scene if u is None else by_name("input", u, self.input_names, of_scene)
+
+
+class TermsAt:
+    """Terms at one time, with parameters, inputs and a base that are checked once, for searches that call them at many
+    states: checks and the scene's laws of time take longer than a small term.
+
+    Parameters
+    ----------
+    t, parameters, u, base : as of ``Terms.call``
+    """
+
+    def __init__(self, terms: Terms, t: ArrayLike, parameters: Parameters, u: Inputs, base: ArrayLike | None) -> None:
+        self._functions = terms.functions
+        self._values = {"t": numbers("t", t), "p": terms.parameters(parameters)}
+        if base is not None:
+            self._values["base"] = terms.base(base)
+        elif "base" in terms.functions:
+            self._values["base"] = terms.functions("base", self._values)[0]
+        self._values["u"] = terms.inputs(u, self._values)
+
+    def __call__(self, term: str, **state: Array) -> tuple[Array, ...]:
+        """Return the outputs of a term.
+
+        Parameters
+        ----------
+        state : all further blocks of the term, as q, v, a, z and lam: arrays of doubles (..., size)
+        """
+        return self._functions(term, {**self._values, **state})
 
 
 class EvaluatedModel(Protocol):
