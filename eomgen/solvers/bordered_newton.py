@@ -13,6 +13,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgesv
 from scipy.sparse import block_array, coo_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
@@ -238,7 +239,8 @@ def _solved(
     statics: LoadedStatics, rest: LoadedState, tangents: Tangents, plane: Direction, right: Array
 ) -> Array | None:
     """Return the solution of the bordered equations; None if the equations are singular."""
-    by_factor = statics.by_factor(rest).joined
+    fixed = not right[-1] and not np.any(plane.unknowns)  # the load factor stays, so its derivative does not count
+    by_factor = np.zeros(len(right) - 1) if fixed else statics.by_factor(rest).joined
     row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
     nv, end = len(statics.sizes), len(row) - 1
     blocks = tangents.K, tangents.B, tangents.Rz, tangents.Fq, tangents.Fz
@@ -248,7 +250,7 @@ def _solved(
         bordered[:nv, :nv], bordered[nv:inner, :nv], bordered[:nv, nv:inner] = K, B, B.T
         bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
         bordered[:end, end], bordered[end] = by_factor, row
-        return solve_scaled(_nonzeros(bordered), right)
+        return _solved_whole(bordered, right)
     parts = [slice(0, nv), slice(nv, nv + len(rest.multipliers)), slice(nv + len(rest.multipliers), end)]
     of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
     last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]
@@ -284,16 +286,22 @@ def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
     return None
 
 
+def _solved_whole(matrix: Array, right: Array) -> Array | None:
+    """Return the solution of ``solve_scaled`` for a whole matrix."""
+    sizes = np.abs(matrix)
+    rows, columns = _inverse_roots(np.max(sizes, axis=1)), _inverse_roots(np.max(sizes, axis=0))
+    scaled = rows[:, np.newaxis] * matrix * columns
+    for shift in (0.0, _SHIFT):
+        _, _, solution, fault = dgesv(scaled + shift * np.eye(len(rows)) if shift else scaled, rows * right)
+        result: Array = columns * solution
+        if not fault and np.all(np.isfinite(result)):
+            return result
+    return None
+
+
 def columns_of(matrix: csc_array) -> NDArray[np.intp]:
     """Return the columns of the stored entries of a matrix, (count,)."""
     return np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
-
-
-def _nonzeros(matrix: Array) -> csc_array:
-    """Return a whole matrix as a sparse one, without SciPy's way by triples, which takes longer than the solution."""
-    columns, rows = np.nonzero(matrix.T)
-    ends = np.searchsorted(columns, np.arange(matrix.shape[1] + 1)).astype(np.int32)
-    return csc_array((matrix[rows, columns], rows.astype(np.int32), ends), shape=matrix.shape)
 
 
 def _inverse_roots(sizes: Array) -> Array:

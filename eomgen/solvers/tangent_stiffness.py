@@ -14,13 +14,14 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import block_array, csc_array, csr_array, diags_array
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, columns_of, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, columns_of, plus, sparse, whole
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
@@ -48,24 +49,29 @@ Components = NDArray[np.intp]
 class TangentStiffness:
     """A stiffness K (nv, nv) under constraints B (rows, nv), by components measured in ``sizes`` (nv,)."""
 
-    K: csc_array
-    B: csc_array
+    K: Matrix
+    B: Matrix
     sizes: Array
 
     @classmethod
     def at(cls, statics: LoadedStatics, rest: LoadedState) -> TangentStiffness:
         """Return the stiffness at rest, with internal states eliminated if their Jacobian is regular."""
         tangents = statics.tangents(rest)
-        K = sparse(tangents.K)
+        K = tangents.K
         if tangents.Fz.shape[0]:
-            inner = _factors(sparse(tangents.Fz))
+            inner = _solver(tangents.Fz)
             if inner is not None:
-                K = csc_array(K - sparse(tangents.Rz) @ csc_array(inner.solve(sparse(tangents.Fq).toarray())))
-        return cls(K, _independent(sparse(tangents.B), statics.sizes), statics.sizes)
+                K = plus(K, -(tangents.Rz @ inner(whole(tangents.Fq))))
+        return cls(K, _independent(tangents.B, statics.sizes), statics.sizes)
 
     @cached_property
     def symmetric(self) -> bool:
         """Whether forces have a potential."""
+        if isinstance(self.K, np.ndarray):
+            scaled = self.sizes[:, np.newaxis] * self.K * self.sizes
+            roots = np.sqrt(np.abs(np.diagonal(scaled)))
+            bound = _SKEW * roots[:, np.newaxis] * roots + _LARGEST * np.max(np.abs(scaled), initial=0.0)
+            return bool(np.all(np.abs(scaled - scaled.T) <= bound))
         size = diags_array(self.sizes)
         K = csc_array(size @ self.K @ size)
         skew = abs(K - K.T).tocoo()
@@ -77,8 +83,15 @@ class TangentStiffness:
         return bool(np.all(skew.data <= allowed))
 
     @cached_property
-    def bordered(self) -> csc_array:
+    def bordered(self) -> Matrix:
         """[[K, B^T], [B, 0]] after a symmetric positive scaling, which keeps the signs of the eigenvalues."""
+        if isinstance(self.K, np.ndarray):
+            full = _bordered(self.K, whole(self.B))
+            for _ in range(_SWEEPS):
+                largest = np.max(np.abs(full), axis=1, initial=0.0)
+                by = 1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0))
+                full = by[:, np.newaxis] * full * by
+            return full
         matrix = csc_array(block_array([[self.K, self.B.T], [self.B, None]], format="csc"))
         scale, rows, columns = np.ones(matrix.shape[0]), matrix.indices, columns_of(matrix)
         size = np.abs(matrix.data)
@@ -118,20 +131,20 @@ class TangentStiffness:
         ``next_to_zero``."""
         rows = self.B.shape[0]
         if value:
-            return replace(self, K=csc_array(self.K - diags_array(value / self.sizes**2))).below(0.0)
+            return replace(self, K=plus(self.K, diags_array(-value / self.sizes**2))).below(0.0)
         if len(self.sizes) + rows > _WHOLE:
             result = self._sparse_negative()
             if result is not None:
                 return result
-        matrix = self.bordered.toarray()
+        matrix = whole(self.bordered)
         return _negative_pivots(0.5 * (matrix + matrix.T)) - rows
 
     def groups(self, other: TangentStiffness | None = None) -> Components:
         """Return the group number of each component and row; coupled components have the same group, with couplings
         here or also in another stiffness."""
-        pattern = abs(self.bordered) > _COUPLED
+        pattern = abs(sparse(self.bordered)) > _COUPLED
         if other is not None:
-            pattern = pattern + (abs(other.bordered) > _COUPLED)
+            pattern = pattern + (abs(sparse(other.bordered)) > _COUPLED)
         _, labels = connected_components(csr_array(pattern), directed=False)
         return np.asarray(labels, np.intp)
 
@@ -143,7 +156,7 @@ class TangentStiffness:
         nv, result = len(self.sizes), []
         for group in range(int(groups.max(initial=-1)) + 1):
             members = np.flatnonzero(groups == group)
-            part = csc_array(self.bordered[members][:, members])
+            part = sparse(self.bordered[members][:, members])
             sign, logarithm = _determinant(part)
             result.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
         return result
@@ -162,7 +175,8 @@ class TangentStiffness:
         directions : (nv, n)
         """
         nv = len(self.sizes)
-        W = csc_array(diags_array(1.0 / self.sizes**2)) if mass is None else mass
+        W: Matrix = csc_array(diags_array(1.0 / self.sizes**2)) if mass is None else mass
+        W = whole(W) if isinstance(self.K, np.ndarray) else W
         wide = min(nv - min(self.B.shape[0], nv), count + _BESIDE)
         solve = self._compliance() if wide > 0 else None
         if solve is None:
@@ -188,7 +202,7 @@ class TangentStiffness:
         if result is None:
             diagonal = np.abs(self.K.diagonal())
             shift = _SHIFT * np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=0.0))
-            result = compliance(csc_array(self.K + diags_array(shift)), self.B)
+            result = compliance(plus(self.K, diags_array(shift)), self.B)
         return result
 
     def _sparse_negative(self) -> int | None:
@@ -213,29 +227,50 @@ class TangentStiffness:
         return int(np.sum(factors.U.diagonal() < 0.0)) - rows
 
 
-def compliance(K: csc_array, B: csc_array) -> Callable[[Array], Array] | None:
+def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     """Return the map from forces (nv, ...) to constrained displacements; None if the bordered matrix is singular."""
     nv = K.shape[0]
-    factors = _factors(csc_array(block_array([[K, B.T], [B, None]], format="csc")))
-    if factors is None:
+    if isinstance(K, np.ndarray):
+        bordered: Matrix = _bordered(K, whole(B))
+    else:
+        bordered = csc_array(block_array([[K, sparse(B).T], [sparse(B), None]], format="csc"))
+    solver = _solver(bordered)
+    if solver is None:
         return None
 
     def solve(right: Array) -> Array:
         below = np.zeros((B.shape[0], *right.shape[1:]))
-        result: Array = factors.solve(np.concatenate([right, below]))[:nv]
+        result: Array = solver(np.concatenate([right, below]))[:nv]
         return result
 
     return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
 
 
-def _independent(B: csc_array, sizes: Array) -> csc_array:
+def _bordered(K: Array, B: Array) -> Array:
+    """Return [[K, B^T], [B, 0]]."""
+    nv = len(K)
+    result = np.zeros((nv + len(B), nv + len(B)))
+    result[:nv, :nv], result[nv:, :nv], result[:nv, nv:] = K, B, B.T
+    return result
+
+
+def _solver(matrix: Matrix) -> Callable[[Array], Array] | None:
+    """Return the map from right sides (n, ...) to solutions; None if the matrix is exactly singular."""
+    if not isinstance(matrix, np.ndarray):
+        factors = _factors(matrix)
+        return None if factors is None else factors.solve
+    triangles, pivots, fault = dgetrf(matrix)
+    return None if fault else lambda right: np.asarray(dgetrs(triangles, pivots, right)[0])
+
+
+def _independent(B: Matrix, sizes: Array) -> Matrix:
     """Return linearly independent constraint rows; all rows if the matrix is too large for a dense QR."""
     if not B.shape[0] or B.shape[0] * B.shape[1] > _WHOLE**2:
         return B
-    _, R, order = scipy.linalg.qr((B.toarray() * sizes).T, mode="economic", pivoting=True)
+    _, R, order = scipy.linalg.qr((whole(B) * sizes).T, mode="economic", pivoting=True)
     left = np.abs(np.diagonal(R))
     rank = int(np.sum(left > _DEPENDENT * np.max(left, initial=0.0)))
-    return B if rank == B.shape[0] else csc_array(B[np.sort(order[:rank])])
+    return B if rank == B.shape[0] else B[np.sort(order[:rank])]
 
 
 def canonical_direction(directions: Array, sizes: Array) -> Array:
@@ -288,7 +323,7 @@ def _parity(order: NDArray[np.intp]) -> int:
     return 1 if (n - cycles) % 2 == 0 else -1
 
 
-def _orthonormal(X: Array, W: csc_array) -> Array:
+def _orthonormal(X: Array, W: Matrix) -> Array:
     """Return a W-orthonormal basis of the column space."""
     X = X / np.sqrt(np.maximum(np.einsum("ij,ij->j", X, W @ X), np.finfo(float).tiny))
     values, vectors = np.linalg.eigh(X.T @ (W @ X))
