@@ -20,7 +20,7 @@ from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations
 from eomgen.lie.product import difference
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, whole
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.load_steps import by_load_steps
@@ -33,6 +33,7 @@ from eomgen.solvers.statics import (
     examine,
     onto_constraints,
     polished,
+    symmetric_spectrum,
 )
 from eomgen.solvers.tangent_stiffness import TangentStiffness
 
@@ -305,10 +306,10 @@ class _Stiffness:
 
 
 def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
-    values, vectors = np.linalg.eigh(point.symmetric)
+    values, vectors = symmetric_spectrum(point.symmetric)
     largest, directions = point.largest_stiffness, point.basis @ vectors
     soft = np.abs(values) <= max(1e2 * SOFT * largest, _no_stiffness(statics))
-    rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), statics.mass(point.q)
+    rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), whole(statics.mass(point.q))
     values[soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
     order = np.argsort(values, kind="stable")
     return _Stiffness(values[order], directions[:, order], largest)
@@ -375,15 +376,13 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
             last[:] = [(key, sparse_partials(model, q, v, rest, z, lam, forces))]
         return last[0][1]
 
-    def mass(q: Array) -> Array:
+    def mass(q: Array) -> Matrix:
         if "mass" in model.functions:
             return value("mass", q)
-        return dense(nonzeros(q, np.zeros(rows), np.zeros(model.nz)).M)
+        return nonzeros(q, np.zeros(rows), np.zeros(model.nz)).M
 
-    def stiffness(q: Array, lam: Array, z: Array) -> Array:
-        if whole:
-            return value("partials", q, z=z, lam=lam)
-        return dense(nonzeros(q, lam, z).K)
+    def stiffness(q: Array, lam: Array, z: Array) -> Matrix:
+        return value("partials", q, z=z, lam=lam) if whole else nonzeros(q, lam, z).K
 
     def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
         if not model.nz:

@@ -30,9 +30,9 @@ from eomgen.solvers.statics import (
     moved,
     newton_step,
     share_of_turn,
+    symmetric_spectrum,
     told_if_interrupted,
     unbalanced,
-    uncoupled_blocks,
 )
 from eomgen.solvers.tangent_stiffness import canonical_direction
 
@@ -118,21 +118,14 @@ class _LinearMotion:
     @property
     def convex(self) -> bool:
         """Whether no direction is unstable."""
-        return bool(np.all(np.linalg.eigvalsh(self.point.symmetric) >= -SOFT * self.point.largest_stiffness))
+        return bool(np.all(symmetric_spectrum(self.point.symmetric)[0] >= -SOFT * self.point.largest_stiffness))
 
     @cached_property
     def _spectrum(self) -> tuple[Array, Array] | None:
         """Eigenvalues and eigenvectors of J; None if J is not symmetric (internal states, follower forces)."""
         if np.max(np.abs(self.J - self.J.T), initial=0.0) > _ASYMMETRY * np.max(np.abs(self.J), initial=0.0):
             return None
-        blocks = uncoupled_blocks(self.J)
-        if not blocks:
-            values, vectors = np.linalg.eigh(self.J)
-            return values, vectors
-        values, vectors = np.zeros(len(self.J)), np.zeros(self.J.shape)
-        for block in blocks:
-            values[block[1][:, 0]], vectors[block] = np.linalg.eigh(self.J[block])
-        return values, vectors
+        return symmetric_spectrum(self.J)
 
     def _phi(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f, phi_k being the k-th function of exponential integrators."""
@@ -165,8 +158,10 @@ def _linear(point: SearchPoint, slower: float) -> _LinearMotion:
     by_z, rate_q, rate_z = point.couplings
     fastest = float(np.sqrt(point.largest_stiffness)) or float(np.max(np.abs(rate_z), initial=0.0)) or 1.0
     rate, scale = 2.0 * fastest / slower, point.scale
-    J = np.block([[-point.stiffness, -by_z], [rate * rate_q, rate * rate_z]])
     f = np.concatenate([-point.imbalance, rate * point.rates])
+    if not len(point.z):
+        return _LinearMotion(point, -point.stiffness, f, scale, rate)
+    J = np.block([[-point.stiffness, -by_z], [rate * rate_q, rate * rate_z]])
     return _LinearMotion(point, scale[:, np.newaxis] * J / scale, scale * f, scale, rate)
 
 
@@ -252,7 +247,7 @@ def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     """Return a point a little off an unstable equilibrium, on the way down; None from a stable one."""
     if not len(point.imbalance) or len(point.rates):
         return None
-    values, vectors = np.linalg.eigh(point.symmetric)
+    values, vectors = symmetric_spectrum(point.symmetric)
     unstable = -1e3 * SOFT * point.largest_stiffness
     if values[0] >= unstable:
         return None

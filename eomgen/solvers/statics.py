@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -62,11 +63,11 @@ class Statics:
     factors: Sequence[Factor]
     turning: NDArray[np.bool_]
     holonomic: int
-    mass: Callable[[Array], Array]
+    mass: Callable[[Array], Matrix]
     jacobian: Callable[[Array], Array]
     constraint: Callable[[Array], Array]
     residual: Callable[[Array, Array, Array], Array]
-    stiffness: Callable[[Array, Array, Array], Array]
+    stiffness: Callable[[Array, Array, Array], Matrix]
     rates: Callable[[Array, Array], Array]
     couplings: Callable[[Array, Array], tuple[Array, Array, Array]]
     followed: Callable[[Array], Array]
@@ -109,8 +110,8 @@ class SearchPoint:
     z: Array
     lam: Array
     residual: Array
-    basis: Array
-    dual: Array
+    basis: Matrix
+    dual: Matrix
     imbalance: Array
     stiffness: Array
     violation: Array
@@ -124,7 +125,7 @@ class SearchPoint:
     @property
     def acceleration(self) -> Array:
         """(nv,) with which the system would start to move."""
-        result: Array = -self.basis @ self.imbalance
+        result: Array = -(self.basis @ self.imbalance)
         return result
 
     @property
@@ -141,7 +142,7 @@ class SearchPoint:
         result: Array = 0.5 * (self.stiffness + self.stiffness.T)
         return result
 
-    @property
+    @cached_property
     def largest_stiffness(self) -> float:
         return float(np.max(np.abs(self.stiffness), initial=0.0))
 
@@ -150,7 +151,7 @@ class SearchPoint:
         """Whether the constraints hold."""
         return bool(np.all(np.abs(self.violation) <= MET * self.row_sizes))
 
-    @property
+    @cached_property
     def pushes(self) -> Array:
         """(nz,) effect of internal states along the basis relative to the largest stiffness; 0 without effect."""
         stiffness = self.largest_stiffness
@@ -257,12 +258,12 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
-    inverse = inverse_root(M)
+    inverse = inverse_root(whole(M))
     B = B0 @ inverse.T
     violation = statics.constraint(q)
     r0 = statics.residual(q, np.zeros(len(B)), z)
     free: Array | None = None
-    spread = np.zeros((len(M), 0))
+    spread = np.zeros((len(sizes), 0))
     lam = np.zeros(len(B))
     if len(B):
         U, sigma, Vt = np.linalg.svd(B)
@@ -270,8 +271,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         free, spread = Vt[rank:].T, (Vt[:rank].T / sigma[:rank]) @ U[:, :rank].T
         lam = -spread.T @ (inverse @ r0)
     residual = r0 + B0.T @ lam
-    across: Any = inverse.T if free is None else np.asarray(inverse.T @ free)
-    basis = whole(across)
+    basis: Any = inverse.T if free is None else np.asarray(inverse.T @ free)
     K = statics.stiffness(q, lam, z)
     by_z, rate_q, rate_z = statics.couplings(q, z)
     aimed = np.zeros(len(B))
@@ -284,14 +284,14 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         lam,
         residual,
         basis,
-        np.asarray(across.T @ M),
+        basis.T @ M,
         basis.T @ residual,
-        np.asarray(across.T @ K @ across),
+        whole(basis.T @ K @ basis),
         violation,
         inverse.T @ (spread @ aimed),
         statics.rates(q, z),
         (basis.T @ by_z, rate_q @ basis, rate_z),
-        few * float(np.linalg.norm(abs(inverse) @ (np.abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
+        few * float(np.linalg.norm(abs(inverse) @ (abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
         few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
         np.where(row_sizes > 0.0, row_sizes, statics.length),
     )
@@ -322,7 +322,14 @@ def uncoupled_blocks(M: Array) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]
     n = len(M)
     if n <= _FEW or np.count_nonzero(M) > _SPARSE * n * n:
         return []
-    count, labels = connected_components(csr_array(M), directed=False)
+    return _blocks_of(n, np.packbits(M != 0.0).tobytes())
+
+
+@lru_cache(maxsize=8)
+def _blocks_of(n: int, packed: bytes) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Return the uncoupled blocks of a matrix (n, n) by the bits of its nonzeros, which a search meets again."""
+    nonzero = np.unpackbits(np.frombuffer(packed, np.uint8), count=n * n).reshape(n, n)
+    count, labels = connected_components(csr_array(nonzero), directed=False)
     if count == 1:
         return []
     order = np.argsort(labels, kind="stable")
@@ -335,7 +342,7 @@ def uncoupled_blocks(M: Array) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]
 def newton_step(point: SearchPoint, right: Array) -> Array:
     """Return the least changes along the basis and of z that remove imbalance and rates (``right``) to first order."""
     by_z, rate_q, rate_z = point.couplings
-    matrix = np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale
+    matrix = np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale if len(point.z) else point.stiffness
     size: Array = np.max(np.abs(matrix), axis=1, initial=0.0)
     rows: Array = np.where(size > 0.0, size, 1.0)
     return least_solution(matrix / rows[:, np.newaxis], right / rows) / point.scale
@@ -348,19 +355,53 @@ def least_solution(matrix: Array, right: Array) -> Array:
     the 1-norm divided by n bounds the ratio of singular values from below.
     """
     if len(matrix):
-        factors, pivots, fault = dgetrf(matrix)
-        if not fault and dgecon(factors, np.linalg.norm(matrix, 1))[0] > len(matrix) * SOFT:
-            return np.asarray(dgetrs(factors, pivots, right)[0])
+        solution = _eliminated(matrix, right, float(np.max(np.linalg.norm(matrix, axis=0))))
+        if solution is not None:
+            return solution
     blocks = uncoupled_blocks(matrix) if np.all(np.isfinite(matrix)) else []
     if not blocks:
         return np.asarray(np.linalg.lstsq(matrix, right, rcond=SOFT)[0])
-    parts = [np.linalg.svd(matrix[block]) for block in blocks]
-    smallest = SOFT * max(float(np.max(sigma)) for _, sigma, _ in parts)
-    result = np.zeros(len(matrix))
-    for (rows, _), (U, sigma, Vt) in zip(blocks, parts, strict=True):
+    result, left = np.zeros(len(matrix)), []
+    largest = np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf))  # at least the largest singular value
+    for rows, columns in blocks:
+        part, places = matrix[rows, columns], rows[:, :, 0]
+        solution = _eliminated(part[0], right[places[0]], largest) if len(part) == 1 else None
+        if solution is None:
+            left.append((places, np.linalg.svd(part)))
+        else:
+            result[places[0]] = solution
+    smallest = SOFT * max((float(np.max(sigma)) for _, (_, sigma, _) in left), default=0.0)
+    if len(left) < len(blocks):
+        smallest = SOFT * float(largest)
+    for places, (U, sigma, Vt) in left:
         inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > smallest)
-        result[rows[:, :, 0]] = ((right[rows[:, :, 0]][:, np.newaxis] @ U) * inverse[:, np.newaxis] @ Vt)[:, 0]
+        result[places] = ((right[places][:, np.newaxis] @ U) * inverse[:, np.newaxis] @ Vt)[:, 0]
     return result
+
+
+def _eliminated(matrix: Array, right: Array, largest: float) -> Array | None:
+    """Return the solution of equations by elimination; None if a singular value may be below ``SOFT`` times a bound of
+    the largest."""
+    factors, pivots, fault = dgetrf(matrix)
+    if fault or not dgecon(factors, np.linalg.norm(matrix, 1))[0] * np.max(np.linalg.norm(matrix, axis=0)) > (
+        len(matrix) * SOFT * largest
+    ):
+        return None
+    return np.asarray(dgetrs(factors, pivots, right)[0])
+
+
+def symmetric_spectrum(matrix: Array) -> tuple[Array, Array]:
+    """Return eigenvalues (n,), increasing, and eigenvectors (n, n) of a symmetric matrix, each block by itself if
+    blocks are not coupled."""
+    blocks = uncoupled_blocks(matrix)
+    if not blocks:
+        values, vectors = np.linalg.eigh(matrix)
+        return values, vectors
+    values, vectors = np.zeros(len(matrix)), np.zeros(matrix.shape)
+    for block in blocks:
+        values[block[1][:, 0]], vectors[block] = np.linalg.eigh(matrix[block])
+    order = np.argsort(values, kind="stable")
+    return values[order], vectors[:, order]
 
 
 def unbalanced(point: SearchPoint) -> Array:
