@@ -13,6 +13,7 @@ the section forces s, D being the derivative of d along both twists.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from functools import lru_cache, partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -28,7 +29,9 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.terms import Inputs, Parameters, TermsAt
 from eomgen.errors import Problem, UsageError
+from eomgen.formula.evaluate import symbols
 from eomgen.lie import numeric
+from eomgen.lie.differences import differences, slopes
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
 from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedState, LoadedStatics, Matrix, Tangents
@@ -38,8 +41,6 @@ if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
 
-#: Step of derivatives by complex arguments.
-_COMPLEX_STEP = 1e-30
 #: Step of differences of poses, rad or m.
 _SMALL = 1e-6
 #: Turn of an element that is too near to half a turn, rad.
@@ -56,13 +57,19 @@ class ElementStrains:
 
     def __init__(self, model: CompiledModel, p: Array, given: dict[str, Any]) -> None:
         """Read the beams; ``given`` are t, parameters and base, as of ``model.evaluate``."""
-        self._model, self._given = model, given
+        self._model = model
         beams = model.description.element_stiffness
-        values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+        self._mentioned = {
+            symbol.name
+            for formula in {entry for beam in beams for rows in beam.stiffness for row in rows for entry in row}
+            for symbol in symbols(formula)
+        }
+        self.stiffness = np.zeros((0, 6, 6))
+        self._values: dict[str, float] | None = None
+        self._set(p, given)
         number = {name: index for index, name in enumerate(model.bodies)}
         pairs = [pair for beam in beams for pair in pairwise(beam.nodes)]
         self._first, self._second = (np.array([number[pair[end]] for pair in pairs], int) for end in (0, 1))
-        self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
         self._own = {factor.name: factor.v_start for factor in model.factors if factor.group == "SE3"}
         self._nodes = sorted({*self._first.tolist(), *self._second.tolist()})
         self._ends = [np.searchsorted(self._nodes, nodes) for nodes in (self._first, self._second)]
@@ -80,12 +87,26 @@ class ElementStrains:
     def __len__(self) -> int:
         return len(self.stiffness)
 
+    def at(self, p: Array, given: dict[str, Any]) -> ElementStrains:
+        """Return the same elements at other parameters."""
+        other = copy(self)
+        other._set(p, given)
+        if self._carried:
+            other._last = None
+        return other
+
+    def _set(self, p: Array, given: dict[str, Any]) -> None:
+        self._given, self._at = given, self._model.evaluator.at(**given)
+        values = self._model.description.values(dict(zip(self._model.parameters, p.tolist(), strict=True)))
+        mentioned = {name: values[name] for name in self._mentioned}
+        if mentioned != self._values:
+            beams, self._values = self._model.description.element_stiffness, mentioned
+            self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
+
     def values(self, q: Array) -> Array:
         """Return d of all elements, (elements, 6), rotations first, rad and m."""
-        pose = self._model.evaluate("poses", q, **self._given)["pose"]
-        relative = numeric.compose(SE3, numeric.inverse(SE3, pose[self._first]), pose[self._second])
-        relative[relative[:, 0] < 0.0, :4] *= -1.0
-        return numeric.log(SE3, relative)
+        (pose,) = self._at("poses", q=q)
+        return differences(pose[self._first], pose[self._second])
 
     def derivative(self, q: Array, d: Array) -> Matrix:
         """Return the derivative of all d by q (left-trivialised), (6 elements, nv)."""
@@ -114,10 +135,9 @@ class ElementStrains:
 
     def _along(self, d: Array) -> tuple[Array, Array]:
         """Return the derivatives of d along the twists of both nodes, (elements, 6, 12), and the second derivatives by
-        the components of d, (6, elements, 6, 12); both by complex steps, which do not change real parts."""
+        the components of d, (6, elements, 6, 12)."""
         if self._by_d is None or not np.array_equal(self._by_d[0], d):
-            moved = _along_twists(d.astype(complex) + 1j * _COMPLEX_STEP * np.eye(6)[:, np.newaxis])
-            self._by_d = np.array(d), moved[0].real.copy(), moved.imag / _COMPLEX_STEP
+            self._by_d = np.array(d), *slopes(d)
         return self._by_d[1:]
 
     def _times_twists(self, blocks: Array, q: Array) -> Matrix:
@@ -180,15 +200,6 @@ class ElementStrains:
         less, more = (self._model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
         between = numeric.compose(SE3, numeric.inverse(SE3, less), more)
         return numeric.log(SE3, between) / (2.0 * _SMALL)
-
-
-def _along_twists(d: Array) -> Array:
-    """Return the derivatives of d along the twists of both nodes, (..., elements, 6, 12).
-
-    T^-1(-d) is T^-1(d) minus the bracket with d: in the series in brackets only the first bracket is odd.
-    """
-    after = numeric.tangent_inverse(SE3, d)
-    return np.concatenate([numeric.bracket_matrix(SE3, d) - after, after], axis=-1)
 
 
 def _fixed_to_base(model: CompiledModel) -> set[str]:
@@ -335,8 +346,11 @@ def loaded_statics(
         where.pop("u")
         key = where["parameters"].tobytes() + np.float64(where["t"]).tobytes()
         if key not in strains_at:
+            before = next(iter(strains_at.values()), None)
+            p = where["parameters"]
+            now = ElementStrains(model, p, where) if before is None else before.at(p, where)
             strains_at.clear()
-            strains_at[key] = ElementStrains(model, where["parameters"], where)
+            strains_at[key] = now
         return strains_at[key]
 
     def followed(q: Array, s: float) -> Array:

@@ -156,7 +156,7 @@ class TangentStiffness:
         nv, result = len(self.sizes), []
         for group in range(int(groups.max(initial=-1)) + 1):
             members = np.flatnonzero(groups == group)
-            part = sparse(self.bordered[members][:, members])
+            part = self.bordered[members][:, members]
             sign, logarithm = _determinant(part)
             result.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
         return result
@@ -307,8 +307,11 @@ def _negative_pivots(matrix: Array) -> int:
     return int(np.sum(np.diagonal(factors)[single] < 0.0)) + int(np.sum(~single)) // 2
 
 
-def _determinant(matrix: csc_array) -> tuple[int, float]:
+def _determinant(matrix: Matrix) -> tuple[int, float]:
     """Return the sign, and the logarithm of the absolute value; (0, -inf) of a singular matrix."""
+    if isinstance(matrix, np.ndarray):
+        sign, logarithm = np.linalg.slogdet(matrix)
+        return int(sign), float(logarithm)
     factors = _factors(matrix)
     if factors is None:
         return 0, -np.inf

@@ -1,0 +1,101 @@
+"""Differences of two poses, log(A^-1 B), with their first and second derivatives, of few elements at once: by products
+with constant matrices in place of the formulas of ``groups`` component by component, which take five times as long.
+
+The inverse tangent T^-1 of an increment (omega, u) has the blocks I + skew(omega)/2 + f6 S(omega, omega) on its
+diagonal and skew(u)/2 + 2 f6 S(omega, u) + f8 (omega.u) S(omega, omega) below, with S(x, y) = (x y^T + y x^T)/2 -
+(x.y) I; derivatives of f6 and f8 by omega are f8 omega and f10 omega.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.lie.coefficients import F6_REMAINDER, F8_REMAINDER, POLES
+
+_UNIT = np.eye(3)
+#: skew(e_k) and S(e_k, e_l) of unit vectors, (3, 3, 3) and (3, 3, 3, 3).
+_SKEW = -np.cross(_UNIT[:, np.newaxis], _UNIT)
+_PRODUCT = np.einsum("ki,lj->klij", _UNIT, _UNIT)
+_SYMMETRIC = 0.5 * (_PRODUCT + np.swapaxes(_PRODUCT, 2, 3)) - np.einsum("kl,ij->klij", _UNIT, _UNIT)
+#: Remainders of f6, f8 and f10 in powers of y / (4 pi^2), in columns.
+_REMAINDERS = np.zeros((len(F6_REMAINDER), 3))
+_REMAINDERS[:, 0], _REMAINDERS[:-1, 1] = F6_REMAINDER, F8_REMAINDER
+_REMAINDERS[:-2, 2] = 2.0 / POLES[0] * np.arange(1, len(F8_REMAINDER)) * F8_REMAINDER[1:]
+_POWERS = np.arange(len(_REMAINDERS))
+
+
+def _bilinear_forms() -> tuple[Array, Array]:
+    """Return the matrices that make conj(p) r, (16, 4), and the rows of R(p), (16, 9), of products of components."""
+    left = np.zeros((4, 4, 4))  # of p, of r, of the product
+    left[0] = np.eye(4)
+    left[1:, 1:, 0], left[1:, 0, 1:], left[1:, 1:, 1:] = _UNIT, -_UNIT, _SKEW
+    turns = np.zeros((4, 4, 3, 3))
+    turns[0, 0] = _UNIT
+    turns[0, 1:] = 2.0 * _SKEW
+    turns[1:, 1:] = 2.0 * _PRODUCT - np.einsum("kl,ij->klij", _UNIT, _UNIT)
+    return left.reshape(16, 4), turns.reshape(16, 9)
+
+
+_CONJUGATE_PRODUCT, _TURN = _bilinear_forms()
+
+
+def differences(first: Array, second: Array) -> Array:
+    """Return log(first^-1 second) of poses (n, 7), increments (n, 6) with angles of at most pi, rad and m."""
+    n, p = len(first), first[:, :4]
+    relative = (p[:, :, np.newaxis] * second[:, np.newaxis, :4]).reshape(n, 16) @ _CONJUGATE_PRODUCT
+    relative[relative[:, 0] < 0.0] *= -1.0
+    R = ((p[:, :, np.newaxis] * p[:, np.newaxis]).reshape(n, 16) @ _TURN).reshape(n, 3, 3)
+    shift = ((second[:, 4:] - first[:, 4:])[:, np.newaxis] @ R)[:, 0]
+    cosine, vector = relative[:, 0], relative[:, 1:]
+    sine = np.sqrt(np.einsum("ni,ni->n", vector, vector))
+    turned = sine > 0.0
+    factor = np.where(turned, 2.0 * np.arctan2(sine, cosine) / np.where(turned, sine, 1.0), 2.0)
+    omega = factor[:, np.newaxis] * vector
+    y = np.einsum("ni,ni->n", omega, omega)
+    across = (omega @ _SKEW.reshape(3, 9)).reshape(n, 3, 3)
+    once = (across @ shift[:, :, np.newaxis])[:, :, 0]
+    twice = (across @ once[:, :, np.newaxis])[:, :, 0]
+    return np.concatenate([omega, shift - 0.5 * once + _coefficients(y)[:, :1] * twice], axis=1)
+
+
+def _coefficients(y: Array) -> Array:
+    """Return f6, f8 and f10 of squares of angles, (n, 3)."""
+    result = (y[:, np.newaxis] / POLES[0]) ** _POWERS @ _REMAINDERS
+    inverse = 1.0 / (np.array(POLES) - y[:, np.newaxis])
+    result[:, 0] += 2.0 * np.sum(inverse, axis=1)
+    result[:, 1] += 4.0 * np.sum(inverse**2, axis=1)
+    result[:, 2] += 16.0 * np.sum(inverse**3, axis=1)
+    return result
+
+
+def slopes(d: Array) -> tuple[Array, Array]:
+    """Return the derivatives of differences d (n, 6) along the body twists of both poses, (n, 6, 12), and the
+    derivatives of these by the components of d, (6, n, 6, 12).
+
+    T^-1(-d) is T^-1(d) minus the bracket with d: in the series in brackets only the first bracket is odd.
+    """
+    n, omega, u = len(d), d[:, :3], d[:, 3:]
+    f6, f8, f10 = (column[:, np.newaxis, np.newaxis] for column in _coefficients(np.einsum("ni,ni->n", omega, omega)).T)
+    skews = (d.reshape(n, 2, 3) @ _SKEW.reshape(3, 9)).reshape(n, 2, 3, 3)
+    by_omega, by_u = ((part @ _SYMMETRIC.reshape(3, 27)).reshape(n, 3, 9) for part in (omega, u))  # S(., e_k)
+    both = (d.reshape(n, 2, 3) @ by_omega).reshape(n, 2, 3, 3)
+    square, mixed = both[:, 0], both[:, 1]
+    inner = np.einsum("ni,ni->n", omega, u)[:, np.newaxis, np.newaxis]
+    after = np.zeros((n, 6, 6))
+    after[:, :3, :3] = after[:, 3:, 3:] = _UNIT + 0.5 * skews[:, 0] + f6 * square
+    after[:, 3:, :3] = 0.5 * skews[:, 1] + 2.0 * f6 * mixed + f8 * inner * square
+    bracket = np.zeros((n, 6, 6))
+    bracket[:, :3, :3] = bracket[:, 3:, 3:] = skews[:, 0]
+    bracket[:, 3:, :3] = skews[:, 1]
+    along = np.moveaxis(omega[:, :, np.newaxis] * square.reshape(n, 1, 9), 1, 0).reshape(3, n, 3, 3)  # omega_k S
+    ends = [np.moveaxis(part, 1, 0).reshape(3, n, 3, 3) for part in (by_omega, by_u)]
+    diagonal = 0.5 * _SKEW[:, np.newaxis] + f8 * along + 2.0 * f6 * ends[0]
+    by_mixed = np.moveaxis(omega[:, :, np.newaxis] * mixed.reshape(n, 1, 9), 1, 0).reshape(3, n, 3, 3)
+    by_square = np.moveaxis(u[:, :, np.newaxis] * square.reshape(n, 1, 9), 1, 0).reshape(3, n, 3, 3)
+    changes, of_bracket = np.zeros((6, n, 6, 6)), np.zeros((6, 1, 6, 6))
+    changes[:3, :, :3, :3] = changes[:3, :, 3:, 3:] = changes[3:, :, 3:, :3] = diagonal
+    changes[:3, :, 3:, :3] = 2.0 * (f8 * by_mixed + f6 * ends[1] + f8 * inner * ends[0])
+    changes[:3, :, 3:, :3] += f10 * inner * along + f8 * by_square
+    of_bracket[:3, :, :3, :3] = of_bracket[:3, :, 3:, 3:] = of_bracket[3:, :, 3:, :3] = _SKEW[:, np.newaxis]
+    return np.concatenate([bracket - after, after], axis=-1), np.concatenate([of_bracket - changes, changes], axis=-1)
