@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.coordinates import reaches
-from eomgen.compiled.terms import Inputs
+from eomgen.compiled.terms import Inputs, TermsAt
 from eomgen.errors import ModelError
 from eomgen.lie.product import update
 
@@ -97,25 +98,30 @@ class Conditions:
         """Return q with counted turns adapted to the poses."""
         return self.model.evaluator.followed(q, self.t, self.parameters)
 
-    def _given(self, **more: Any) -> dict[str, Any]:
-        return {"t": self.t, "u": self.u, "parameters": self.parameters, **more}
+    @cached_property
+    def _terms(self) -> TermsAt:
+        return self.model.evaluator.at(self.t, self.parameters, self.u)
 
-    def _term(self, name: str, q: Array, v: Array, a: Array, **more: Any) -> list[Array]:
-        return list(self.model.evaluate(name, q, v, a, **self._given(**more)).values())
+    @cached_property
+    def _rest(self) -> dict[str, Array]:
+        return {"z": self.model.evaluator.internal(None), "lam": np.zeros(len(self.model.multipliers))}
+
+    def _term(self, name: str, q: Array, v: Array, a: Array, **more: Array) -> list[Array]:
+        return list(self._terms(name, **{**self._rest, **more}, q=q, v=v, a=a))
 
     def root_of_mass(self, q: Array) -> Array:
         """Return L of M = L L^T. Raises numpy.linalg.LinAlgError."""
-        return np.asarray(np.linalg.cholesky(self.model.mass(q, parameters=self.parameters)), dtype=float)
+        return np.asarray(np.linalg.cholesky(self._terms("mass", q=q)[0]), dtype=float)
 
     def accelerations(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
         """Return M^-1 r, (nv,): minus the unbalanced accelerations."""
-        (r,) = self._term("residual", q, v, a, z=z, multipliers=lam)
-        return np.asarray(np.linalg.solve(self.model.mass(q, parameters=self.parameters), r), dtype=float)
+        (r,) = self._term("residual", q, v, a, z=z, lam=lam)
+        return np.asarray(np.linalg.solve(self._terms("mass", q=q)[0], r), dtype=float)
 
     def values(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
         """Return the values of ``ConditionValues.values``, without partials."""
         model = self.model
-        parts = self._term("residual", q, v, a, z=z, multipliers=lam)
+        parts = self._term("residual", q, v, a, z=z, lam=lam)
         if model.multipliers:
             if model.functions.sizes["holonomic"]:
                 parts += self._term("constraint", q, v, a)
@@ -133,7 +139,7 @@ class Conditions:
         residual, position, velocity, acceleration, rates = np.split(
             self.values(q, v, a, z, lam), np.cumsum([nv, holonomic, rows, rows])
         )
-        K, C, M = self._term("partials", q, v, a, z=z, multipliers=lam)
+        K, C, M = self._term("partials", q, v, a, z=z, lam=lam)
         B = Z = Aq = Av = np.zeros((0, nv))
         if rows:
             (B,), (Z,) = self._term("constraint_jacobian", q, v, a), self._term("velocity_partials", q, v, a)
@@ -149,7 +155,7 @@ class Conditions:
         if not len(rest):
             return rest
         L = self.root_of_mass(q)
-        r = np.linalg.solve(L, self._term("residual", q, v, a, z=z, multipliers=rest)[0])
+        r = np.linalg.solve(L, self._term("residual", q, v, a, z=z, lam=rest)[0])
         B = np.linalg.solve(L, self._term("constraint_jacobian", q, v, a)[0].T)
         if not (np.all(np.isfinite(r)) and np.all(np.isfinite(B))):
             return rest

@@ -158,7 +158,7 @@ def linear_conditions(
     at = conditions.at(*state.motion)
     X, W = fields.directions(state.q), fields.along(state.g).W
     D = fields.slope(state.q, state.g)
-    turns = np.column_stack([field.W @ state.v for field in fields.every]) if len(fields) else np.zeros_like(X)
+    turns = (fields.stacked.W @ state.v).T
     across = _across(at.M, X if fields.symmetric else np.eye(len(X))[:, given.alone], given.held_q)
     dv = np.hstack([D @ across, X])
     da = np.hstack([W @ D @ across, W @ X + turns])

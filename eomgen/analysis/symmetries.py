@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,23 +66,25 @@ class Fields:
     def __len__(self) -> int:
         return len(self.every)
 
+    @cached_property
+    def stacked(self) -> SymmetryField:
+        """All fields as one with a leading axis: e and xi (n, nv), A and W (n, nv, nv)."""
+        nv, every = self.model.nv, self.every
+        e, xi = (np.array([getattr(field, name) for field in every]).reshape(-1, nv) for name in ("e", "xi"))
+        A, W = (np.array([getattr(field, name) for field in every]).reshape(-1, nv, nv) for name in ("A", "W"))
+        return SymmetryField(e, A, xi, W)
+
     def directions(self, q: Array) -> Array:
         """Return X(q), (nv, number of fields)."""
         if not self.every:
             return np.zeros((self.model.nv, 0))
-        coordinates, frames = _single_coordinates(self.model, q), moved_frames(self.model.factors, q)
-        return np.column_stack([field.e + field.A @ coordinates + frames @ field.xi for field in self.every])
+        coordinates, frames, of = _single_coordinates(self.model, q), moved_frames(self.model.factors, q), self.stacked
+        return np.asarray((of.e + of.A @ coordinates + of.xi @ frames.T).T)
 
     def along(self, g: Array) -> SymmetryField:
         """Return a combination as one field."""
-        nv = self.model.nv
-        parts = zip(g, self.every, strict=True)
-        total = SymmetryField(np.zeros(nv), np.zeros((nv, nv)), np.zeros(nv), np.zeros((nv, nv)))
-        for one, field in parts:
-            total = SymmetryField(
-                total.e + one * field.e, total.A + one * field.A, total.xi + one * field.xi, total.W + one * field.W
-            )
-        return total
+        of = self.stacked
+        return SymmetryField(*(np.tensordot(g, part, 1) for part in (of.e, of.A, of.xi, of.W)))
 
     def slope(self, q: Array, g: Array) -> Array:
         """Return the left-trivialised derivative of X(q) g in q, (nv, nv)."""
@@ -223,21 +226,16 @@ def _equations(
     at = conditions.at(q, v, a, z, lam)
     holonomic = len(at.position)
     model = conditions.model
-    coordinates, frames = _single_coordinates(model, q), moved_frames(model.factors, q)
     one, speed = conditions.extents, np.abs(v)
     free = np.eye(len(v))
     if len(at.B) and np.all(np.isfinite(at.B)):
         _, singular, Vt = np.linalg.svd(at.B * one)
         free = one[:, np.newaxis] * Vt[int(np.sum(singular > _FREE * np.max(singular, initial=0.0))) :].T
-    columns = []
-    for field in basis:
-        eta, by_v, by_a = field.e + field.A @ coordinates + frames @ field.xi, field.W @ v, field.W @ a
-        forces = at.K @ eta + at.C @ by_v + at.M @ by_a + field.W.T @ at.residual
-        columns.append(
-            np.concatenate(
-                [free.T @ forces, at.B[:holonomic] @ eta, at.Z @ eta + at.B @ by_v, at.Fq @ eta + at.Fv @ by_v]
-            )
-        )
+    fields = Fields(model, basis)
+    W = fields.stacked.W
+    eta, by_v, by_a = fields.directions(q), (W @ v).T, (W @ a).T
+    forces = at.K @ eta + at.C @ by_v + at.M @ by_a + (at.residual @ W).T
+    columns = [free.T @ forces, at.B[:holonomic] @ eta, at.Z @ eta + at.B @ by_v, at.Fq @ eta + at.Fv @ by_v]
     size = np.concatenate(
         [
             np.abs(free.T) @ (np.abs(at.K) @ one + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)),
@@ -246,7 +244,7 @@ def _equations(
             np.abs(at.Fq) @ one + np.abs(at.Fv) @ speed,
         ]
     )
-    return np.asarray(np.column_stack(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
+    return np.asarray(np.concatenate(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
 
 
 def _single_coordinates(model: CompiledModel, q: Array) -> Array:
