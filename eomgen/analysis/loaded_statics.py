@@ -31,7 +31,7 @@ from eomgen.compiled.terms import Inputs, Parameters, TermsAt
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.lie import numeric
-from eomgen.lie.differences import differences, slopes
+from eomgen.lie.few_poses import differences, slopes
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
 from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedState, LoadedStatics, Matrix, Tangents

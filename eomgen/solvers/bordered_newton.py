@@ -19,7 +19,7 @@ from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.lie.product import Factor, update
+from eomgen.lie.product import Factor, update_one
 
 #: Corrections at most, and the size in rad or lengths of the scene below which one is the last.
 ITERATIONS, _LAST = 12, 1e-8
@@ -231,7 +231,7 @@ def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Arra
 def _moved(statics: LoadedStatics, rest: LoadedState, change: Array, s: float) -> LoadedState:
     nv, rows = len(statics.sizes), len(rest.multipliers)
     factor = rest.s + s
-    q = statics.followed(update(statics.factors, rest.q, change[:nv]), factor)
+    q = statics.followed(update_one(statics.factors, rest.q, change[:nv]), factor)
     return LoadedState(q, rest.multipliers + change[nv : nv + rows], rest.z + change[nv + rows :], factor)
 
 
