@@ -12,9 +12,9 @@ the section forces s, D being the derivative of d along both twists.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from copy import copy
-from functools import lru_cache, partial
+from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
@@ -35,7 +35,7 @@ from eomgen.lie.few_poses import differences, slopes
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
 from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedState, LoadedStatics, Matrix, Tangents
-from eomgen.system.description import BASE
+from eomgen.system.description import BASE, ElementStiffness
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -59,11 +59,7 @@ class ElementStrains:
         """Read the beams; ``given`` are t, parameters and base, as of ``model.evaluate``."""
         self._model = model
         beams = model.description.element_stiffness
-        self._mentioned = {
-            symbol.name
-            for formula in {entry for beam in beams for rows in beam.stiffness for row in rows for entry in row}
-            for symbol in symbols(formula)
-        }
+        self._mentioned = _mentioned(beams)
         self.stiffness = np.zeros((0, 6, 6))
         self._values: dict[str, float] | None = None
         self._set(p, given)
@@ -88,7 +84,7 @@ class ElementStrains:
         return len(self.stiffness)
 
     def at(self, p: Array, given: dict[str, Any]) -> ElementStrains:
-        """Return the same elements at other parameters."""
+        """Return these elements at other parameters."""
         other = copy(self)
         other._set(p, given)
         if self._carried:
@@ -200,6 +196,12 @@ class ElementStrains:
         less, more = (self._model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
         between = numeric.compose(SE3, numeric.inverse(SE3, less), more)
         return numeric.log(SE3, between) / (2.0 * _SMALL)
+
+
+def _mentioned(beams: Sequence[ElementStiffness]) -> set[str]:
+    """Return the parameters by which stiffnesses of sections change."""
+    formulas = {entry for beam in beams for rows in beam.stiffness for row in rows for entry in row}
+    return {symbol.name for formula in formulas for symbol in symbols(formula)}
 
 
 def _fixed_to_base(model: CompiledModel) -> set[str]:
@@ -319,8 +321,9 @@ def loaded_statics(
 
     def tangents_at(rest: LoadedState) -> Tangents:
         if whole:
+            at = terms_at(rest.s)
             state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "lam": rest.multipliers}
-            return Tangents(**whole_partials(model, partial(terms_at(rest.s), **state)))
+            return Tangents(**whole_partials(model, lambda term: at(term, **state)))
         result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
         return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
 

@@ -26,7 +26,7 @@ from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
-from eomgen.solvers.bordered_newton import LoadedState, sparse
+from eomgen.solvers.bordered_newton import LoadedState
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.load_steps import by_load_steps
 from eomgen.solvers.tangent_stiffness import compliance
@@ -78,7 +78,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
             Problem("steady motion", fault, "an initial state nearer to it, or more elements")
         ) from None
     tangents = statics.tangents(rest)
-    flexible = compliance(sparse(tangents.K), sparse(tangents.B))
+    flexible = compliance(tangents.K, tangents.B)
     if flexible is None:
         fault = "nothing holds the scene on its base, for its stiffness is singular"
         raise NumericalError(Problem("steady motion", fault, "steady_motion with velocities"))

@@ -227,9 +227,7 @@ class Terms:
             values |= derivative_values(self, term, given, values)
         return self.functions(term, values)
 
-    def at(
-        self, t: ArrayLike, parameters: Parameters, u: Inputs = None, base: ArrayLike | None = None
-    ) -> TermsAt:
+    def at(self, t: ArrayLike, parameters: Parameters, u: Inputs = None, base: ArrayLike | None = None) -> TermsAt:
         """Return the terms at one time, parameters, inputs and base, for calls at many states."""
         return TermsAt(self, t, parameters, u, base)
 

@@ -9,10 +9,17 @@ diagonal and skew(u)/2 + 2 f6 S(omega, u) + f8 (omega.u) S(omega, omega) below, 
 
 from __future__ import annotations
 
-import numpy as np
+from collections.abc import Sequence
 
-from eomgen.base.arrays import Array
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.lie import numeric
 from eomgen.lie.coefficients import F3, F6_REMAINDER, F8_REMAINDER, POLES, TAYLOR_LIMIT
+from eomgen.lie.groups import SE3
+from eomgen.lie.product import Factor, by_group, elements
+
+Array = NDArray[np.float64]
 
 _UNIT = np.eye(3)
 #: skew(e_k) and S(e_k, e_l) of unit vectors, (3, 3, 3) and (3, 3, 3, 3).
@@ -42,6 +49,20 @@ _CONJUGATE_PRODUCT, _TURN = _bilinear_forms()
 _PRODUCT_OF_TWO = _CONJUGATE_PRODUCT.reshape(4, 16) * np.array([[1.0], [-1.0], [-1.0], [-1.0]])
 _PRODUCT_OF_TWO = _PRODUCT_OF_TWO.reshape(16, 4)
 _F3_POWERS = np.arange(len(F3))
+
+
+def update_one(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
+    """Return ``product.update`` of one configuration, to rounding; with some poses in a third of the time."""
+    result = np.array(q, float)
+    for group, of_q, of_v in by_group(tuple(factors)):
+        if group is SE3:
+            result[of_q] = updated(elements(q[of_q], 7), elements(theta[of_v], 6)).ravel()
+        elif group is None:
+            result[of_q] += theta[of_v]
+        else:
+            moved = numeric.update(group, elements(q[of_q], group.q_size), elements(theta[of_v], group.v_size))
+            result[of_q] = moved.ravel()
+    return result
 
 
 def updated(q: Array, theta: Array) -> Array:

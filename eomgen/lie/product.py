@@ -19,8 +19,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.data import dataclass
 from eomgen.lie import numeric
-from eomgen.lie.few_poses import updated
-from eomgen.lie.groups import SE3, Group, group_named
+from eomgen.lie.groups import Group, group_named
 
 Array = NDArray[Any]
 Places = slice | NDArray[np.intp]
@@ -82,27 +81,13 @@ def update(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
     (..., nq), with the broadcast leading axes of q and theta
     """
     result = np.array(q, dtype=np.result_type(q, theta, float))
-    for group, of_q, of_v in _by_group(tuple(factors)):
+    for group, of_q, of_v in by_group(tuple(factors)):
         first, step = q[..., of_q], theta[..., of_v]
         if group is None:
             result[..., of_q] = first + step
         else:
-            moved = numeric.update(group, _elements(first, group.q_size), _elements(step, group.v_size))
+            moved = numeric.update(group, elements(first, group.q_size), elements(step, group.v_size))
             result[..., of_q] = moved.reshape(result[..., of_q].shape)
-    return result
-
-
-def update_one(factors: Sequence[Factor], q: Array, theta: Array) -> Array:
-    """Return ``update`` of one configuration, to rounding; with some poses in a third of the time."""
-    result = np.array(q, float)
-    for group, of_q, of_v in _by_group(tuple(factors)):
-        if group is SE3:
-            result[of_q] = updated(_elements(q[of_q], 7), _elements(theta[of_v], 6)).ravel()
-        elif group is None:
-            result[of_q] += theta[of_v]
-        else:
-            moved = numeric.update(group, _elements(q[of_q], group.q_size), _elements(theta[of_v], group.v_size))
-            result[of_q] = moved.ravel()
     return result
 
 
@@ -120,7 +105,7 @@ def difference(factors: Sequence[Factor], first: Array, second: Array) -> Array:
     """
     batch = np.broadcast_shapes(np.shape(first)[:-1], np.shape(second)[:-1])
     result = np.zeros((*batch, sum(factor.v_size for factor in factors)), dtype=np.result_type(first, second, float))
-    groups = _by_group(tuple(factors))
+    groups = by_group(tuple(factors))
     if len(batch) == 1 and result.shape[0] > 1 and result.size > _LARGE:
         rows = max(1, _LARGE // result.shape[1])
         ends = [np.broadcast_to(q, (*batch, q.shape[-1])) for q in (first, second)]
@@ -140,7 +125,7 @@ def _fill_difference(
         if group is None:
             result[..., of_v] = end - begin
         else:
-            begin, end = _elements(begin, group.q_size), _elements(end, group.q_size)
+            begin, end = elements(begin, group.q_size), elements(end, group.q_size)
             apart = numeric.log(group, numeric.compose(group, numeric.inverse(group, begin), end))
             result[..., of_v] = apart.reshape(result[..., of_v].shape)
 
@@ -179,25 +164,25 @@ def _block_diagonal(factors: Sequence[Factor], x: Array, of_numbers: float, of_g
     factors = tuple(factors)
     size = sum(factor.v_size for factor in factors)
     result = np.zeros((*x.shape[:-1], size, size), dtype=np.result_type(x, float))
-    for group, of_q, of_v in _by_group(factors):
+    for group, of_q, of_v in by_group(factors):
         if group is None:
             places = np.arange(size)[of_v]
             result[..., places, places] = of_numbers
             continue
         of_x, size_of_x = (of_v, group.v_size) if x.shape[-1] == size else (of_q, group.q_size)
         rows = np.arange(size)[of_v].reshape(-1, group.v_size)
-        blocks = of_group(group, _elements(x[..., of_x], size_of_x))
+        blocks = of_group(group, elements(x[..., of_x], size_of_x))
         result[..., rows[:, :, np.newaxis], rows[:, np.newaxis, :]] = blocks
     return result
 
 
-def _elements(x: Array, size: int) -> Array:
+def elements(x: Array, size: int) -> Array:
     """Return the components of elements side by side as (..., elements, size)."""
     return x.reshape(*x.shape[:-1], x.shape[-1] // size, size)
 
 
 @lru_cache(maxsize=64)
-def _by_group(factors: tuple[Factor, ...]) -> list[tuple[Group | None, Places, Places]]:
+def by_group(factors: tuple[Factor, ...]) -> list[tuple[Group | None, Places, Places]]:
     """Return each group once, with the places of all its elements in q and v, side by side; None: numbers."""
     members: dict[str, list[Factor]] = {}
     for factor in factors:

@@ -19,7 +19,8 @@ from scipy.sparse.linalg import splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.lie.product import Factor, update_one
+from eomgen.lie.few_poses import update_one
+from eomgen.lie.product import Factor
 
 #: Corrections at most, and the size in rad or lengths of the scene below which one is the last.
 ITERATIONS, _LAST = 12, 1e-8

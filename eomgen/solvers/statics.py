@@ -258,7 +258,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
-    inverse = inverse_root(whole(M))
+    inverse: Any = inverse_root(whole(M))
     B = B0 @ inverse.T
     violation = statics.constraint(q)
     r0 = statics.residual(q, np.zeros(len(B)), z)
@@ -272,7 +272,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         lam = -spread.T @ (inverse @ r0)
     residual = r0 + B0.T @ lam
     basis: Any = inverse.T if free is None else np.asarray(inverse.T @ free)
-    K = statics.stiffness(q, lam, z)
+    K: Any = statics.stiffness(q, lam, z)
     by_z, rate_q, rate_z = statics.couplings(q, z)
     aimed = np.zeros(len(B))
     aimed[: statics.holonomic] = -violation

@@ -92,7 +92,7 @@ class TangentStiffness:
                 by = 1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0))
                 full = by[:, np.newaxis] * full * by
             return full
-        matrix = csc_array(block_array([[self.K, self.B.T], [self.B, None]], format="csc"))
+        matrix = _sparse_bordered(self.K, self.B)
         scale, rows, columns = np.ones(matrix.shape[0]), matrix.indices, columns_of(matrix)
         size = np.abs(matrix.data)
         for _ in range(_SWEEPS):
@@ -129,9 +129,9 @@ class TangentStiffness:
     def below(self, value: float) -> int:
         """Return the number of eigenvalues of K x = k W x under the constraints below a value; W: see
         ``next_to_zero``."""
-        rows = self.B.shape[0]
+        rows = int(self.B.shape[0])
         if value:
-            return replace(self, K=plus(self.K, diags_array(-value / self.sizes**2))).below(0.0)
+            return replace(self, K=plus(self.K, csc_array(diags_array(-value / self.sizes**2)))).below(0.0)
         if len(self.sizes) + rows > _WHOLE:
             result = self._sparse_negative()
             if result is not None:
@@ -202,7 +202,7 @@ class TangentStiffness:
         if result is None:
             diagonal = np.abs(self.K.diagonal())
             shift = _SHIFT * np.where(diagonal > 0.0, diagonal, np.max(diagonal, initial=0.0))
-            result = compliance(plus(self.K, diags_array(shift)), self.B)
+            result = compliance(plus(self.K, csc_array(diags_array(shift))), self.B)
         return result
 
     def _sparse_negative(self) -> int | None:
@@ -210,7 +210,7 @@ class TangentStiffness:
 
         Adding B^T B to K keeps the inertia, and makes K regular if only constraints hold a body.
         """
-        nv, rows = len(self.sizes), self.B.shape[0]
+        nv, rows = len(self.sizes), int(self.B.shape[0])
         scaled = self.bordered
         K, B = csc_array(scaled[:nv, :nv]), csc_array(scaled[nv:, :nv])
         first = csc_array(0.5 * (K + K.T) + B.T @ B)
@@ -230,11 +230,7 @@ class TangentStiffness:
 def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     """Return the map from forces (nv, ...) to constrained displacements; None if the bordered matrix is singular."""
     nv = K.shape[0]
-    if isinstance(K, np.ndarray):
-        bordered: Matrix = _bordered(K, whole(B))
-    else:
-        bordered = csc_array(block_array([[K, sparse(B).T], [sparse(B), None]], format="csc"))
-    solver = _solver(bordered)
+    solver = _solver(_bordered(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
     if solver is None:
         return None
 
@@ -252,6 +248,12 @@ def _bordered(K: Array, B: Array) -> Array:
     result = np.zeros((nv + len(B), nv + len(B)))
     result[:nv, :nv], result[nv:, :nv], result[:nv, nv:] = K, B, B.T
     return result
+
+
+def _sparse_bordered(K: Matrix, B: Matrix) -> csc_array:
+    """Return [[K, B^T], [B, 0]]."""
+    rows = sparse(B)
+    return csc_array(block_array([[sparse(K), rows.T], [rows, None]], format="csc"))
 
 
 def _solver(matrix: Matrix) -> Callable[[Array], Array] | None:

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from eomgen.lie import numeric
-from eomgen.lie.few_poses import differences, slopes, updated
+from eomgen.lie.few_poses import differences, slopes, update_one, updated
 from eomgen.lie.groups import SE3, group_named
-from eomgen.lie.product import Factor, update, update_one
+from eomgen.lie.product import Factor, update
 from tests.oracles.evaluation import Array
 
 _TINY = 1e-30
