@@ -10,6 +10,7 @@ import sys
 from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import casadi as ca
@@ -363,6 +364,32 @@ def test_a_receding_horizon_swings_a_heavier_pole_up(tmp_path: Path, monkeypatch
     assert np.max(np.abs(loop.u)) == pytest.approx(demo["FORCE"], rel=1e-6)
     assert loop.x[-1] == pytest.approx(demo["UPRIGHT"], abs=0.1)
     assert np.median(loop.seconds) < demo["SAMPLE"]
+
+
+@pytest.mark.parametrize("modern", [False, True])
+def test_the_length_of_a_step_follows_the_number_of_nodes(
+    modern: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """acados has the number in ``solver_options.N_horizon`` from version 0.4 on, and in ``dims.N`` before."""
+    eomgen.generate(CART_POLE, tmp_path / "c", ["forward_dynamics"], target="acados")
+    template = ModuleType("acados_template")
+
+    def generate(ocp: Any, json_file: str) -> None:
+        raise InterruptedError(json_file)
+
+    solvers = {
+        name: SimpleNamespace(generate=generate) for name in ("AcadosModel", "AcadosOcpSolver", "AcadosSimSolver")
+    }
+    vars(template).update(solvers)
+    monkeypatch.setitem(sys.modules, "acados_template", template)
+    made = runpy.run_path(str(tmp_path / "c" / "cart_pole_acados.py"))
+    options = SimpleNamespace(tf=2.0, integrator_type="DISCRETE", **({"N_horizon": 40} if modern else {}))
+    ocp = SimpleNamespace(solver_options=options, dims=SimpleNamespace(N=None if modern else 40), parameter_values=[])
+    with pytest.raises(InterruptedError):
+        made["solver"](ocp)
+    assert ocp.parameter_values.tolist() == [*made["PARAMETERS"].values(), 0.05]
+    with pytest.raises(ValueError, match="cart_pole has no functions for the integrator 'IRK'; try: one of ERK, DISC"):
+        made["parameters"]("IRK")
 
 
 def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
