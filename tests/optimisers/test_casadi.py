@@ -239,7 +239,7 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert str(of_step.value) == (
         "usage error: method: steps of trapezoidal are made of other terms; try: terms with inverse_dynamics"
     )
-    with pytest.raises(eomgen.UsageError, match="there is no function of CasADi 'steps'; try: step"):
+    with pytest.raises(eomgen.UsageError, match="there is no CasADi function 'steps'; try: step"):
         functions()["steps"]
     monkeypatch.setitem(sys.modules, "casadi", None)
     with pytest.raises(eomgen.UsageError) as missing:

@@ -96,4 +96,4 @@ def casadi(
         item["symbol"].partition("_casadi_")[2]: package.external(item["symbol"], library, item["options"])
         for item in written["casadi"]
     }
-    return NamedResults("function of CasADi", functions, written["absent"])
+    return NamedResults("CasADi function", functions, written["absent"])
