@@ -116,12 +116,13 @@ def _written(
     from eomgen.base.files import write_text  # noqa: PLC0415
 
     table = folder / "solution.csv"
-    with _meanwhile(solution, table) as written:
+    with _meanwhile(solution, table) as written, _drawn_meanwhile(solution, order) as drawn:
         files = [solution.save(folder / "solution.npz")]
-        with _ordered(solution, order, copy):
+        names = drawn()
+        with _ordered(solution, order if names is None else None, copy):
             files.append(table if written() else solution.save(table))
             files += _tables(solution, folder, times)
-            names = None if copy is None else copy.files()
+            names = copy.files() if names is None and copy is not None else names
     if names is not None:
         files += [folder / name for name in names]
     elif order is not None:
@@ -137,12 +138,38 @@ _LONG = 200_000
 
 def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callable[[], bool]]:
     """Write a long table in a copy of this process, meanwhile: the estimate of the error needs no table."""
-    if solution.q.size + 2 * solution.v.size < _LONG:
+    if not _is_long(solution):
         return nullcontext(lambda: False)
     from eomgen.base.drawing_process import in_copy  # noqa: PLC0415
 
     solution.columns()  # evaluated once, for both
     return in_copy(partial(solution.save, table))
+
+
+def _is_long(solution: Solution) -> bool:
+    return solution.q.size + 2 * solution.v.size >= _LONG
+
+
+@contextmanager
+def _drawn_meanwhile(
+    solution: Solution, order: dict[str, Any] | None
+) -> Iterator[Callable[[], list[str] | None]]:
+    """Draw the figures of a run with a long table in a copy of this process, meanwhile: figures show no errors, and the
+    estimate takes as long as the run. Gives a function that waits and returns the names of the files, None without a
+    copy."""
+    if order is None or not _is_long(solution):
+        yield lambda: None
+        return
+    from eomgen.base.drawing_process import from_copy, leave_out_documentation, own_process  # noqa: PLC0415
+
+    solution.columns()  # evaluated once, for both
+
+    def names() -> list[str]:
+        leave_out_documentation()
+        return [file.name for drawing in _drawings(solution, order) for file in drawing()]
+
+    with own_process(), from_copy(names) as drawn:
+        yield drawn
 
 
 @contextmanager
