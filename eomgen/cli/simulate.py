@@ -151,9 +151,7 @@ def _is_long(solution: Solution) -> bool:
 
 
 @contextmanager
-def _drawn_meanwhile(
-    solution: Solution, order: dict[str, Any] | None
-) -> Iterator[Callable[[], list[str] | None]]:
+def _drawn_meanwhile(solution: Solution, order: dict[str, Any] | None) -> Iterator[Callable[[], list[str] | None]]:
     """Draw the figures of a run with a long table in a copy of this process, meanwhile: figures show no errors, and the
     estimate takes as long as the run. Gives a function that waits and returns the names of the files, None without a
     copy."""

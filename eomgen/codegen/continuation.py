@@ -131,7 +131,7 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
     made = known(samples)
     if made is not None:
         return list(made)
-    shapes: dict[Hashable, int] = {}
+    shapes: dict[Any, int] = {}
     flat = [[_flat(item) for item in sample] for sample in samples]
     width = max((len(values) for items in flat for _, values in items), default=0)
     rows = [
@@ -141,8 +141,17 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
         ).reshape(len(items), width + 1)
         for items in flat
     ]
+    made = _joined(rows, number)
+    if (
+        len(shapes) == 1
+        and isinstance(only := next(iter(shapes)), tuple)
+        and only[0] in (list, tuple)
+        and set(only[1:]) == {int}
+    ):
+        rows_of_integers = made[:, 1 : len(only)].tolist()
+        return rows_of_integers if only[0] is list else list(map(tuple, rows_of_integers))
     by_number = list(shapes)
-    return [_built(by_number[kind], iter(values)) for kind, *values in _joined(rows, number).tolist()]
+    return [_built(by_number[kind], iter(values)) for kind, *values in made.tolist()]
 
 
 #: Of three samples the rows of integers of a list: the kind of an item, which items of other samples share, and the

@@ -22,6 +22,7 @@ from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
+from eomgen.formula.nodes import Number
 from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start
 from eomgen.pipeline.equal_elements import Derived, derived_samples
 from eomgen.scene.scene import Scene
@@ -190,6 +191,9 @@ class EqualRows:
         if kind is float:
             numbers.append(value)
             return float
+        if kind is Number:  # most of all data
+            numbers.append(value.value)
+            return Number
         if kind is str:
             shape, own = parts_of(value)
             place = self.places.get(shape)

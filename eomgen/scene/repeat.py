@@ -152,6 +152,10 @@ class _Copies:
         self.names = SceneNames(parameters=dict.fromkeys(ranges, False))
         self.table = table
         self.formulas: dict[str, Any] = {}
+        #: Pieces of texts, in turn literal and a formula.
+        self.pieces: dict[str, list[str]] = {}
+        #: Values of formulas in the present copy.
+        self.numbers: dict[str, float] = {}
         self.twice: set[str] = set()
 
     def put(self, made: MutableMapping[str, Any]) -> None:
@@ -166,9 +170,11 @@ class _Copies:
             elif not isinstance(templates, Mapping):
                 self.report.add(place, f"a table is needed here, not {described(templates)}")
             elif isinstance(entries := made.setdefault(section, {}), MutableMapping):
+                within = self.key.removeprefix("repeat.")
+                named = [(str(name), key_of("repeat", within, section, str(name))) for name in templates]
                 for values in self.values():
-                    for name, entry in templates.items():
-                        self._copy(section, str(name), entry, values, entries)
+                    for (name, key), entry in zip(named, templates.values(), strict=True):
+                        self._copy(section, name, key, entry, values, entries)
 
     def values(self) -> Iterator[dict[str, int]]:
         """Yield the numbers of the indices of each copy."""
@@ -179,13 +185,19 @@ class _Copies:
             return
         for numbers in itertools.product(*self.ranges.values()):
             values = dict(zip(self.ranges, numbers, strict=True))
+            self.numbers.clear()
             if self._number(where, values, key):
                 yield values
 
     def _copy(
-        self, section: str, name: str, entry: Any, values: Mapping[str, int], entries: MutableMapping[str, Any]
+        self,
+        section: str,
+        name: str,
+        key: str,
+        entry: Any,
+        values: Mapping[str, int],
+        entries: MutableMapping[str, Any],
     ) -> None:
-        key = key_of("repeat", self.key.removeprefix("repeat."), section, name)
         copy = self._text(name, values, key)
         if self.report.concerns(key):
             return
@@ -207,8 +219,9 @@ class _Copies:
         if isinstance(value, str):
             if "{" not in value and "}" not in value:
                 return value
-            whole = _BRACES.fullmatch(value.strip())
-            return self._number(whole[1], values, key) if whole else self._text(value, values, key)
+            pieces = self._pieces(value)
+            whole = len(pieces) == 3 and not pieces[0].strip() and not pieces[2].strip()
+            return self._number(pieces[1], values, key) if whole else self._text(value, values, key)
         if isinstance(value, Mapping):
             return {name: self._filled(entry, values, key) for name, entry in value.items()}
         if isinstance(value, list | tuple):
@@ -217,21 +230,31 @@ class _Copies:
 
     def _text(self, text: str, values: Mapping[str, int], key: str) -> str:
         """Return a text with numbers in place of braces."""
-        filled = _BRACES.sub(lambda match: repr(self._number(match[1], values, key)), text)
+        pieces = self._pieces(text)
+        filled = "".join(repr(self._number(piece, values, key)) if k % 2 else piece for k, piece in enumerate(pieces))
         if ("{" in filled or "}" in filled) and not self.report.concerns(key):
             self.report.add(key, f"{shown(text)} has a brace without its other", f"{{{next(iter(self.ranges))}}}")
         return filled
+
+    def _pieces(self, text: str) -> list[str]:
+        """Return the pieces of a text, in turn literal and the formula within braces."""
+        if text not in self.pieces:
+            self.pieces[text] = _BRACES.split(text)
+        return self.pieces[text]
 
     def _number(self, formula: str, values: Mapping[str, int], key: str) -> float:
         """Return the value of a formula of the indices, as an integer if whole; 0 for a formula without a value, which
         is reported once."""
         if self.report.concerns(key):
             return 0
+        if formula in self.numbers:
+            return self.numbers[formula]
         try:
             if formula not in self.formulas:
                 self.formulas[formula] = read_formula(formula, self.names, FIXED_PARAMETERS)
             number = evaluate(self.formulas[formula], lambda symbol: float(values[symbol.name]))
-            return int(number) if number.is_integer() else number
+            self.numbers[formula] = int(number) if number.is_integer() else number
+            return self.numbers[formula]
         except FormulaError as error:
             of_indices = f"a formula of {listed(self.ranges)}, such as {{{next(iter(self.ranges))} - 1}}"
             self.report.add(key, f"{{{formula}}}: {error.what}", error.hint or of_indices)

@@ -62,7 +62,7 @@ class Report:
     def concerns(self, key: str) -> bool:
         """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem
         are not reported."""
-        return any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
+        return bool(self.keys) and any(noted == key or noted.startswith((f"{key}.", f"{key}[")) for noted in self.keys)
 
     def add_problem(self, key: str, problem: Problem) -> None:
         """Note a problem that lies in another file, under the key that names the file."""

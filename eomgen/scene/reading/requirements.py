@@ -314,5 +314,6 @@ RELATIONS: Mapping[str, Row] = {
 
 def bound_of(key: str, table: Mapping[str, Row]) -> Row | None:
     """Return the rule of a value by key in a scene: ``joints.hinge.limits.stiffness[1]``; None without a rule."""
-    section, _, rest = re.sub(r"\[\d+\]", "", key).partition(".")
+    plain = re.sub(r"\[\d+\]", "", key) if "[" in key else key
+    section, _, rest = plain.partition(".")
     return table.get(f"{section}.{rest.partition('.')[2]}")

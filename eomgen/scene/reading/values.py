@@ -135,8 +135,9 @@ class Values:
         if isinstance(value, FaultyText):
             return UNKNOWN
         if not isinstance(value, str):
-            self._require_bound(key, Number(value), scope)
-            return Number(value)
+            number = Number(value)
+            self._require_bound(key, number, scope)
+            return number
         try:
             formula = self._here(key, read_included(value, self.names, self._along(scope)), scope)
         except ArithmeticError as error:
@@ -351,6 +352,8 @@ class Values:
 
     def value(self, formula: Formula) -> float:
         """Return the value of a formula of parameters at their defaults; NaN if unknown."""
+        if type(formula) is Number:  # most formulas of large scenes; UNKNOWN is one of NaN
+            return formula.value
         if formula is UNKNOWN or any(symbol.name not in self.parameters for symbol in symbols(formula)):
             return math.nan
         return evaluate(formula, lambda symbol: self.parameters[symbol.name])
