@@ -8,6 +8,7 @@ length, and equals the reaction at a clamp exactly.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, cast
 
 from eomgen.formula.nodes import Symbol
 from eomgen.mechanics.forces.cosserat_beams import Chain, ElementStrain
@@ -19,6 +20,9 @@ from eomgen.scene.bodies.cosserat import SECTION_ROW, BeamSection, Cosserat
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.scalar import Scalar, apply, multiply, transpose
+
+if TYPE_CHECKING:
+    from eomgen.scene.forces.distributed_loads import DistributedLoad
 
 #: Map from a link's index to the link's field of accelerations minus gravity; negative indices denote the carrier of
 #: the tree.
@@ -39,11 +43,12 @@ def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> l
             half = 0.5 * float(part.length)
             _add(halves[element], end, [-half * entry for entry in (*inertia[0], *inertia[1])])
     for item in quantities.scene.elements:
-        if item.section == "distributed_loads" and getattr(item, "beam", "") == beam.name:
-            from eomgen.mechanics.forces.distributed_loads import wrenches_per_length  # noqa: PLC0415  # pydantic
+        if item.section == "distributed_loads" and cast("DistributedLoad", item).beam == beam.name:
+            from eomgen.mechanics.forces.distributed_loads import wrenches_per_length  # noqa: PLC0415  # schemas
 
-            for number, per_length in enumerate(wrenches_per_length(item, quantities)):
-                before, beyond = item.nodes[number].halves
+            load = cast("DistributedLoad", item)
+            for number, per_length in enumerate(wrenches_per_length(load, quantities)):
+                before, beyond = load.nodes[number].halves
                 if number > 0:
                     _add(halves[number - 1], 1, [before * entry for entry in per_length])
                 if number < beam.elements:
