@@ -361,8 +361,8 @@ def neighbours(values: Array, lanes: int) -> NDArray[np.intp]:
     for k in range((size // lanes).bit_length() - 1):
         places = np.argsort(filled[order, k % quantities], axis=1, kind="stable")
         order = np.take_along_axis(order, places, 1).reshape(2 * len(order), -1)
-    result = order.ravel()
-    return result[result < count]
+    result: NDArray[np.intp] = order.ravel()
+    return np.asarray(result[result < count], np.intp)
 
 
 def how_run(lanes: LaneRunner | str) -> str:
