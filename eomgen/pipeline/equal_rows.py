@@ -22,9 +22,10 @@ from eomgen.base.data import dataclass, fields, is_dataclass, replace
 from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
-from eomgen.formula.nodes import Number
+from eomgen.formula.nodes import ZERO, Number
 from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start
 from eomgen.pipeline.equal_elements import Derived, derived_samples
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.system import Sample
 from eomgen.system.terms import TERMS
@@ -36,7 +37,7 @@ Parts = tuple[tuple[str, ...], tuple[int, ...]]
 MANY = 800
 _FEW, _FEW_ROWS, _MORE = 100, 10, 2
 #: The same with joints, rows in place of bodies: the first of them have pivots of their own.
-MANY_JOINED, _FEW_JOINED = 100, 20
+MANY_JOINED, _FEW_JOINED, _MORE_JOINED = 100, 18, 1
 #: Rows at the end of a scene that may differ from the others, as rows at its beginning may.
 _END = 3
 #: Largest deviation of numbers that grow evenly, as a part of the largest.
@@ -59,7 +60,7 @@ def equal_rows(scene: Scene) -> EqualRows | None:
     joined = any(joint.type != "free" for joint in scene.joints)
     if scene.coordinates != "absolute" or len(scene.bodies) < (MANY_JOINED if joined else MANY):
         return None
-    if joined and any(TERMS[name].quadratic for name in scene.terms if name in TERMS):
+    if joined and not _is_plain_chain(scene):
         return None
     if any(scene.parts.values()) or any(getattr(scene, item.name) for item in fields(scene) if item.name not in _PLAIN):
         return None
@@ -71,6 +72,19 @@ def equal_rows(scene: Scene) -> EqualRows | None:
         return None
     made = EqualRows(scene, *rows, joined)
     return made if made.regular else None
+
+
+def _is_plain_chain(scene: Scene) -> bool:
+    """Return whether joints alone act on bodies: forces are recorded one by one, and their loops grow unevenly; and
+    whether no term of whole matrices is asked for."""
+    whole = any(TERMS[name].quadratic for name in scene.terms if name in TERMS)
+    return not whole and not scene.elements and all(map(_only_connects, scene.joints))
+
+
+def _only_connects(joint: Joint) -> bool:
+    """Return whether a joint has no springs, stops, friction or motions of its own."""
+    given = joint.stops or joint.friction or joint.drive or joint.mimic
+    return not given and joint.stiffness == joint.damping == ZERO
 
 
 def _numbered(names: Sequence[str]) -> tuple[Mapping[tuple[str, ...], int], int, int] | None:
@@ -323,8 +337,9 @@ class EqualRows:
         """
         of_row = max(1, len(self.scene.bodies) // self.count)
         few = _FEW_JOINED if self.joined else max(_FEW_ROWS, -(-_FEW // of_row))
-        few += (self.count - few) % _MORE
-        counts = [few + k * _MORE for k in range(3)]
+        more = _MORE_JOINED if self.joined else _MORE
+        few += (self.count - few) % more
+        counts = [few + k * more for k in range(3)]
         if 2 * counts[2] > self.count:
             return None
         scenes = [self.fewer(count) for count in counts]
@@ -345,7 +360,7 @@ class EqualRows:
         else:
             start = cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
         try:
-            number = (self.count - few) // _MORE
+            number = (self.count - few) // more
             program = continued_program([program for program, _ in made], number, lambda one: self._known(one, number))
         except IrregularSamples:
             return None

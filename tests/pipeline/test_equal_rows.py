@@ -165,14 +165,36 @@ def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
     assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 60)) is None
     assert equal_rows.equal_rows(chains.scene("absolute", "skew", 120)) is None
     assert equal_rows.equal_rows(chains.scene("absolute", "hinge", 120, ["mass"])) is None
+    scene = chains.scene("absolute", "hinge", 120)
+    stiff = tuple(dataclasses.replace(joint, stiffness=scene.bodies[0].mass) for joint in scene.joints)
+    assert equal_rows.equal_rows(dataclasses.replace(scene, joints=stiff)) is None
 
 
 @pytest.mark.slow
-def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
+def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     monkeypatch.setattr(equal_rows, "MANY_JOINED", 52)
-    model = eomgen.build(chains.scene("absolute", "hinge", 52), method="generalized_alpha")
+    model = eomgen.build(chains.scene("absolute", kind, 52), method="generalized_alpha")
     assert model.library.layout["sizes"]["q"] == 7 * 52
     run = model.simulate(0.05, error_estimate=False)
-    other = eomgen.build(chains.scene("joint", "hinge", 52)).simulate(0.05, error_estimate=False)
+    other = eomgen.build(chains.scene("joint", kind, 52)).simulate(0.05, error_estimate=False)
     assert run.success
     np.testing.assert_allclose(run.poses["rod51"][-1], other.poses["rod51"][-1], atol=1e-6)
+
+
+@pytest.mark.slow
+def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, program = [], equal_rows.EqualRows.program
+
+    def recorded(rows: equal_rows.EqualRows, derived: Any) -> Any:
+        made.append(program(rows, derived))
+        return made[-1]
+
+    monkeypatch.setattr(equal_rows.EqualRows, "program", recorded)
+    scene = chains.scene("absolute", "hinge", 100)
+    made_of_scene, _ = pipeline._program(scene, SCENES, Selection(), "generalized_alpha", C, for_runs=True)
+    assert made == [(made_of_scene, "")]
+    start = derive(scene, ["constraint"])
+    np.testing.assert_allclose(made_of_scene.initial_q, start.initial_q, rtol=0, atol=1e-12)
+    assert made_of_scene.asked_q == made_of_scene.initial_q
+    assert made_of_scene.sizes["v"] == 600

@@ -150,7 +150,7 @@ def eliminate(
 
     starts: list[int] = []
     orders: dict[object, list[tuple[int, int]]] = sample.orders_of(diagonal_first)
-    repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, meant > _LONG
+    repeated, long = _REPEATED * (_MANY / max(meant, _MANY)) ** 3, _is_long(meant, sample)
     for number, (new_rows, new_columns) in enumerate(plan):
         begun = len(rows)
         delayed = bool(state.columns_of_stage)
@@ -183,6 +183,10 @@ def eliminate(
     upper = tuple(tuple(sorted(position_of[column] for column in beside)) for beside in right)
     of_positions = tuple(state.group[column] for column in columns) if groups else ()
     return Elimination(tuple(rows), tuple(columns), lower, upper, operations, tuple(starts), of_positions)
+
+
+def _is_long(stages: float, sample: Sample) -> bool:
+    return stages > _LONG or sample.orders is not None
 
 
 #: Cost, whether another place is preferred, the size with a minus, row and column.
