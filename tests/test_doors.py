@@ -451,6 +451,7 @@ LATE: dict[str, dict[str, str]] = {
     "mechanics.tree.build": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
     "codegen.targets.c.target": {"codegen.targets.c.templates": "Jinja; texts of the cache are not rendered"},
+    "mechanics.forces.section_loads": {"mechanics.forces.distributed_loads": "schemas; few scenes have loads on beams"},
     "pipeline.scenes": {
         "mechanics": "SymPy; a cached model needs none of it",
         "pipeline": "SciPy; a cached model needs none of it",

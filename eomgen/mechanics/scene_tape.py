@@ -27,9 +27,9 @@ from eomgen.mechanics.dynamics.energy import energies
 from eomgen.mechanics.dynamics.partials import differentiated_partials, inertial_partials
 from eomgen.mechanics.dynamics.separated import ReferenceEfforts, geometric, structural
 from eomgen.mechanics.forces.applied import applied_loads, offered_by
-from eomgen.mechanics.forces.distributed_loads import Fields, RecordedSectionLoads
 from eomgen.mechanics.forces.internal_states import InternalStates, state_formulas
 from eomgen.mechanics.forces.loads import Loads
+from eomgen.mechanics.forces.section_loads import Fields, RecordedSectionLoads
 from eomgen.mechanics.forces.symbols import Quantities
 from eomgen.mechanics.kinematics.bodies import accelerations, body_jacobians, poses, twists
 from eomgen.mechanics.kinematics.directions import configuration_directions

@@ -39,11 +39,13 @@ class Ready:
     Attributes
     ----------
     texts : by name: of the stepper and its headers, if the stepper is compiled first
+    apart : whether these are texts of a library with its numbers in a separate file
     structure : of a model whose texts are kept
     known : all texts, of a library that differs in numbers alone
     """
 
     texts: dict[str, str] = field(default_factory=dict)
+    apart: bool = True
     structure: Structure | None = None
     known: KnownTexts | None = None
 
@@ -57,8 +59,8 @@ def begin_library(
     names: Names,
 ) -> Program | None:
     """Look for the texts of a library that differs in numbers alone, and return a Program without statements if there
-    is one. Else compile the stepper of a long model while its functions are scheduled, if its text depends on no
-    statement.
+    is one. Else compile the stepper of a long model, or of one on the tape engine, while its functions are scheduled,
+    if its text depends on no statement.
 
     Parameters
     ----------
@@ -74,16 +76,19 @@ def begin_library(
     from eomgen.pipeline.known_texts import known_texts, structure_of  # noqa: PLC0415
 
     program = to_program(system, data, functions, names=names, scheduled=False)
-    ready.structure = structure_of(system, functions, program, builder.profile.name)
+    ready.apart = not builder.profile.on_tape
+    if ready.apart:
+        ready.structure = structure_of(system, functions, program, builder.profile.name)
     if ready.structure is not None:
         ready.known = known_texts(builder.cache, ready.structure, program)
         if ready.known is not None:
             return program
-    if builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG:
+    long = builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG
+    if long or not ready.apart:
         from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
         from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
-        ready.texts |= written_stepper(program, builder.cache.folder / TEMPLATES)
+        ready.texts |= written_stepper(program, builder.cache.folder / TEMPLATES, apart=ready.apart)
         builder.begin_source(f"{program.prefix}_step.c", ready.texts, {f"{program.prefix}.c"})
     return None
 
@@ -260,7 +265,7 @@ def whole_library(
         printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         # other number types convert literals while compiling, tables at each use
         apart = builder.real == "double" and tape is None
-        texts = ready.texts if apart else {}
+        texts = ready.texts if apart == ready.apart else {}
         files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape, ready=texts)
         layout = _layout(printed, refusal, marks)
         straight = straight_sources(printed) if tape is None else ()

@@ -917,7 +917,7 @@ def _library(
 
         builder.begin_wrapper(INTERFACE_CDEF, interface_header())
         with without_garbage_collection():
-            begin = None if builder.profile.on_tape else partial(begin_library, builder, ready())
+            begin = partial(begin_library, builder, ready())
             return _program(document, front_end, selection, method, C, for_runs=True, begin=begin)
 
     def made(builder: Builder, running: RunningCompilers | None = None) -> Library:

@@ -26,7 +26,7 @@ from eomgen.base.files import ABSENT, digest_of_file, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import FileError, ModelError, Problem
 from eomgen.pipeline.front_end import FrontEnd, is_scene
-from eomgen.toolchain.cache import READINGS, default_folder, writable_by_others
+from eomgen.toolchain.cache import READINGS, default_folder, postpone, writable_by_others, write_postponed
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -104,6 +104,7 @@ def stored_scene(path: object, options: Mapping[str, Any]) -> StoredScene | None
     changed since."""
     if not isinstance(path, str | os.PathLike):
         return None
+    write_postponed()
     try:
         data = _place(path, options).read_bytes()
         if hashlib.sha256(data[64:]).hexdigest().encode() != data[:64]:
@@ -126,7 +127,8 @@ def store(
     description: Description,
     files: Mapping[str, str],
 ) -> None:
-    """Keep a scene, read from these files, for later processes, if a record can hold it.
+    """Keep a scene, read from these files, for later processes, if a record can hold it; written when the process
+    waits.
 
     Parameters
     ----------
@@ -137,13 +139,18 @@ def store(
         return
     if sum(len(getattr(scene, part)) * size for part, size in _LEAST.items()) > _LARGEST:
         return
-    try:
+    with contextlib.suppress(NoRecordError, OSError):
         place = _place(path, options)
+        place.parent.mkdir(parents=True, exist_ok=True)  # not at the end: the folder may be removed until then
+        postpone(partial(_store, place, scene, description, files))
+
+
+def _store(place: Path, scene: Scene, description: Description, files: Mapping[str, str]) -> None:
+    try:
         record = to_record(scene, description)
         if sum(map(len, record[3:])) > _LARGEST:
             return
         data = json.dumps([files, *record]).encode()
-        place.parent.mkdir(parents=True, exist_ok=True)
         with temporary_file(place) as stream:
             stream.write(hashlib.sha256(data).hexdigest().encode() + data)
         Path(stream.name).replace(place)

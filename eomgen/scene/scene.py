@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from fractions import Fraction
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
 
@@ -85,7 +84,7 @@ def _add(value: Any, parts: _Parts, known: Known) -> None:
         parts.append(kind.__qualname__.encode())
         for name in names:
             _add_field(getattr(value, name), parts, known)
-    elif value is None or isinstance(value, bool | int | float | complex | Fraction | str | bytes):
+    elif value is None or isinstance(value, bool | int | float | complex | str | bytes) or kind.__name__ == "Fraction":
         parts.append(f"{kind.__name__}:{value!r}".encode())
     elif isinstance(value, np.ndarray):
         parts.append(f"array:{value.dtype.str}{value.shape}".encode())

@@ -296,7 +296,6 @@ class Builder:
             nonlocal lines, fresh
             texts: dict[str, str] = {}
             sources: list[Path] = []
-            keys: dict[Path, str] = {}
             title = f"compiling {layout.get('prefix', 'a model')}"
             title += " by zig, which makes its C library at the first use" if self.compiler.is_zig else ""
             with (
@@ -320,17 +319,15 @@ class Builder:
                     key = self._object_key(name, texts, flags)
                     known = self.cache.get(key)
                     if known is None:
-                        compilation.add(source, flags, self._begun.pop(key, None))
-                        keys[source] = key
+                        kept = partial(self.cache.put, key, partial(_copy_object, source.with_suffix(".o")))
+                        compilation.add(source, flags, self._begun.pop(key, None), kept)
+                        fresh += 1
                     else:
                         shutil.copyfile(known.file(_OBJECT), source.with_suffix(".o"))
                         compilation.take(source, flags)
                 output = folder / (_LIBRARY + library_suffix())
                 wrapper = partial(self._wrapper, cdef, texts.get("interface.h", ""))
                 commands = compilation.linked(sorted(sources), output, wrapper)
-            fresh = len(keys)
-            for source, key in keys.items():
-                self.cache.put(key, partial(_copy_object, source.with_suffix(".o")))
             (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
             (folder / _CDEF).write_text(cdef, encoding="utf-8")
             (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")

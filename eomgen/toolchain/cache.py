@@ -19,6 +19,7 @@ import shutil
 import sys
 import time
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -42,6 +43,23 @@ _META, _TEMPORARY = "entry.json", "tmp-"
 _SIZES = "sizes.txt"
 #: Folders of the bytecode of templates and of records of scenes, which are not entries.
 TEMPLATES, READINGS = "templates", "readings"
+
+
+_POSTPONED: deque[Callable[[], None]] = deque()
+
+
+def postpone(write: Callable[[], None]) -> None:
+    """Write to the cache while the process waits for compilers, or at its end."""
+    if not _POSTPONED:
+        atexit.register(write_postponed)
+    _POSTPONED.append(write)
+
+
+def write_postponed() -> None:
+    """Write all that was postponed."""
+    while _POSTPONED:
+        with contextlib.suppress(IndexError):  # another thread was faster
+            _POSTPONED.popleft()()
 
 
 class StoppedError(ToolchainError):

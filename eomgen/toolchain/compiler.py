@@ -27,11 +27,10 @@ from typing import TYPE_CHECKING, Any, Self
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
 from eomgen.errors import FileError, Problem, ToolchainError
-from eomgen.toolchain.cache import StoppedError, default_folder, refusal
+from eomgen.toolchain.cache import StoppedError, default_folder, refusal, write_postponed
 
 if TYPE_CHECKING:
     import subprocess
-    from concurrent.futures import Future
     from queue import PriorityQueue
 
 #: Names of compilers on the path, in the order of the search; the compiler of the package ziglang comes after these.
@@ -321,7 +320,8 @@ class Compilation:
         self._waiting: PriorityQueue[tuple[int, Path, tuple[str, ...]]] = PriorityQueue()
         self._begun: dict[Path, Begun] = {}
         self._made: dict[Path, tuple[Path, str]] = {}
-        self._tasks: list[Future[None]] = []
+        self._tasks: list[_Task] = []
+        self._keep: dict[Path, Callable[[], object]] = {}
         self._running = RunningCompilers() if running is None else running
         self._pool = None if jobs == 0 else _Workers(processors() if jobs is None else jobs)
         self._ended = contextlib.ExitStack()
@@ -337,15 +337,24 @@ class Compilation:
     ) -> None:
         self._ended.__exit__(kind, error, trace)
 
-    def add(self, source: Path, flags: Sequence[str] | None = None, begun: Begun | None = None) -> None:
+    def add(
+        self,
+        source: Path,
+        flags: Sequence[str] | None = None,
+        begun: Begun | None = None,
+        keep: Callable[[], object] | None = None,
+    ) -> None:
         """Compile a source, which lies in one folder with all files that it includes, to an object in the same folder.
 
         Parameters
         ----------
         flags : of this source, in place of the common flags
         begun : compilation of the same text that runs already, whose object is taken
+        keep : called when the object is made
         """
         self._added += 1
+        if keep is not None:
+            self._keep[source] = keep
         length = _longest_first(source)
         if begun is not None:
             self._begun[source] = begun
@@ -367,6 +376,8 @@ class Compilation:
             self.take(source, flags)
         else:
             self._made[source] = compile_object(self._compiler, source, flags, self._deadline, self._running)
+        if source in self._keep:
+            self._keep[source]()
         if self._progress is not None:
             self._progress(len(self._made), self._added)
 
@@ -375,6 +386,7 @@ class Compilation:
 
         ``objects``: returns object files for the library, compiled meanwhile if missing.
         """
+        write_postponed()
         ready = objects()
         for task in self._tasks:
             task.result()
@@ -383,6 +395,28 @@ class Compilation:
         link = [*self._compiler.command, *_link_flags(), *items, "-o", str(output), "-lm"]
         _run(link, output, self._deadline, self._running)
         return [*(command for _, command in done), shlex.join(link)]
+
+
+class _Task:
+    """Work of a thread; a future of Python imports modules for a hundredth of a build."""
+
+    def __init__(self, work: Callable[[], None]) -> None:
+        self._work, self._ended = work, threading.Event()
+        self._error: BaseException | None = None
+
+    def work(self) -> None:
+        """Do the work; an error is raised when the result is asked for."""
+        try:
+            self._work()
+        except BaseException as error:
+            self._error = error
+        self._ended.set()
+
+    def result(self) -> None:
+        """Wait for the end of the work."""
+        self._ended.wait()
+        if self._error is not None:
+            raise self._error
 
 
 class _Workers:
@@ -397,7 +431,7 @@ class _Workers:
 
     def __init__(self, most: int) -> None:
         self._most = most
-        self._tasks: deque[tuple[Future[None], Callable[[], None]]] = deque()
+        self._tasks: deque[_Task] = deque()
         self._threads: list[threading.Thread] = []
         self._working = 0
         self._lock = threading.Lock()
@@ -409,19 +443,17 @@ class _Workers:
         for thread in self._threads:
             thread.join()
 
-    def submit(self, work: Callable[[], None]) -> Future[None]:
-        """Do work on a thread, and return the future of its end."""
-        from concurrent.futures import Future  # noqa: PLC0415  # a library of the cache needs no threads
-
-        future: Future[None] = Future()
+    def submit(self, work: Callable[[], None]) -> _Task:
+        """Do work on a thread, and return the task, whose result waits for its end."""
+        task = _Task(work)
         with self._lock:
-            self._tasks.append((future, work))
+            self._tasks.append(task)
             if self._working == self._most:
-                return future
+                return task
             self._working += 1
         self._threads.append(threading.Thread(target=self._work, name="eomgen-compiler", daemon=True))
         self._threads[-1].start()
-        return future
+        return task
 
     def _work(self) -> None:
         while True:
@@ -429,12 +461,8 @@ class _Workers:
                 if not self._tasks:
                     self._working -= 1
                     return
-                future, work = self._tasks.popleft()
-            try:
-                work()
-                future.set_result(None)
-            except BaseException as error:  # raised when the result is asked for
-                future.set_exception(error)
+                task = self._tasks.popleft()
+            task.work()
 
 
 class RunningCompilers:

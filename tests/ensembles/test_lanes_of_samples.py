@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.ensembles.samples import LaneRunner, SampleRunner
+from eomgen.products.ensembles.samples import LaneRunner, SampleRunner, neighbours
 from tests.models.cosserat import beam_scene
 
 SCENE: dict[str, Any] = {
@@ -72,6 +72,32 @@ def same(one: eomgen.Ensemble, other: eomgen.Ensemble) -> None:
         np.testing.assert_array_equal(one.results[name], other.results[name])
     for column in one.columns:
         np.testing.assert_array_equal(one.mean(column), other.mean(column))
+
+
+@pytest.mark.parametrize("count", [1, 8, 9, 23, 777, 1000])
+def test_lanes_hold_samples_of_similar_values(count: int) -> None:
+    values = np.random.default_rng(1).uniform(size=(count, 2))
+    order = neighbours(values, 8)
+    assert np.array_equal(np.sort(order), np.arange(count))
+    groups = np.split(values[order], range(8, count, 8))
+    widths = np.array([np.ptp(group, axis=0) for group in groups if len(group) == 8])
+    if count >= 777:  # uniform, 7 halvings
+        assert np.median(widths) < 0.2
+
+
+@pytest.mark.slow
+def test_samples_have_the_same_bits_in_any_lane(monkeypatch: pytest.MonkeyPatch) -> None:
+    two = SCENE | {"bodies": {**SCENE["bodies"], "leg": SCENE["bodies"]["rod"]}}
+    two["joints"] = {
+        **SCENE["joints"],
+        "knee": {"type": "revolute", "parent": "rod", "child": "leg", "axis": [0, 1, 0]},
+    }
+    model = eomgen.build(two, method="rk45", profile="quick")
+    options = {"method": "rk45", "tolerance": 1e-8, "step": 0.5, "samples": 40}
+    sorted_in_lanes = found(model, **options)
+    monkeypatch.setattr("eomgen.products.ensembles.samples.neighbours", lambda values, lanes: np.arange(len(values)))
+    same(sorted_in_lanes, found(model, **options))
+    assert sorted_in_lanes.how.startswith("side by side")
 
 
 @pytest.mark.slow_except("{'record_every': 25, 'points': 2}", "{'t_end': 0.37, 'points': 5}")

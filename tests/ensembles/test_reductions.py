@@ -63,8 +63,9 @@ def test_a_histogram_has_the_probabilities_of_its_bins() -> None:
     np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=6e-3)
 
 
-@pytest.mark.parametrize("blocks", [2, 6, 7, 9])  # before and behind the 2048 samples that are sketched together
-def test_what_was_written_goes_on_with_the_same_bits(blocks: int) -> None:
+@pytest.mark.parametrize("blocks", [2, 6, 7, 9])  # before and behind the samples that are sketched together
+def test_what_was_written_goes_on_with_the_same_bits(blocks: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.products.ensembles.statistics._WAITING", 2048)
     data = np.concatenate([DATA, 2.0 * DATA, 3.0 * DATA])
     straight = reduced(data, (300,) * 10)
     stopped = Reduction.of_arrays(reduced(data[: 300 * blocks], (300,) * blocks).arrays())
@@ -73,6 +74,13 @@ def test_what_was_written_goes_on_with_the_same_bits(blocks: int) -> None:
     for name, array in straight.arrays().items():
         np.testing.assert_array_equal(stopped.arrays()[name], array, err_msg=name)
     assert straight.arrays()["waiting"].shape[1] == 3000 - 2100
+
+
+def test_samples_of_small_ensembles_wait_until_a_quantile_is_asked_for() -> None:
+    small = reduced(DATA, (500, 500))
+    assert small.arrays()["waiting"].shape[1] == len(DATA)
+    small.quantiles(0, np.array([0.5]))
+    assert small.arrays()["waiting"].shape[1] == 0
 
 
 def test_statistics_over_time_do_without_the_package_of_sketches(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -207,14 +207,19 @@ def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     venv.create(folder, with_pip=False, symlinks=os.name != "nt")
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     command = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-compile", str(wheel)]
-    subprocess.run(command, check=True, capture_output=True, timeout=600)
+    subprocess.run(command, check=True, env=_outside(), capture_output=True, timeout=600)
     return python
 
 
+def _outside() -> dict[str, str]:
+    """Return the environment without variables that name the checkout, whose metadata pip would take for an
+    installation."""
+    return {name: text for name, text in os.environ.items() if not name.startswith("PYTHON")}
+
+
 def ran(command: list[str], folder: Path, **variables: str) -> str:
-    """Return the output of a program in a folder, without variables that name the checkout."""
-    outside = {name: text for name, text in os.environ.items() if not name.startswith("PYTHON")}
-    environment = {**outside, "EOMGEN_CACHE": str(folder / "cache"), **variables}
+    """Return the output of a program in a folder."""
+    environment = {**_outside(), "EOMGEN_CACHE": str(folder / "cache"), **variables}
     done = subprocess.run(
         command, cwd=folder, env=environment, capture_output=True, text=True, timeout=300, check=False
     )

@@ -9,6 +9,7 @@ import re
 import tomllib
 from functools import cache
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,7 @@ from click.testing import CliRunner
 
 import eomgen
 from eomgen.products.pages.commands import report as command
-from eomgen.products.pages.report import _difference
+from eomgen.products.pages.report import _columns_of, _difference
 from tests.models.scenes import PENDULUM_TOML
 
 
@@ -51,6 +52,7 @@ def test_a_report_has_counts_runs_findings_modes_and_the_animation(tmp_path: Pat
         str(solution.error.largest),
         "Findings",
         "Modes",
+        f"time of computation  {solution.stats['wall_time']:.3g} s",
     ):
         assert words in text, words
     frequency = model().linearize().modes().frequency[0]
@@ -61,6 +63,17 @@ def test_a_report_has_counts_runs_findings_modes_and_the_animation(tmp_path: Pat
     stored = np.frombuffer(base64.b64decode(curves[name]["y"]), "<f4")
     np.testing.assert_array_equal(stored, solution.q[:, 0].astype("<f4"))
     assert np.frombuffer(base64.b64decode(curves[name]["x"]), "<f4")[-1] == np.float32(0.2)
+
+
+def test_multipliers_are_no_outputs() -> None:
+    """Multipliers have the names of their constraints and no unit, and reports draw neither them nor accelerations."""
+    columns = {"t": np.zeros(2), "q.a": np.ones(2), "a.a": np.ones(2), "pin: origins meet along x": np.ones(2)}
+    run = SimpleNamespace(
+        columns=lambda: columns,
+        units=lambda: {"q.a": "rad"},
+        metadata={"names": {"multipliers": ["pin: origins meet along x"]}},
+    )
+    assert list(_columns_of(run)) == ["q.a"]
 
 
 def test_runs_are_compared_by_settings_and_columns(tmp_path: Path) -> None:

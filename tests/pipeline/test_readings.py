@@ -20,6 +20,7 @@ from eomgen.pipeline import readings
 from eomgen.pipeline.readings import NoRecordError, from_text, stored_scene, to_text
 from eomgen.scene import load as reader
 from eomgen.scene.scene import Scene, digest_of
+from eomgen.toolchain.cache import write_postponed
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 DEFAULTS: dict[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
@@ -91,6 +92,8 @@ def unread(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def records(path: Path) -> list[Path]:
+    """Return the records in a cache, with the one that waits for the end of the process."""
+    write_postponed()
     return sorted((path.parents[1] / "cache" / "readings").glob("*"))
 
 

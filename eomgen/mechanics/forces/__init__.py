@@ -2,4 +2,4 @@
 
 __all__ = ["applied", "cosserat_beams", "forces", "loads", "symbols"]
 #: Open to the other parts of ``mechanics`` as well.
-WITHIN = ["applied", "cosserat_beams", "distributed_loads", "frame_pairs", "internal_states", "loads", "symbols"]
+WITHIN = ["applied", "cosserat_beams", "frame_pairs", "internal_states", "loads", "section_loads", "symbols"]

@@ -1,20 +1,16 @@
 """Distributed loads on beams by virtual work, on geometrically exact beams by loads on nodes and wrenches on halves of
-elements, and the section loads of these beams.
+elements.
 
 With w = p(s) f the virtual work is f . delta int p r dx, r being the deformed axis: the integrals over p are those
 that the beam's mass has over its mass per length, exact, the shortening of the bent axis among them.
 
 Numbers that differ among nodes (weights, and values of formulas of s) are columns of the loop. A load is a
 function of its node's pose and twist, so its tangents are tangents of a ``Map`` over the numbers that reach a node.
-
-Elements transmit one wrench from node to node, and loads along elements are lumped at the nodes. The section wrench at
-a node is the wrench at the element's end plus the loads on half of the element. It is of second order in the element's
-length, and equals the reaction at a clamp exactly.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
 from eomgen.base.data import dataclass
@@ -23,8 +19,6 @@ from eomgen.formula.nodes import ZERO_VECTOR, Formula, Symbol
 from eomgen.formula.recording import Resolver
 from eomgen.formula.substitution import pattern
 from eomgen.mechanics.forces.cosserat_beams import (
-    Chain,
-    ElementStrain,
     LoopInputs,
     SectionFrame,
     Six,
@@ -35,14 +29,9 @@ from eomgen.mechanics.forces.cosserat_beams import (
 from eomgen.mechanics.forces.forces import LoadPointFrame, add_load
 from eomgen.mechanics.forces.loads import Law, Loads, add_wrench
 from eomgen.mechanics.forces.symbols import Quantities
-from eomgen.mechanics.kinematics.fields import AccelerationField, Wrench
 from eomgen.mechanics.tree.beam_fields import DistributedMass
-from eomgen.mechanics.tree.inertia import inertia_about_center, wrench
 from eomgen.mechanics.tree.links import Mount
-from eomgen.scene.bodies.cosserat import SECTION_ROW, BeamSection, Cosserat
-from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.distributed_loads import DistributedLoad, NodeLoad
-from eomgen.scene.scene import Scene
 from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.map import Map, add_map
 from eomgen.symbolic.scalar import Algebra, Scalar, apply, cross, dot, multiply, plus, scaled, transpose
@@ -177,112 +166,6 @@ def _wrench(
     local = LoadPointFrame(algebra, axes, place, turning, moving, own_axes, elsewhere)
     force, moment = (scaled(weight, local.vector((part[0], part[1], part[2]))) for part in (formulas[:3], formulas[3:]))
     return [*moment, *force, dot(moment, turning) + dot(force, moving)]
-
-
-#: Map from a link's index to the link's field of accelerations minus gravity; negative indices denote the carrier of
-#: the tree.
-Fields = Callable[[int], AccelerationField]
-
-
-def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> list[list[Scalar]]:
-    """Return for each element the wrenches on the first and the second half of the element, (12,), each about the node
-    of this half.
-
-    Moments, N m, before forces, N, in the axes of the node.
-    """
-    mounts = [quantities.tree.mounts[name] for name in beam.nodes]
-    halves = [[quantities.algebra.zero] * 12 for _ in beam.parts]
-    for element, part in enumerate(beam.parts):
-        for end in (0, 1):
-            inertia = _inertia_force(quantities, part.section, mounts[element + end], fields)
-            half = 0.5 * float(part.length)
-            _add(halves[element], end, [-half * entry for entry in (*inertia[0], *inertia[1])])
-    loads = (item for item in quantities.scene.elements if isinstance(item, DistributedLoad))
-    for item in loads:
-        if item.beam == beam.name:
-            for number, per_length in enumerate(wrenches_per_length(item, quantities)):
-                before, beyond = item.nodes[number].halves
-                if number > 0:
-                    _add(halves[number - 1], 1, [before * entry for entry in per_length])
-                if number < beam.elements:
-                    _add(halves[number], 0, [beyond * entry for entry in per_length])
-    return halves
-
-
-def _add(halves: list[Scalar], end: int, load: Sequence[Scalar]) -> None:
-    for place, entry in enumerate(load, 6 * end):
-        halves[place] = halves[place] + entry
-
-
-def _inertia_force(quantities: Quantities, section: BeamSection, mount: Mount, fields: Fields) -> Wrench:
-    """Return the inertia wrench minus the weight of a section per metre, in the node's axes; N and N/m."""
-    algebra, field, axes = quantities.algebra, fields(mount.link), mount.orientation
-    back = transpose(axes)
-    tensor = tuple(quantities.formula(entry) for entry in (*section.rotary_inertia, *section.products))
-    y, z = (quantities.formula(entry) for entry in section.center_of_mass)
-    mass = quantities.formula(section.mass_per_length)
-    inertia = inertia_about_center(algebra, mass, (algebra.zero, y, z), tensor)
-    symmetric = multiply(multiply(back, field.symmetric), axes)
-    return wrench(algebra, inertia, apply(back, field.at(mount.position)), apply(back, field.alpha), symmetric)
-
-
-#: Multipliers of the strains that a beam does not have, by element.
-Multipliers = Callable[[Cosserat], Sequence[Sequence[Scalar]]]
-
-
-class RecordedSectionLoads:
-    """Strains and loads of the elements of each beam, recorded at their first use.
-
-    Parameters
-    ----------
-    fields : gives the links' accelerations less gravity
-    """
-
-    def __init__(
-        self, scene: Scene, quantities: Quantities, multipliers: Multipliers, fields: Callable[[], Fields]
-    ) -> None:
-        self._beams = {item.name: item.beam for item in scene.elements if isinstance(item, CosseratBeam)}
-        self._quantities, self._multipliers = quantities, multipliers
-        self._fields = fields
-        self._found: dict[str, list[list[Scalar]]] = {}
-        self._halves: dict[str, list[list[Scalar]]] = {}
-
-    @property
-    def beams(self) -> tuple[Cosserat, ...]:
-        """The geometrically exact beams of the scene."""
-        return tuple(self._beams.values())
-
-    def rows(self, name: str) -> list[list[Scalar]]:
-        """Return for each element of a beam the numbers of ``ElementStrain.sections``, the first 24 of a
-        ``SECTION_ROW``."""
-        if name not in self._found:
-            beam = self._beams[name]
-
-            def sections(element: ElementStrain, *multipliers: Scalar) -> list[Scalar]:
-                return element.sections(dict(zip(beam.constrained, multipliers, strict=True)))
-
-            label = f"sections of beam {name}"
-            with self._quantities.algebra.tape.block(label):
-                elements = Chain.of(self._quantities, beam)
-                more = self._multipliers(beam) if beam.constrained else ()
-                self._found[name] = elements.each(sections, label, more)
-        return self._found[name]
-
-    def halves(self, name: str) -> list[list[Scalar]]:
-        """Return the wrenches on the halves of each element of a beam, (12,); see ``loads_on_halves``."""
-        if name not in self._halves:
-            with self._quantities.algebra.tape.block(f"loads on the elements of beam {name}"):
-                self._halves[name] = loads_on_halves(self._quantities, self._beams[name], self._fields())
-        return self._halves[name]
-
-    def __call__(self, symbol: Symbol) -> Scalar:
-        """Return a number of an element, given its position after the numbers of earlier elements."""
-        element, place = divmod(symbol.index, SECTION_ROW)
-        row = self.rows(symbol.name)[element]
-        if place < len(row):
-            return row[place]
-        exerted, acting = row[place - 12], self.halves(symbol.name)[element][place - 24]
-        return exerted + acting if place < 30 else exerted - acting
 
 
 def add_distributed_load(loads: Loads, item: DistributedLoad, quantities: Quantities) -> None:

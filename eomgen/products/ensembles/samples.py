@@ -157,6 +157,9 @@ def lanes_of(
 _LOG = Log(__name__)
 #: Kept statistics of each column of a run.
 EXTREMES = ("min", "max", "final")
+#: Velocities and internal states from which on a run by steps of its own takes so long that its lanes are filled with
+#: alike samples, which takes 0.3 us a sample: a lane that is done waits for the last of its group.
+_COUPLED = 2
 #: Rows up to which extremes are found row by row.
 _FEW = 8
 
@@ -271,6 +274,8 @@ class SampleRunner:
             if self.stop.is_set():
                 break
             chosen = others[begin : begin + together]
+            if lanes.runs.run.method.chooses_steps and self.model.nv + self.model.nz >= _COUPLED:
+                chosen = chosen[neighbours(values[chosen], lanes.runs.library.lanes)]
             tables = lanes.tables(values[chosen])
             alone = tables.alone
             known = np.isfinite(tables.columns)
@@ -340,6 +345,24 @@ class SampleRunner:
             met = self.thinned[self.times[self.thinned] <= end]
             met = met[met < table.shape[1]]
             rows[:, : len(met)] = table[:, met]
+
+
+def neighbours(values: Array, lanes: int) -> NDArray[np.intp]:
+    """Return an order (n,) of samples in which lanes hold samples of similar values (n, d), which need similar numbers
+    of steps: halves by one quantity after the other, down to the lanes (J. L. Bentley, Commun. ACM 18 (1975) 509)."""
+    count, quantities = values.shape
+    halvings = max(0, count - 1).bit_length() - max(0, lanes - 1).bit_length()
+    if halvings <= 0 or not quantities:
+        return np.arange(count)
+    size = lanes << (max(halvings, (-(-count // lanes) - 1).bit_length()))
+    filled = np.full((size, quantities), np.inf)
+    filled[:count] = values
+    order = np.arange(size)[np.newaxis]
+    for k in range((size // lanes).bit_length() - 1):
+        places = np.argsort(filled[order, k % quantities], axis=1, kind="stable")
+        order = np.take_along_axis(order, places, 1).reshape(2 * len(order), -1)
+    result: NDArray[np.intp] = order.ravel()
+    return np.asarray(result[result < count], np.intp)
 
 
 def how_run(lanes: LaneRunner | str) -> str:

@@ -26,8 +26,9 @@ from eomgen.errors import Problem, UsageError
 #: a full digest takes 14 kB.
 _COMPRESSION = 800
 #: Largest number of samples that wait to be sketched together, and of numbers: 2048 sorted samples take a third of the
-#: time of blocks of 256, since all centroids of a digest are merged at each block.
-_WAITING, _WAITING_NUMBERS = 2048, 2**22
+#: time of blocks of 256, since all centroids of a digest are merged at each block. Samples of small ensembles wait for
+#: the first quantile that is asked for.
+_WAITING, _WAITING_NUMBERS = 2**14, 2**22
 
 
 class Reduction:

@@ -32,6 +32,8 @@ _ROWS, _CURVES, _CHARTS = 3000, 6, 24
 _HEAD = re.compile(r"^(output|input|energy)\.")
 #: Rows of a table of values and of functions; the largest animation that a report holds, bytes; rows of modes.
 _LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
+#: Letters of a text that is broken into lines.
+_LONG = 24
 _KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
 _PARTS = {"style": "pages/report.css", "curves": "html/curves.js", "report": "pages/report.js"}
 
@@ -197,9 +199,15 @@ def _table(headings: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
         return ""
     head = "".join(f"<th>{_text(heading)}</th>" for heading in headings)
     head = f"<thead><tr>{head}</tr></thead>" if any(headings) else ""
-    body = "".join(f"<tr>{''.join(f'<td>{_text(cell)}</td>' for cell in row)}</tr>" for row in rows[:_LISTED])
+    body = "".join(f"<tr>{''.join(map(_cell, row))}</tr>" for row in rows[:_LISTED])
     more = f'<p class="soft">and {len(rows) - _LISTED} more</p>' if len(rows) > _LISTED else ""
     return f'<div class="wide"><table>{head}<tbody>{body}</tbody></table></div>{more}'
+
+
+def _cell(content: object) -> str:
+    """Return a cell of a table; long texts keep a width on narrow pages, whose tables scroll."""
+    text = _text(content)
+    return f'<td class="text">{text}</td>' if len(text) > _LONG else f"<td>{text}</td>"
 
 
 def _head(title: str, model: CompiledModel | None) -> str:
@@ -263,11 +271,12 @@ def _runs(runs: Sequence[ReportedRun]) -> str:
             ("events", ", ".join(f"{name}: {count}" for name, count in solution.events.counts.items())),
             ("profile of the compiler", data.get("profile", "")),
         ]
-        rows += [
-            (key.replace("_", " "), f"{value:.6g}")
-            for key, value in solution.stats.items()
-            if isinstance(value, int | float)
-        ]
+        statistics = dict(solution.stats)
+        rows.append(("time of computation", f"{statistics.pop('wall_time', 0.0):.3g} s"))
+        counted = {key: value for key, value in sorted(statistics.items()) if isinstance(value, int | float)}
+        # a run in a file has its numbers in the order of their names
+        for key in sorted(counted, key=lambda key: isinstance(counted[key], float)):
+            rows.append((key.replace("_", " "), f"{counted[key]:.6g}"))
         findings = "".join(
             f'<p class="{_text(item.severity)}">{_text(item.severity)}: {_text(item)}</p>' for item in solution.findings
         )
@@ -282,11 +291,12 @@ def _columns_of(solution: Solution) -> dict[str, tuple[Array, str]]:
     """Return the columns that reports draw, with units: outputs, coordinates, velocities, states, inputs and
     energies."""
     units = solution.units()
-    kept = {}
-    for name, values in solution.columns().items():
-        if name != "t" and not name.startswith(("a.", "multipliers")) and len(values):
-            kept[name] = values, units.get(name, "")
-    return kept
+    left_out = {"t", *solution.metadata.get("names", {}).get("multipliers", ())}
+    return {
+        name: (values, units.get(name, ""))
+        for name, values in solution.columns().items()
+        if name not in left_out and not name.startswith("a.") and len(values)
+    }
 
 
 def _kind(name: str, solution: Solution) -> str:

@@ -361,15 +361,15 @@ def written_library(
     yield from _documents(context, files, mark).items()
 
 
-def written_stepper(program: Program, bytecode: Path) -> dict[str, str]:
+def written_stepper(program: Program, bytecode: Path, *, apart: bool = True) -> dict[str, str]:
     """Return the source of the stepper of a library, and before it the headers that it includes, of a Program whose
     functions may have no statements.
 
     Parameters
     ----------
-    bytecode : as of ``written_library``
+    bytecode, apart : as of ``written_library``
     """
-    context = _context_of_library(program, bytecode, apart=True)
+    context = _context_of_library(program, bytecode, apart=apart)
     prefix = program.prefix
     real, header = ("eomgen_real.h", "c/model/eomgen_real.h.jinja"), (f"{prefix}.h", "c/model/model.h.jinja")
     return {**dict(context.file(*item) for item in (real, header)), **dict([_stepper(context)])}

@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.scene.rotations import frame_about, unit_axis
 from eomgen.scene.sources.sdf.elements import SdfAxis
-from eomgen.scene.sources.sdf.frames import Frames, Node
+from eomgen.scene.sources.sdf.frames import Frames
 from eomgen.scene.sources.sdf.tree import Edge
 from eomgen.scene.sources.urdf.notes import DAMPING_TIME, GIVE, STICKING
 
@@ -103,9 +103,3 @@ def _by_effort(axis: SdfAxis, unit: str) -> tuple[float, float] | None:
         return None
     stiffness = axis.effort / GIVE[unit]
     return stiffness, DAMPING_TIME * stiffness
-
-
-def place_between(frames: Frames, start: Node, end: Node) -> tuple[Array, Array]:
-    """Return orientation and position of a link in another, in the configuration of the file."""
-    pose = frames.pose(end).seen_from(frames.pose(start))
-    return pose.orientation, pose.position
