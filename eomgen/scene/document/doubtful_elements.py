@@ -6,7 +6,7 @@ from __future__ import annotations
 import contextlib
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -157,7 +157,12 @@ def negative_laws(joints: Iterable[Joint], elements: Iterable[ForceElement], val
     elements = [element for element in elements if element.section in ("springs", "torsion_springs")]
     dampings, stiffnesses = (
         [
-            *((key_of("joints", joint.name), law) for joint in joints for law in joint.each(getattr(joint, field))),
+            *(
+                (key_of("joints", joint.name), law)
+                for joint in joints
+                for law in joint.each(getattr(joint, field))
+                if law != ZERO
+            ),
             *((key_of(element.section, element.name), getattr(element, field)) for element in elements),
         ]
         for field in ("damping", "stiffness")
@@ -185,19 +190,24 @@ def _below_zero(laws: Iterable[tuple[str, Formula]], values: Values) -> Iterator
                 yield key, value
 
 
-def springs_without_laws(elements: Iterable[ForceElement], written: str) -> list[str]:
+def springs_without_laws(elements: Iterable[ForceElement], written: Callable[[], str]) -> list[str]:
     """Return a note on each spring with neither stiffness nor damping nor force, unless a formula reads it.
 
     Parameters
     ----------
-    written : text of the scene
+    written : returns the text of the scene
     """
-    return [
-        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
+    without = [
+        element
         for element in elements
         if element.section == "springs"
         and all(getattr(element, field) == ZERO for field in ("stiffness", "damping", "force"))
-        and not re.search(rf"(length|rate|tension)\.{re.escape(element.name)}\b", written)
+    ]
+    text = written() if without else ""
+    return [
+        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
+        for element in without
+        if not re.search(rf"(length|rate|tension)\.{re.escape(element.name)}\b", text)
     ]
 
 

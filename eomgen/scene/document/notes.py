@@ -258,7 +258,7 @@ NOTES: tuple[Note, ...] = (
         "negative stiffness or damping",
         lambda facts: negative_laws(facts.scene["joints"], facts.scene["elements"], facts.values),
     ),
-    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], repr(facts.data))),
+    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], lambda: repr(facts.data))),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
     Note("shapes that leave their points", lambda facts: shapes_that_leave_points(facts.document, facts.reading)),
     Note("values out of scale", _out_of_scale),
