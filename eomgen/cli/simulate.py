@@ -132,13 +132,14 @@ def _written(
     return files
 
 
-#: Numbers of a table whose text takes longer than to copy the process.
-_LONG = 200_000
+#: Numbers of a table whose text takes longer than to copy the process, and of one whose run has an estimate that takes
+#: longer than to import matplotlib and to draw.
+_LONG, _VERY_LONG = 200_000, 5_000_000
 
 
 def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callable[[], bool]]:
     """Write a long table in a copy of this process, meanwhile: the estimate of the error needs no table."""
-    if not _is_long(solution):
+    if _numbers(solution) < _LONG:
         return nullcontext(lambda: False)
     from eomgen.base.drawing_process import in_copy  # noqa: PLC0415
 
@@ -146,16 +147,16 @@ def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callab
     return in_copy(partial(solution.save, table))
 
 
-def _is_long(solution: Solution) -> bool:
-    return solution.q.size + 2 * solution.v.size >= _LONG
+def _numbers(solution: Solution) -> int:
+    return int(solution.q.size + 2 * solution.v.size)
 
 
 @contextmanager
 def _drawn_meanwhile(solution: Solution, order: dict[str, Any] | None) -> Iterator[Callable[[], list[str] | None]]:
-    """Draw the figures of a run with a long table in a copy of this process, meanwhile: figures show no errors, and the
+    """Draw the figures of a run with a very long table in a copy of this process, meanwhile: figures show no errors, and the
     estimate takes as long as the run. Gives a function that waits and returns the names of the files, None without a
     copy."""
-    if order is None or not _is_long(solution):
+    if order is None or _numbers(solution) < _VERY_LONG:
         yield lambda: None
         return
     from eomgen.base.drawing_process import from_copy, leave_out_documentation, own_process  # noqa: PLC0415
