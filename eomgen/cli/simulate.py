@@ -153,9 +153,9 @@ def _numbers(solution: Solution) -> int:
 
 @contextmanager
 def _drawn_meanwhile(solution: Solution, order: dict[str, Any] | None) -> Iterator[Callable[[], list[str] | None]]:
-    """Draw the figures of a run with a very long table in a copy of this process, meanwhile: figures show no errors, and the
-    estimate takes as long as the run. Gives a function that waits and returns the names of the files, None without a
-    copy."""
+    """Draw the figures of a run with a very long table in a copy of this process, meanwhile: figures show no errors,
+    and the estimate takes as long as the run. Gives a function that waits and returns the names of the files, None
+    without a copy."""
     if order is None or _numbers(solution) < _VERY_LONG:
         yield lambda: None
         return
