@@ -188,7 +188,7 @@ def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn
     try:
         signal.signal(signal.SIGINT, signal.SIG_DFL)  # the parent draws if the copy is interrupted
         drawings = prepared()
-        leave_out_documentation()
+        _leave_out_documentation()
         new_figure((1.0, 1.0))
         order = _whole(taken)
         tasks = drawings(json.loads(order)) if order else ()
@@ -207,7 +207,7 @@ def _serve(prepared: Callable[[], Drawings], taken: int, given: int) -> NoReturn
         os._exit(status)
 
 
-def leave_out_documentation() -> None:
+def _leave_out_documentation() -> None:
     """Have matplotlib imported without the lists of properties in docstrings: a fifth of the time, and the copy shows
     none."""
     from matplotlib import artist  # noqa: PLC0415  # in the copy alone

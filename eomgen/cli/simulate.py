@@ -116,13 +116,12 @@ def _written(
     from eomgen.base.files import write_text  # noqa: PLC0415
 
     table = folder / "solution.csv"
-    with _meanwhile(solution, table) as written, _drawn_meanwhile(solution, order) as drawn:
+    with _meanwhile(solution, table) as written:
         files = [solution.save(folder / "solution.npz")]
-        names = drawn()
-        with _ordered(solution, order if names is None else None, copy):
+        with _ordered(solution, order, copy):
             files.append(table if written() else solution.save(table))
             files += _tables(solution, folder, times)
-            names = copy.files() if names is None and copy is not None else names
+            names = None if copy is None else copy.files()
     if names is not None:
         files += [folder / name for name in names]
     elif order is not None:
@@ -132,43 +131,18 @@ def _written(
     return files
 
 
-#: Numbers of a table whose text takes longer than to copy the process, and of one whose run has an estimate that takes
-#: longer than to import matplotlib and to draw.
-_LONG, _VERY_LONG = 200_000, 5_000_000
+#: Numbers of a table whose text takes longer than to copy the process.
+_LONG = 200_000
 
 
 def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callable[[], bool]]:
     """Write a long table in a copy of this process, meanwhile: the estimate of the error needs no table."""
-    if _numbers(solution) < _LONG:
+    if solution.q.size + 2 * solution.v.size < _LONG:
         return nullcontext(lambda: False)
     from eomgen.base.drawing_process import in_copy  # noqa: PLC0415
 
     solution.columns()  # evaluated once, for both
     return in_copy(partial(solution.save, table))
-
-
-def _numbers(solution: Solution) -> int:
-    return int(solution.q.size + 2 * solution.v.size)
-
-
-@contextmanager
-def _drawn_meanwhile(solution: Solution, order: dict[str, Any] | None) -> Iterator[Callable[[], list[str] | None]]:
-    """Draw the figures of a run with a very long table in a copy of this process, meanwhile: figures show no errors,
-    and the estimate takes as long as the run. Gives a function that waits and returns the names of the files, None
-    without a copy."""
-    if order is None or _numbers(solution) < _VERY_LONG:
-        yield lambda: None
-        return
-    from eomgen.base.drawing_process import from_copy, leave_out_documentation, own_process  # noqa: PLC0415
-
-    solution.columns()  # evaluated once, for both
-
-    def names() -> list[str]:
-        leave_out_documentation()
-        return [file.name for drawing in _drawings(solution, order) for file in drawing()]
-
-    with own_process(), from_copy(names) as drawn:
-        yield drawn
 
 
 @contextmanager
