@@ -262,7 +262,8 @@ class _Includer:
             raise _TooManyFilesError(Problem(report.where(place), fault, "fewer of them"))
         source = source_of(path)
         if source is None:
-            report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", readable(path))
+            named = Path(entry.file) if path.is_dir() else path  # its files may include this one
+            report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", readable(named))
             return None
         try:
             options = all_options()
