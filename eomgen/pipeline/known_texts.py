@@ -54,7 +54,9 @@ class Structure:
     constants: Sequence[float]
 
 
-def structure_of(system: System, functions: Sequence[str], program: Program, profile: str) -> Structure | None:
+def structure_of(
+    system: System, functions: Sequence[str], program: Program, profile: str, family: str
+) -> Structure | None:
     """Return the structure of a System; None for a System whose texts have further numbers: with loops, curves, or C
     of the scene.
 
@@ -63,6 +65,7 @@ def structure_of(system: System, functions: Sequence[str], program: Program, pro
     functions : of the model
     program : of these functions, without statements
     profile : whose libraries are looked for, since other profiles have other objects to compile
+    family : digest of the method's code and templates, if it is of another distribution
     """
     tape = system.tape
     if tape.maps or tape.curves or program.sources or program.series or system.sample.parts:
@@ -87,7 +90,7 @@ def structure_of(system: System, functions: Sequence[str], program: Program, pro
         "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],
         "names": [[int(places[node]), name] for node, name in tape.names.items() if places[node]],
         "program": vars(replace(program, constants=(), notes=())),  # of which C has none
-        "code": [__version__, checkout_stamp(), tape.reciprocals, profile],
+        "code": [__version__, checkout_stamp(), tape.reciprocals, profile, family],
     }
     digest = hashlib.sha256(b"structure\0" + json.dumps(recorded, default=_plain).encode())
     for column in (op, *operands):

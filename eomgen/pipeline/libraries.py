@@ -38,12 +38,14 @@ class Ready:
 
     Attributes
     ----------
+    family : digest of the method's code and templates, if it is of another distribution
     texts : by name: of the stepper and its headers, if the stepper is compiled first
     apart : whether these are texts of a library with its numbers in a separate file
     structure : of a model whose texts are kept
     known : all texts, of a library that differs in numbers alone
     """
 
+    family: str = ""
     texts: dict[str, str] = field(default_factory=dict)
     apart: bool = True
     structure: Structure | None = None
@@ -78,7 +80,7 @@ def begin_library(
     program = to_program(system, data, functions, names=names, scheduled=False)
     ready.apart = not builder.profile.on_tape
     if ready.apart:
-        ready.structure = structure_of(system, functions, program, builder.profile.name)
+        ready.structure = structure_of(system, functions, program, builder.profile.name, ready.family)
     if ready.structure is not None:
         ready.known = known_texts(builder.cache, ready.structure, program)
         if ready.known is not None:

@@ -906,9 +906,10 @@ def _library(
 
     @functools.cache
     def ready() -> Ready:
+        from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
         from eomgen.pipeline.libraries import Ready  # noqa: PLC0415  # a library of the cache needs no texts
 
-        return Ready()
+        return Ready(stamp_of(method))
 
     @functools.cache
     def program() -> tuple[Program, str]:
