@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import os
 import re
@@ -380,8 +381,13 @@ def test_ctrl_c_while_parts_are_imported_leaves_no_traceback(
         def __getattr__(self, name: str) -> object:
             raise KeyboardInterrupt
 
-    from eomgen.__main__ import run
+    from eomgen.__main__ import SEARCHES, run
 
     monkeypatch.setitem(sys.modules, "eomgen.cli", Importing())
-    assert run() == 130
+    of_tests = gc.get_threshold()
+    try:
+        assert run() == 130
+        assert gc.get_threshold() == SEARCHES
+    finally:
+        gc.set_threshold(*of_tests)
     assert capsys.readouterr().err == "interrupted\n"
