@@ -5,14 +5,14 @@ from __future__ import annotations
 import gc
 import sys
 
-#: Objects between two searches of the garbage collector, for young, middle-aged and old ones. Scenes and models are up
-#: to millions of objects that live until the process ends.
-SEARCHES = (100_000, 20, 20)
+#: Thresholds of the garbage collector for its three generations. Scenes and models are up to millions of objects that
+#: live until the process ends, and the defaults would search these again and again.
+COLLECTOR_THRESHOLDS = (100_000, 20, 20)
 
 
 def run() -> int:
     """Run the command line, and return its exit code; Ctrl-C is heard while its parts are still imported, too."""
-    gc.set_threshold(*SEARCHES)
+    gc.set_threshold(*COLLECTOR_THRESHOLDS)
     try:
         from eomgen.cli import main  # noqa: PLC0415
 

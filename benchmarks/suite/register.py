@@ -108,7 +108,9 @@ MJX = Entry("MJX", "mjx_ensemble.py", JAX, {"samples": 256, "halvings": list(ran
 PER_TRAJECTORY = "trajectory of 10 s"
 AGAINST_HEYOKA = "heyoka's Taylor series at round-off (SciPy's DOP853 at 1e-13 where it is missing), all samples to {}"
 
-PYTHONS_PART = "60 % is the series, whose orders wait for one another; the rest is checks and statistics in Python"
+PYTHONS_PART = (
+    "half is the series in C, whose orders wait for one another; the rest a pilot run and statistics in Python"
+)
 OF_SERIES = "series of 15 terms in lanes take 90 % of the time; SciPy spends most of its time in Python"
 EVEN = "both take series of 17 to 20 terms in lanes; eomgen also compares accelerations at the end of each"
 
@@ -334,7 +336,7 @@ MOTIONS = (
 _TOOLS = {EOMGEN: EOMGEN, "SymPy + cse + gcc": "sympy", "PyDy": "pydy", "CasADi": "casadi"}
 
 
-TEMPLATES = "0.4 s are templates that Jinja compiles; later builds find their bytecode in the cache"
+TEMPLATES = "Python derives and schedules, and Jinja compiles its templates, before the compiler begins"
 
 
 def _symbolic(what: str) -> Callable[[Context], list[Outcome]]:

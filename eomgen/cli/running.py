@@ -27,7 +27,8 @@ SCENE_OPTIONS = ("strict", "coordinates", *all_options())
 #: Options of a run that may be given again when the run is resumed.
 _OPEN = ("parameters", "inputs", "checkpoint", "checkpoint_every", "error_estimate")
 
-#: Velocities of a model whose derivation leaves so much in cycles that a search for garbage pays: 30 MB of 60 000.
+#: Size of the velocities from which on a model's derivation leaves so many reference cycles that their collection pays:
+#: 30 MB for 60 000 components.
 _LONG = 10_000
 
 

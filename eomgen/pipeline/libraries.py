@@ -33,8 +33,8 @@ _LONG = 4500
 
 
 @dataclass
-class Ready:
-    """Files of a library that are known before its functions are scheduled.
+class EarlyTexts:
+    """Texts of a library that are known before its functions are scheduled.
 
     Attributes
     ----------
@@ -54,7 +54,7 @@ class Ready:
 
 def begin_library(
     builder: Builder,
-    ready: Ready,
+    ready: EarlyTexts,
     system: System,
     data: Mapping[str, Any],
     functions: Sequence[str],
@@ -123,7 +123,7 @@ def library_in_two(
     program: Callable[[], tuple[Program, str]],
     builder: Builder,
     marks: Mapping[str, Any],
-    ready: Ready,
+    ready: EarlyTexts,
 ) -> Library:
     """Return the library with all functions from the cache; else, if it takes long, a library with the functions that
     runs call, whose successor has all functions and is compiled in the background.
@@ -161,7 +161,7 @@ def _first(
     refusal: str,
     builder: Builder,
     marks: Mapping[str, Any],
-    ready: Ready,
+    ready: EarlyTexts,
 ) -> Library:
     """Return the library with the functions that runs call, and begin its successor; the library with all functions if
     the others do not take long."""
@@ -182,7 +182,7 @@ def _whole(
     program: Callable[[], tuple[Program, str]],
     builder: Builder,
     files: LibraryInTwo | None,
-    ready: Ready,
+    ready: EarlyTexts,
     running: RunningCompilers | None,
 ) -> Library:
     """Return the library with all functions.
@@ -245,7 +245,7 @@ def whole_library(
     content: bytes,
     marks: Mapping[str, Any],
     running: RunningCompilers | None,
-    ready: Ready,
+    ready: EarlyTexts,
 ) -> Library:
     """Return the compiled library of a Program.
 

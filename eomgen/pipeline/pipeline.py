@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.codegen.targets.target import Names, Target
     from eomgen.integrators.families.register import Method
-    from eomgen.pipeline.libraries import Ready
+    from eomgen.pipeline.libraries import EarlyTexts
     from eomgen.pipeline.model import Model
     from eomgen.scene.scene import Scene
     from eomgen.system.branches import Branches
@@ -905,11 +905,11 @@ def _library(
     marks = {"built_method": method, "selection": vars(selection), "fingerprint": fingerprint(document, front_end)}
 
     @functools.cache
-    def ready() -> Ready:
+    def ready() -> EarlyTexts:
         from eomgen.integrators.families.register import stamp_of  # noqa: PLC0415
-        from eomgen.pipeline.libraries import Ready  # noqa: PLC0415  # a library of the cache needs no texts
+        from eomgen.pipeline.libraries import EarlyTexts  # noqa: PLC0415  # a library of the cache needs no texts
 
-        return Ready(stamp_of(method))
+        return EarlyTexts(stamp_of(method))
 
     @functools.cache
     def program() -> tuple[Program, str]:

@@ -381,13 +381,13 @@ def test_ctrl_c_while_parts_are_imported_leaves_no_traceback(
         def __getattr__(self, name: str) -> object:
             raise KeyboardInterrupt
 
-    from eomgen.__main__ import SEARCHES, run
+    from eomgen.__main__ import COLLECTOR_THRESHOLDS, run
 
     monkeypatch.setitem(sys.modules, "eomgen.cli", Importing())
     of_tests = gc.get_threshold()
     try:
         assert run() == 130
-        assert gc.get_threshold() == SEARCHES
+        assert gc.get_threshold() == COLLECTOR_THRESHOLDS
     finally:
         gc.set_threshold(*of_tests)
     assert capsys.readouterr().err == "interrupted\n"

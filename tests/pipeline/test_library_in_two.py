@@ -59,7 +59,7 @@ def test_the_stepper_is_written_before_the_functions_are_scheduled(
     begun: list[str] = []
     monkeypatch.setattr(Builder, "begin_source", lambda self, name, texts, straight: begun.append(name))
     monkeypatch.setattr(libraries, "_LONG", 1)
-    ready = libraries.Ready()
+    ready = libraries.EarlyTexts()
     begin = partial(libraries.begin_library, Builder("fast", cache=Cache(tmp_path)), ready)
     scene, every = eomgen.load(SCENE), Selection(None, "")
     program, _ = pipeline._program(scene, SCENES, every, "generalized_alpha", C, for_runs=True, begin=begin)
