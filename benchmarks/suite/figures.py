@@ -35,7 +35,7 @@ def ratios(found: Mapping[str, Finding], rows: Sequence[Row], file: Path) -> Pat
         if (ratio := ratio_of(found.get(row.name), comparison)) is not None:
             groups.setdefault(row.work, []).append((comparison, 1.0 / ratio))
     lines = sum(1 + len(group) for group in groups.values())
-    figure, axes = plt.subplots(figsize=(9.0, 0.8 + 0.2 * lines), layout="constrained")
+    figure, axes = plt.subplots(figsize=(9.8, 0.8 + 0.2 * lines), layout="constrained")
     numbers = [times for group in groups.values() for _, times in group]
     low, high = min([*numbers, 0.5]) / 4.0, max([*numbers, 2.0]) * 3.0
     place, places, labels = 0, [], []
@@ -124,7 +124,7 @@ def _draw_row(axes: Any, history: Sequence[Measurement], row: Row) -> None:
     span = max(max(seen) / middle, 5.0)
     axes.set_yscale("log")
     axes.set_ylim(middle / (2.0 * span), 4.0 * span * middle)
-    axes.set_title("\n".join(textwrap.wrap(row.work, 52)[:3]), fontsize=7, loc="left")
+    axes.set_title("\n".join(textwrap.wrap(row.work, 44)[:3]), fontsize=7, loc="left")
     axes.set_ylabel("\n".join(textwrap.wrap(f"time of a {row.per}", 18)), fontsize=6)
     axes.yaxis.set_major_locator(LogLocator(base=10, numticks=5))
     axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: shown(value)))
