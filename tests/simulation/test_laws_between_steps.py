@@ -508,3 +508,28 @@ def test_a_held_force_is_no_law_between_the_steps() -> None:
     }
     solution = eomgen.build(scene).simulate(2.0, 0.005, initial={"rail": 0.1})
     assert "unseen_law" not in {finding.name for finding in solution.findings}, solution.message
+
+
+@pytest.mark.parametrize("stiffness", [1e4, 1e6, 1e8])
+def test_a_stiff_contact_that_adaptive_steps_resolve_is_no_finding(stiffness: float) -> None:
+    """Contacts last 30 to 0.3 ms; the method's steps there are far shorter than its average step of 20 ms.
+
+    Reference: without losses each bounce ends at the height of the drop, half a period of the contact after its begin;
+    gravity within the contact is a correction of 1e-3 and less.
+    """
+    ball = {"type": "prismatic", "parent": "base", "child": "a", "axis": [0, 0, 1], "initial": {"position": 1.0}}
+    scene = {
+        "format": 1,
+        "name": "ball",
+        "bodies": {"a": {"mass": 1.0}},
+        "joints": {"h": ball},
+        "efforts": {"floor": {"joint": "h", "effort": f"{stiffness:.0f}*max(0, -q.h)"}},
+        "gravity": [0, 0, -9.81],
+    }
+    run = eomgen.build(scene, profile="quick").simulate(1.0, 1e-3, method="rk45", tolerance=1e-9)
+    assert "unseen_law" not in [one.name for one in run.findings], run.message
+    assert run.stats["own_steps"] < 1000
+    fall, speed, omega = math.sqrt(2.0 / 9.81), math.sqrt(2.0 * 9.81), math.sqrt(stiffness)
+    contact = (2.0 * math.pi - 2.0 * math.atan2(speed * omega, 9.81)) / omega  # of h'' = -omega^2 h - g
+    later = 1.0 - fall - contact
+    assert float(run.q[-1, 0]) == pytest.approx(speed * later - 0.5 * 9.81 * later**2, rel=1e-6)

@@ -351,6 +351,27 @@ def step_rows(
     return StepRows(np.concatenate(result), joined, np.cumsum(breaks)[:-1] - 1)
 
 
+def rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing: float) -> StepRows | None:
+    """Return rows from the row ``place`` of an adaptive method to the next one; None if that part cannot be repeated.
+
+    Parameters
+    ----------
+    spacing : s, between the rows; larger if there were too many rows
+    """
+    if not 0 <= place < len(taken.rows) - 1 or place in taken.breaks or not spacing:
+        return None
+    ends, p = taken.rows[place : place + 2], taken.parameters
+    length = float(ends[1, 0] - ends[0, 0])
+    parts = math.ceil(min(length / spacing, _MOST))
+    step = min(run.settings["step"], length)
+    span = Span(ends, p if p.ndim == 1 else p[place : place + 2], 1, max(1, round(length / run.settings["step"])))
+    piece = comparison_run(run, library, span, multiple=length / parts / step, every=1)
+    if piece.interrupted or piece.stopped or len(piece.rows) < 2:
+        return None
+    present = piece.parameters[0] if p.ndim == 1 and piece.parameters.ndim > 1 else piece.parameters
+    return StepRows(piece.rows, present, np.empty(0, dtype=np.intp))
+
+
 #: Maximum number of crossings of a place that are examined, bisections of each, and the least jump of a rate relative
 #: to its largest value.
 _EXAMINED, _BISECTIONS, _JUMP = 16, 40, 1e-3

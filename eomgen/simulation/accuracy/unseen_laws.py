@@ -27,7 +27,7 @@ from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
 from eomgen.simulation.accuracy.motion_size import differences, motion_size, reach_of, shares
-from eomgen.simulation.accuracy.step_path import StepPath, StepStates, step_rows
+from eomgen.simulation.accuracy.step_path import StepPath, StepStates, rows_within, step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
@@ -61,6 +61,8 @@ _RESOLVED = 8.0
 #: Refinement of the rows for a second examination of adaptive methods after a first finding: some steps of these
 #: methods are shorter than the average.
 _REFINEMENTS = (8.0,)
+#: Maximum number of intervals between rows of an adaptive method that are examined at its own steps.
+_WINDOWS = 16
 #: Number of rows after a step in which a level is checked to hold the motion.
 _HELD = 4096
 #: Part of the change within a step over which a rate jumps: nodes lie so close at comparisons.
@@ -80,11 +82,13 @@ class UnseenLaw(NamedTuple):
     finding : on its effect, with the remedy
     law : in words
     step : s, that resolves it; 0 if the equations have no solution there, so that methods with adaptive steps stop
+    holds : whether the law holds a velocity or an internal state at a level, so that its effect grows with time
     """
 
     finding: Finding
     law: str
     step: float
+    holds: bool = False
 
 
 class _Nodes(NamedTuple):
@@ -185,6 +189,21 @@ def unseen_law(
                 if again is None and result is not None and _another_way(run, rows, taken.rows):
                     return result  # closer rows met the law
                 result = again
+            if result is None:
+                return None
+
+        # an adaptive method may take its shortest steps between two rows that are closer than its average step
+        resolved = taken.breaks
+        for _ in range(_WINDOWS if run.method.chooses_steps else 0):
+            step = int(np.searchsorted(taken.rows[:, 0], result.finding.time)) - 1
+            closer = None if result.holds else rows_within(run, library, taken, step, result.step)
+            if closer is None or _another_way(run, taken.rows[step : step + 2], closer.rows):
+                return result
+            if _Examination(StepPath(run, closer.rows, closer.parameters), laws, ends, changes).finding() is not None:
+                return result
+            resolved = np.union1d(resolved, [step])
+            path = StepPath(run, taken.rows, taken.parameters)
+            result = _Examination(path, laws, ends, changes, resolved, stated).finding()
             if result is None:
                 return None
         return result
@@ -704,7 +723,7 @@ class _Examination:
         unsolved = held.jumps and self._path.run.method.chooses_steps
         hint = f"a method of fixed steps, of {step} s" if unsolved else self._remedy(step)
         finding = Finding(value=share, time=held.time, text=text, hint=hint)
-        return UnseenLaw(finding, law, 0.0 if unsolved else float(step))
+        return UnseenLaw(finding, law, 0.0 if unsolved else float(step), holds=True)
 
     def _remedy(self, step: str) -> str:
         run = self._path.run
