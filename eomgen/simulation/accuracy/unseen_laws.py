@@ -11,7 +11,7 @@ Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import NamedTuple
 
 import numpy as np
@@ -27,7 +27,7 @@ from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
 from eomgen.simulation.accuracy.motion_size import differences, motion_size, reach_of, shares
-from eomgen.simulation.accuracy.step_path import StepPath, StepStates, rows_within, step_rows
+from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates, rows_within, step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
@@ -174,7 +174,8 @@ def unseen_law(
         return None
     result = None
     try:
-        recorded = _Examination(StepPath(run, rows, parameters, inputs), laws, ends, changes, stated=stated)
+        examination = partial(_Examination, laws=laws, ends=ends, changes=changes, stated=stated)
+        recorded = examination(StepPath(run, rows, parameters, inputs))
         if not recorded.looked_at:
             return None
         for finer in (1.0, *_REFINEMENTS) if run.method.chooses_steps else (1.0,):
@@ -185,30 +186,46 @@ def unseen_law(
                 result = recorded.finding()
             else:
                 path = StepPath(run, taken.rows, taken.parameters)
-                again = _Examination(path, laws, ends, changes, taken.breaks, stated).finding()
+                again = examination(path, breaks=taken.breaks).finding()
                 if again is None and result is not None and _another_way(run, rows, taken.rows):
                     return result  # closer rows met the law
                 result = again
             if result is None:
                 return None
-
-        # an adaptive method may take its shortest steps between two rows that are closer than its average step
-        resolved = taken.breaks
-        for _ in range(_WINDOWS if run.method.chooses_steps else 0):
-            step = int(np.searchsorted(taken.rows[:, 0], result.finding.time)) - 1
-            closer = None if result.holds else rows_within(run, library, taken, step, result.step)
-            if closer is None or _another_way(run, taken.rows[step : step + 2], closer.rows):
-                return result
-            if _Examination(StepPath(run, closer.rows, closer.parameters), laws, ends, changes).finding() is not None:
-                return result
-            resolved = np.union1d(resolved, [step])
-            path = StepPath(run, taken.rows, taken.parameters)
-            result = _Examination(path, laws, ends, changes, resolved, stated).finding()
-            if result is None:
-                return None
+            if finer > 1.0:
+                result = _unresolved(run, library, taken, result, examination)
         return result
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
+
+
+def _unresolved(
+    run: Run, library: Library, taken: StepRows, first: UnseenLaw, examination: Callable[..., _Examination]
+) -> UnseenLaw | None:
+    """Return the first law that an adaptive method leaves unresolved between rows as close as the law asks, if any.
+
+    The shortest steps of such a method may lie between two rows that are closer than its average step.
+
+    Parameters
+    ----------
+    taken : rows of the run
+    first : law that these rows do not resolve
+    examination : makes the examination of a path whose steps ``breaks`` are left out
+    """
+    path, left_out, result = StepPath(run, taken.rows, taken.parameters), taken.breaks, first
+    for _ in range(_WINDOWS):
+        step = int(np.searchsorted(taken.rows[:, 0], result.finding.time)) - 1
+        closer = None if result.holds else rows_within(run, library, taken, step, result.step)
+        if closer is None or _another_way(run, taken.rows[step : step + 2], closer.rows):
+            return result
+        if examination(StepPath(run, closer.rows, closer.parameters)).finding() is not None:
+            return result
+        left_out = np.union1d(left_out, [step])
+        again = examination(path, breaks=left_out).finding()
+        if again is None:
+            return None
+        result = again
+    return result
 
 
 def laws_between_steps(run: Run) -> list[Formula]:
