@@ -77,7 +77,20 @@ def continued(samples: Samples, number: int, known: Known = lambda _: None) -> A
         return kind(**values)
     if repr(first) == repr(second) == repr(third):
         return first
+    if kind is float and (made := known(((first,), (second,), (third,)))) is not None:
+        return made[0]
     raise IrregularSamples(f"{first!r}, {second!r}, {third!r}")
+
+
+def continued_sums(samples: tuple[Sequence[float], ...], number: int) -> list[float]:
+    """Return a list of numbers of n + ``number`` d parts: numbers that are the same in all samples, or grow evenly but
+    for rounding, as sums along a chain do.
+
+    Raises IrregularSamples.
+    """
+    rows = [np.array([[0.0, value] for value in sample]).reshape(-1, 2) for sample in samples]
+    made: list[float] = _joined(rows, number)[:, 1].tolist()
+    return made
 
 
 def continued_integers(samples: tuple[NDArray[np.int64], ...], number: int) -> NDArray[np.int64]:
@@ -154,12 +167,21 @@ def _longer(samples: Samples, number: int, known: Known) -> list[Any]:
     return [_built(by_number[kind], iter(values)) for kind, *values in made.tolist()]
 
 
-#: Of three samples the rows of integers of a list: the kind of an item, which items of other samples share, and the
-#: item's integers.
-_Rows = Sequence[NDArray[np.int64]]
+#: Rows of integers, or of numbers that grow evenly but for rounding.
+_Table = NDArray[Any]
+#: Of three samples the rows of a list: the kind of an item, which items of other samples share, and the item's numbers.
+_Rows = Sequence[_Table]
+#: Deviation of numbers from even growth that counts as rounding, as a part of the number.
+_ROUNDING = 1e-13
 
 
-def _joined(rows: _Rows, number: int) -> NDArray[np.int64]:
+def _same(one: _Table, other: _Table) -> NDArray[np.bool_]:
+    """Return whether integers are equal, or numbers but for rounding."""
+    slack = 0 if one.dtype == np.int64 else _ROUNDING * np.maximum(np.abs(one), np.abs(other))
+    return np.asarray(np.abs(one - other) <= slack)
+
+
+def _joined(rows: _Rows, number: int) -> _Table:
     """Return the rows of n + ``number`` d parts.
 
     A list may grow in several places: one over the accelerations and the constraints of a chain grows in both.
@@ -175,12 +197,12 @@ def _joined(rows: _Rows, number: int) -> NDArray[np.int64]:
     return np.concatenate(made)
 
 
-def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, NDArray[np.int64]]:
+def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, _Table]:
     """Return the rows up to the place at which items continue no more one by one, and these rows of n + ``number`` d
     parts: of the possible growths the one after which most items continue."""
     end = _prefix(rows)
     best = 0
-    made: tuple[_Rows, NDArray[np.int64]] | None = None
+    made: tuple[_Rows, _Table] | None = None
     for own in range(1, growth):
         alike = _prefix([row[end + own * k :] for k, row in enumerate(rows)])
         if alike > best:
@@ -192,18 +214,20 @@ def _first_section(rows: _Rows, growth: int, number: int) -> tuple[_Rows, NDArra
     return made
 
 
-def _grown(rows: _Rows, growth: int, number: int) -> NDArray[np.int64]:
+def _grown(rows: _Rows, growth: int, number: int) -> _Table:
     """Return the rows of n + ``number`` d parts, with one growing block."""
     if not growth:
         if _prefix(rows) < len(rows[0]):
             raise IrregularSamples("a list of other items")
-        return rows[0] + (rows[1] - rows[0]) * number
+        even: _Table = rows[0] + (rows[1] - rows[0]) * number
+        return even
     start, size = _split(rows, growth), len(rows[0])
     head = rows[0][:start] + (rows[1][:start] - rows[0][:start]) * number
     end, moved = rows[0][start:], rows[1][len(rows[1]) - (size - start) :]
     base, step, rate = _rule(rows, start, growth)
     blocks = (base + rate * number) + np.arange(number)[:, np.newaxis, np.newaxis] * step
-    return np.concatenate([head, blocks.reshape(number * growth, -1), end + (moved - end) * number])
+    grown: _Table = np.concatenate([head, blocks.reshape(number * growth, -1), end + (moved - end) * number])
+    return grown
 
 
 def _split(rows: _Rows, growth: int) -> int:
@@ -228,7 +252,7 @@ def _prefix(rows: _Rows) -> int:
     """Return the number of first items that continue one by one."""
     size = len(rows[0])
     first, second, third = (row[:size] for row in rows)
-    good = np.all(second - first == third - second, axis=1) & (first[:, 0] == second[:, 0])
+    good = np.all(_same(2 * second - first, third), axis=1) & (first[:, 0] == second[:, 0])
     return size if good.all() else int(np.argmin(good))
 
 
@@ -241,15 +265,17 @@ def _repeats(rows: _Rows, start: int, growth: int) -> bool:
     if step[:, 0].any() or rate[:, 0].any():
         return False
     return all(
-        np.array_equal(
-            rows[sample][start + block * growth : start + (block + 1) * growth], base + step * block + rate * sample
+        np.all(
+            _same(
+                rows[sample][start + block * growth : start + (block + 1) * growth], base + step * block + rate * sample
+            )
         )
         for sample in range(3)
         for block in range(-before, sample + behind)
     )
 
 
-def _rule(rows: _Rows, start: int, growth: int) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+def _rule(rows: _Rows, start: int, growth: int) -> tuple[_Table, _Table, _Table]:
     """Return base, step and rate: block b of sample k is base + step b + rate k."""
     own, one, two = (
         sample[start + block * growth : start + (block + 1) * growth]

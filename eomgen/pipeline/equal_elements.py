@@ -121,7 +121,7 @@ class EqualElements:
         long = least == _FEW_OF_OTHERS  # 80 elements have all loops of longer scenes
         samples = [WHOLE if long else Sample(n, self.count - n) for n in counts]
         made = derived_samples(derived, scenes, samples)
-        if len({refusal for _, refusal in made}) > 1:
+        if made is None or len({refusal for _, refusal in made}) > 1:
             return None
         middles = [_middles(scene) for scene in (*scenes, self.scene)]
 
@@ -139,10 +139,19 @@ class EqualElements:
         return replace(program, initial_q=q, initial_v=v), made[0][1]
 
 
-def derived_samples(derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample]) -> list[tuple[Program, str]]:
+def derived_samples(
+    derived: Derived, scenes: Sequence[Scene], samples: Sequence[Sample], *, series: bool = True
+) -> list[tuple[Program, str]] | None:
     """Return the Programs and the reasons of three scenes; the last scene is derived by a copy of the process, if one
-    may be made."""
+    may be made.
+
+    Parameters
+    ----------
+    series : False for None if the Program of the first scene has functions of Taylor coefficients
+    """
     first = derived(scenes[0], samples[0])  # with imports, and laws that the other scenes share
+    if first[0].series and not series:
+        return None
     with from_copy(partial(derived, scenes[2], samples[2])) as third:
         second = derived(scenes[1], samples[1])
         return [first, second, third() or derived(scenes[2], samples[2])]

@@ -1,5 +1,5 @@
-"""Programs of nets and chains: scenes with many equal rows of bodies in absolute coordinates, free or on joints,
-continued from scenes with few rows.
+"""Programs of nets and chains: scenes with many equal rows of bodies in absolute coordinates, free or on joints, or in
+joint coordinates, continued from scenes with few rows.
 
 Rows are numbered by integers in the names of bodies, points and force elements, as ``[repeat]`` makes them. Three
 scenes with fewer rows are derived, and ``codegen.continuation`` checks that their Programs grow evenly. That all rows
@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, fields, is_dataclass, replace
-from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program
+from eomgen.codegen.continuation import IrregularSamples, Samples, continued_program, continued_sums
 from eomgen.codegen.convert import check_workspace
 from eomgen.codegen.program import Program
 from eomgen.formula.nodes import ZERO, Number
-from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start
+from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations, free_start, joint_start
+from eomgen.mechanics.scene_tape import Derivation
 from eomgen.pipeline.equal_elements import Derived, derived_samples
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
@@ -38,6 +39,8 @@ MANY = 800
 _FEW, _FEW_ROWS, _MORE = 100, 10, 2
 #: The same with joints, rows in place of bodies: the first of them have pivots of their own.
 MANY_JOINED, _FEW_JOINED, _MORE_JOINED = 100, 18, 1
+#: The same in joint coordinates: shorter chains have functions without loops.
+MANY_HINGED, _FEW_HINGED, _MORE_HINGED = 300, 60, 4
 #: Rows at the end of a scene that may differ from the others, as rows at its beginning may.
 _END = 3
 #: Largest deviation of numbers that grow evenly, as a part of the largest.
@@ -57,10 +60,11 @@ _START = frozenset({"initial_position", "initial_velocity"})
 def equal_rows(scene: Scene) -> EqualRows | None:
     """Return the rows of a scene of many absolute bodies; None if there are none, if rows differ, or if the scene has
     other parts than bodies, joints, points, elements and parameters."""
+    hinged = scene.coordinates == "joint"
     joined = any(joint.type != "free" for joint in scene.joints)
-    if scene.coordinates != "absolute" or len(scene.bodies) < (MANY_JOINED if joined else MANY):
+    if len(scene.bodies) < (MANY_HINGED if hinged else MANY_JOINED if joined else MANY):
         return None
-    if joined and not _is_plain_chain(scene):
+    if (joined or hinged) and not _is_plain_chain(scene, hinged):
         return None
     if any(scene.parts.values()) or any(getattr(scene, item.name) for item in fields(scene) if item.name not in _PLAIN):
         return None
@@ -74,16 +78,22 @@ def equal_rows(scene: Scene) -> EqualRows | None:
     return made if made.regular else None
 
 
-def _is_plain_chain(scene: Scene) -> bool:
+def _is_plain_chain(scene: Scene, hinged: bool) -> bool:
     """Return whether joints alone act on bodies: forces are recorded one by one, and their loops grow unevenly; and
     whether no term of whole matrices is asked for."""
     whole = any(TERMS[name].quadratic for name in scene.terms if name in TERMS)
-    return not whole and not scene.elements and all(map(_only_connects, scene.joints))
+    simple = _moves_freely if hinged else _only_connects
+    return not whole and not scene.elements and all(map(simple, scene.joints))
+
+
+def _moves_freely(joint: Joint) -> bool:
+    """Return whether the coordinates of a joint follow from the equations alone."""
+    return not (joint.drive or joint.mimic)
 
 
 def _only_connects(joint: Joint) -> bool:
     """Return whether a joint has no springs, stops, friction or motions of its own."""
-    given = joint.stops or joint.friction or joint.drive or joint.mimic
+    given = joint.stops or joint.friction or not _moves_freely(joint)
     return not given and joint.stiffness == joint.damping == ZERO
 
 
@@ -161,6 +171,11 @@ class EqualRows:
         return self.last - self.first + 1
 
     @property
+    def hinged(self) -> bool:
+        """Whether the scene is in joint coordinates."""
+        return self.scene.coordinates == "joint"
+
+    @property
     def inner(self) -> range:
         """The rows that must be equal."""
         return range(self.first + _END, self.last - _END + 1)
@@ -220,9 +235,9 @@ class EqualRows:
     @cached_property
     def regular(self) -> bool:
         """Whether all inner rows are equal, with the same order in the lists, and the scene has few other entries."""
-        if self.count < (MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
+        if self.count < (MANY_HINGED if self.hinged else MANY_JOINED if self.joined else 4 * _END + 2 * _FEW_ROWS):
             return False
-        if not self.joined and free_start(self.scene) is None:
+        if not self.joined and not self.hinged and free_start(self.scene) is None:
             return False
         few = len(self.scene.bodies) // self.count
         for part, kinds in self.entries.items():
@@ -304,7 +319,7 @@ class EqualRows:
                     groups[new.name] = scene.groups[item.name]
             lists[part] = tuple(made)
         nothing: dict[str, Any] = {"requirements": (), "source": {}, "content": b"", "shapes": ()}
-        if self.joined and not scene.terms:
+        if self.joined and not self.hinged and not scene.terms:
             nothing["terms"] = _LINEAR
         return replace(scene, groups=groups, **lists, **nothing)
 
@@ -336,8 +351,9 @@ class EqualRows:
             A function needs more room on the stack than there is.
         """
         of_row = max(1, len(self.scene.bodies) // self.count)
-        few = _FEW_JOINED if self.joined else max(_FEW_ROWS, -(-_FEW // of_row))
-        more = _MORE_JOINED if self.joined else _MORE
+        few, more = max(_FEW_ROWS, -(-_FEW // of_row)), _MORE
+        if self.joined:
+            few, more = (_FEW_HINGED, _MORE_HINGED) if self.hinged else (_FEW_JOINED, _MORE_JOINED)
         few += (self.count - few) % more
         counts = [few + k * more for k in range(3)]
         if 2 * counts[2] > self.count:
@@ -347,23 +363,27 @@ class EqualRows:
             return None
         orders: dict[object, Any] | None = {} if self.joined else None
         samples = [Sample(count, self.count - count, orders) for count in counts]
-        made = derived_samples(derived, cast("list[Scene]", scenes), samples)
-        if len({refusal for _, refusal in made}) > 1:
+        # Taylor coefficients of trees are written out, order by order
+        made = derived_samples(derived, cast("list[Scene]", scenes), samples, series=not self.hinged)
+        if made is None or len({refusal for _, refusal in made}) > 1:
             return None
         asked: dict[str, Any] = {}
-        if self.joined:
+        start: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
+        if self.joined and not self.hinged:
             if any((one.initial_q, one.initial_v) != (one.asked_q, one.asked_v) for one, _ in made):
                 return None
             start = AbsoluteStartEquations(self.scene).at({})
             made = [(replace(one, asked_q=(), asked_v=()), refusal) for one, refusal in made]
             asked = {"asked_q": start[0], "asked_v": start[1]}
-        else:
+        elif not self.hinged:
             start = cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
         try:
             number = (self.count - few) // more
             program = continued_program([program for program, _ in made], number, lambda one: self._known(one, number))
         except IrregularSamples:
             return None
+        if self.hinged:
+            start = joint_start(Derivation(cast("Scene", scenes[0])), self.scene, program.factors)
         for function in program.functions:
             check_workspace(function.name, function.workspace)
         return replace(program, initial_q=start[0], initial_v=start[1], **asked), made[0][1]
@@ -372,6 +392,8 @@ class EqualRows:
         """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""
         if not all(type(item) is float for sample in samples for item in sample):
             return None
+        if self.hinged:
+            return continued_sums(samples, number)
         first, second, third = (np.array(sample) for sample in samples)
         more = len(second) - len(first)
         if len(first) < 2 * more or np.any(second[: len(first)] != first) or np.any(third[: len(second)] != second):

@@ -207,3 +207,16 @@ def test_rows_of_places_are_stored_for_one_period(tmp_path: Path) -> None:
     assert printed(text, tmp_path) == [float(place) for row in rows for place in row]
     uneven = [(k, 2 * k) for k in range(100)]
     assert (RowLookup(uneven).rows, RowLookup(uneven).row) == (uneven, "")
+
+
+def test_ranges_are_integers_of_c() -> None:
+    """Fronts of 7000 hinges: the last place would be on a line that begins far outside of the integers."""
+    places = [*(35 + 57 * k for k in range(6998)), 398_888, 0]
+    assert places[6998] != 35 + 57 * 6998
+    made = ranges(places)
+    assert [end for end, _, _ in made] == [6998, 6999, 7000]
+    begin = 0
+    for end, start, step in made:
+        assert [start + step * k for k in range(begin, end)] == places[begin:end]
+        assert max(abs(start), abs(step * (end - 1))) < 2**31
+        begin = end

@@ -12,6 +12,7 @@ import pytest
 import eomgen
 from benchmarks import chains
 from benchmarks.large_scenes import NET, SPRING
+from eomgen.base.data import fields, is_dataclass
 from eomgen.codegen.program import Program
 from eomgen.codegen.targets.c.target import C, generate_files
 from eomgen.integrators.newton import stages
@@ -54,6 +55,18 @@ def assert_alike(one: Program, other: Program) -> None:
     """Compare two Programs, the matrix of the step by its assembly in loops."""
     one, other = (dataclasses.replace(item, method={**item.method, "solver": {}}) for item in (one, other))
     assert one == other
+
+
+def recorded_programs(monkeypatch: pytest.MonkeyPatch) -> list[Any]:
+    """Return a list to which the Programs are added that are continued."""
+    made, program = [], equal_rows.EqualRows.program
+
+    def recorded(rows: equal_rows.EqualRows, derived: Any) -> Any:
+        made.append(program(rows, derived))
+        return made[-1]
+
+    monkeypatch.setattr(equal_rows.EqualRows, "program", recorded)
+    return made
 
 
 def files(program: Program) -> dict[str, str]:
@@ -184,13 +197,7 @@ def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pyte
 
 @pytest.mark.slow
 def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
-    made, program = [], equal_rows.EqualRows.program
-
-    def recorded(rows: equal_rows.EqualRows, derived: Any) -> Any:
-        made.append(program(rows, derived))
-        return made[-1]
-
-    monkeypatch.setattr(equal_rows.EqualRows, "program", recorded)
+    made = recorded_programs(monkeypatch)
     scene = chains.scene("absolute", "hinge", 100)
     made_of_scene, _ = pipeline._program(scene, SCENES, Selection(), "generalized_alpha", C, for_runs=True)
     assert made == [(made_of_scene, "")]
@@ -198,3 +205,83 @@ def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
     np.testing.assert_allclose(made_of_scene.initial_q, start.initial_q, rtol=0, atol=1e-12)
     assert made_of_scene.asked_q == made_of_scene.initial_q
     assert made_of_scene.sizes["v"] == 600
+
+
+def difference(one: Any, other: Any) -> float:
+    """Return the largest relative difference of numbers in data that are equal otherwise."""
+    assert type(one) is type(other)
+    if isinstance(one, float):
+        return abs(one - other) / max(abs(one), abs(other)) if one != other else 0.0
+    if is_dataclass(one):
+        return max(difference(getattr(one, item.name), getattr(other, item.name)) for item in fields(one))
+    if isinstance(one, dict):
+        assert one.keys() == other.keys()
+        return max((difference(one[key], other[key]) for key in one), default=0.0)
+    if isinstance(one, list | tuple):
+        assert len(one) == len(other)
+        return max((difference(*pair) for pair in zip(one, other, strict=True)), default=0.0)
+    assert one == other
+    return 0.0
+
+
+SPRINGS = {"stiffness": 2.0, "damping": 0.3}
+STOPS: dict[str, Any] = {
+    "limits": {"lower": -1.0, "upper": 1.0, "stiffness": 100.0},
+    "friction": {"coulomb": 0.1, "velocity": 0.01},
+}
+
+
+def hinges(count: int, **joint: Any) -> Scene:
+    """Return a chain of rods on hinges in joint coordinates; masses and lengths are no powers of 2."""
+    builder = eomgen.SceneBuilder("hinges")
+    for k in range(count):
+        builder.body(f"rod{k}", 0.7, center_of_mass=[0.15, 0, 0], inertia=[1e-4, 0.006, 0.006])
+        place, parent = [0.3 if k else 0.0, 0, 0], f"rod{k - 1}" if k else "base"
+        builder.joint(f"hinge{k}", "revolute", parent, f"rod{k}", axis=[0, 1, 0], position=place, **joint)
+    return builder.simulation(step=1e-3, duration=0.1).build()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", [{}, SPRINGS, STOPS], ids=["plain", "springs", "stops"])
+def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
+    monkeypatch: pytest.MonkeyPatch, joint: dict[str, Any]
+) -> None:
+    """Numbers that are sums along the chain are equal to rounding."""
+    monkeypatch.setattr(equal_rows, "MANY_HINGED", 200)
+    continued = recorded_programs(monkeypatch)
+    made, derived = programs(hinges(200, **joint))
+    assert continued == [(made, "")]
+    made, derived = (dataclasses.replace(item, method={**item.method, "solver": {}}) for item in (made, derived))
+    assert difference(made, derived) < 1e-13
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
+def test_a_continued_chain_in_joint_coordinates_moves_like_a_derived_one(
+    monkeypatch: pytest.MonkeyPatch, kind: str
+) -> None:
+    monkeypatch.setattr(equal_rows, "MANY_HINGED", 200)
+    scene = chains.scene("joint", kind, 200)
+    continued = recorded_programs(monkeypatch)
+    run = eomgen.build(scene).simulate(0.05, error_estimate=False)
+    assert [one is None for one in continued] == [False]
+    monkeypatch.setattr(equal_rows, "MANY_HINGED", 10**9)
+    other = eomgen.build(dataclasses.replace(scene, name="other")).simulate(0.05, error_estimate=False)
+    assert run.success
+    np.testing.assert_allclose(run.q, other.q, rtol=0, atol=1e-12)
+
+
+def test_chains_in_joint_coordinates_with_other_laws_are_derived_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(equal_rows, "MANY_HINGED", 30)
+    scene = hinges(30)
+    assert equal_rows.equal_rows(scene) is not None
+    driven = list(scene.joints)
+    driven[20] = hinges(21, drive="0.1*t").joints[20]
+    assert equal_rows.equal_rows(dataclasses.replace(scene, joints=tuple(driven))) is None
+    assert equal_rows.equal_rows(chains.scene("joint", "skew", 30)) is None
+    assert equal_rows.equal_rows(chains.scene("joint", "hinge", 30, ["mass"])) is None
+    rows = equal_rows.equal_rows(scene)
+    assert rows is not None
+    short = rows.fewer(12)
+    assert short is not None
+    assert (short.bodies, short.joints) == (hinges(12).bodies, hinges(12).joints)

@@ -63,14 +63,21 @@ def stretches(columns: Sequence[Sequence[int]], moving: Sequence[bool]) -> list[
     return result
 
 
+#: Largest integer of C.
+_LARGEST = 2**31 - 1
+
+
 def ranges(places: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Cut places into ranges of equally spaced places: (end, start, step) if place k < end is start + step k."""
+    """Cut places into ranges of equally spaced places: (end, start, step) if place k < end is start + step k, with
+    integers of C alone."""
     result: list[tuple[int, int, int]] = []
     for k, place in enumerate(places):
-        if result and result[-1][1] + result[-1][2] * k == place:
+        if result and result[-1][1] + result[-1][2] * k == place and abs(result[-1][2] * k) <= _LARGEST:
             result[-1] = (k + 1, *result[-1][1:])
         else:
             step = places[k + 1] - place if k + 1 < len(places) else 0
+            if max(abs(step) * (k + 1), abs(place - step * k)) > _LARGEST:
+                step = 0
             result.append((k + 1, place - step * k, step))
     return result
 
