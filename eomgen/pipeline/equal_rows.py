@@ -350,16 +350,10 @@ class EqualRows:
         ModelError
             A function needs more room on the stack than there is.
         """
-        of_row = max(1, len(self.scene.bodies) // self.count)
-        few, more = max(_FEW_ROWS, -(-_FEW // of_row)), _MORE
-        if self.joined:
-            few, more = (_FEW_HINGED, _MORE_HINGED) if self.hinged else (_FEW_JOINED, _MORE_JOINED)
-        few += (self.count - few) % more
+        few, more = self._sizes
         counts = [few + k * more for k in range(3)]
-        if 2 * counts[2] > self.count:
-            return None
-        scenes = [self.fewer(count) for count in counts]
-        if None in scenes:
+        scenes = [] if 2 * counts[2] > self.count else [self.fewer(count) for count in counts]
+        if not scenes or None in scenes:
             return None
         orders: dict[object, Any] | None = {} if self.joined else None
         samples = [Sample(count, self.count - count, orders) for count in counts]
@@ -367,26 +361,43 @@ class EqualRows:
         made = derived_samples(derived, cast("list[Scene]", scenes), samples, series=not self.hinged)
         if made is None or len({refusal for _, refusal in made}) > 1:
             return None
-        asked: dict[str, Any] = {}
-        start: tuple[tuple[float, ...], tuple[float, ...]] = ((), ())
-        if self.joined and not self.hinged:
-            if any((one.initial_q, one.initial_v) != (one.asked_q, one.asked_v) for one, _ in made):
-                return None
-            start = AbsoluteStartEquations(self.scene).at({})
-            made = [(replace(one, asked_q=(), asked_v=()), refusal) for one, refusal in made]
-            asked = {"asked_q": start[0], "asked_v": start[1]}
-        elif not self.hinged:
-            start = cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
-        try:
-            number = (self.count - few) // more
-            program = continued_program([program for program, _ in made], number, lambda one: self._known(one, number))
-        except IrregularSamples:
+        program = self._continued([one for one, _ in made], (self.count - few) // more)
+        if program is None:
             return None
-        if self.hinged:
-            start = joint_start(Derivation(cast("Scene", scenes[0])), self.scene, program.factors)
         for function in program.functions:
             check_workspace(function.name, function.workspace)
-        return replace(program, initial_q=start[0], initial_v=start[1], **asked), made[0][1]
+        q, v = self._start(cast("Scene", scenes[0]), program)
+        asked = {"asked_q": q, "asked_v": v} if self.joined and not self.hinged else {}
+        return replace(program, initial_q=q, initial_v=v, **asked), made[0][1]
+
+    def _continued(self, programs: Sequence[Program], number: int) -> Program | None:
+        """Return the Program of ``number`` steps of rows more, without its initial state; None if the given Programs do
+        not grow evenly, or if constraints change the initial state."""
+        if self.joined and not self.hinged:
+            if any((one.initial_q, one.initial_v) != (one.asked_q, one.asked_v) for one in programs):
+                return None
+            programs = [replace(one, asked_q=(), asked_v=()) for one in programs]
+        try:
+            return continued_program(programs, number, lambda one: self._known(one, number))
+        except IrregularSamples:
+            return None
+
+    @property
+    def _sizes(self) -> tuple[int, int]:
+        """The rows of the shortest derived scene, and how many more the next one has."""
+        of_row = max(1, len(self.scene.bodies) // self.count)
+        few, more = max(_FEW_ROWS, -(-_FEW // of_row)), _MORE
+        if self.joined:
+            few, more = (_FEW_HINGED, _MORE_HINGED) if self.hinged else (_FEW_JOINED, _MORE_JOINED)
+        return few + (self.count - few) % more, more
+
+    def _start(self, shortest: Scene, program: Program) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return q and v of the initial state."""
+        if self.hinged:
+            return joint_start(Derivation(shortest), self.scene, program.factors)
+        if self.joined:
+            return AbsoluteStartEquations(self.scene).at({})
+        return cast("tuple[tuple[float, ...], tuple[float, ...]]", free_start(self.scene))
 
     def _known(self, samples: Samples, number: int) -> list[float] | None:
         """Return a list of numbers of the scene that grow from row to row; None if the lists hold others."""
