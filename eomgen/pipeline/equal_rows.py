@@ -367,7 +367,7 @@ class EqualRows:
         for function in program.functions:
             check_workspace(function.name, function.workspace)
         q, v = self._start(cast("Scene", scenes[0]), program)
-        asked = {"asked_q": q, "asked_v": v} if self.joined and not self.hinged else {}
+        asked: dict[str, Any] = {"asked_q": q, "asked_v": v} if self.joined and not self.hinged else {}
         return replace(program, initial_q=q, initial_v=v, **asked), made[0][1]
 
     def _continued(self, programs: Sequence[Program], number: int) -> Program | None:
