@@ -39,8 +39,9 @@ MANY = 800
 _FEW, _FEW_ROWS, _MORE = 100, 10, 2
 #: The same with joints, rows in place of bodies: the first of them have pivots of their own.
 MANY_JOINED, _FEW_JOINED, _MORE_JOINED = 100, 18, 1
-#: The same in joint coordinates: shorter chains have functions without loops.
-MANY_HINGED, _FEW_HINGED, _MORE_HINGED = 300, 60, 4
+#: The same in joint coordinates, with least velocities of the smallest scene: shorter chains have functions without
+#: loops, and loops of some lengths begin elsewhere, so that other lengths are tried.
+MANY_HINGED, _FEW_HINGED, _MORE_HINGED, _FREEDOMS = 300, 28, 4, 60
 #: Rows at the end of a scene that may differ from the others, as rows at its beginning may.
 _END = 3
 #: Largest deviation of numbers that grow evenly, as a part of the largest.
@@ -350,7 +351,13 @@ class EqualRows:
         ModelError
             A function needs more room on the stack than there is.
         """
-        few, more = self._sizes
+        attempts = (self._continued_from(few, derived) for few in self._least)
+        return next((made for made in attempts if made is not None), None)
+
+    def _continued_from(self, least: int, derived: Derived) -> tuple[Program, str] | None:
+        """Return the Program and the reason as ``program`` does, from scenes with at least ``least`` rows."""
+        more = _MORE if not self.joined else _MORE_HINGED if self.hinged else _MORE_JOINED
+        few = least + (self.count - least) % more
         counts = [few + k * more for k in range(3)]
         scenes = [] if 2 * counts[2] > self.count else [self.fewer(count) for count in counts]
         if not scenes or None in scenes:
@@ -383,13 +390,14 @@ class EqualRows:
             return None
 
     @property
-    def _sizes(self) -> tuple[int, int]:
-        """The rows of the shortest derived scene, and how many more the next one has."""
+    def _least(self) -> tuple[int, ...]:
+        """Numbers of rows of the shortest derived scene, in the order in which they are tried."""
+        if self.hinged:
+            freedoms = sum(len(joint.initial_velocity) for joint in self.scene.joints)
+            few = max(_FEW_HINGED, _FREEDOMS * self.count // max(1, freedoms))
+            return few, few + few // 2
         of_row = max(1, len(self.scene.bodies) // self.count)
-        few, more = max(_FEW_ROWS, -(-_FEW // of_row)), _MORE
-        if self.joined:
-            few, more = (_FEW_HINGED, _MORE_HINGED) if self.hinged else (_FEW_JOINED, _MORE_JOINED)
-        return few + (self.count - few) % more, more
+        return (_FEW_JOINED,) if self.joined else (max(_FEW_ROWS, -(-_FEW // of_row)),)
 
     def _start(self, shortest: Scene, program: Program) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return q and v of the initial state."""
