@@ -38,7 +38,7 @@ void active_vehicle_initial_state(real *q, real *v, real *z)
 }
 
 EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *p, const real *q, const real *v,
-    const real *a, real *restrict w, real *restrict K, real *restrict C, real *restrict M)
+    real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     int i;
     K[25] = K[26] = K[27] = K[31] = K[33] = K[34] = K[38] = K[39] = K[41] = K[45] = K[46] = K[47] = K(0.0);
@@ -53,34 +53,17 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     M[40] = K(59.0);
     M[48] = K(59.0);
 
-    /* Position of link heaving */
-    const real p_heaving_z = K(0.4) + q[0];
-
     /* Rotation of link pitching */
     real sin_pitch, cos_pitch;
     EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
 
-    /* Rotation of link body */
-    real sin_roll, cos_roll;
-    EG_SINCOS(q[2], &sin_roll, &cos_roll);
-
-    /* Pose of link body */
-    const real R_body_xy = sin_pitch * sin_roll;
-    const real R_body_xz = sin_pitch * cos_roll;
-    const real R_body_zy = cos_pitch * sin_roll;
-    const real R_body_zz = cos_pitch * cos_roll;
-
-    /* Spring front_left */
-    const real x10 = K(1.4) * cos_pitch;
-    const real x11 = K(0.75) * R_body_xy;
-    const real p_mount_front_left_x = x10 + x11;
-    const real x13 = K(1.4) * sin_pitch;
-    const real x14 = K(0.75) * R_body_zy;
-    const real x15 = x13 - x14;
-
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
     const real minus_v_pitching_x = v[0] * sin_pitch;
+
+    /* Rotation of link body */
+    real sin_roll, cos_roll;
+    EG_SINCOS(q[2], &sin_roll, &cos_roll);
 
     /* Twist of link body */
     const real v_body_y = sin_roll * v_pitching_z;
@@ -88,7 +71,22 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real omega_body_y = v[1] * cos_roll;
     const real minus_omega_body_z = v[1] * sin_roll;
 
+    /* Pose of link body */
+    const real R_body_xy = sin_pitch * sin_roll;
+    const real R_body_xz = sin_pitch * cos_roll;
+    const real R_body_zy = cos_pitch * sin_roll;
+    const real R_body_zz = cos_pitch * cos_roll;
+
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+
     /* Spring front_left */
+    const real x16 = K(1.4) * cos_pitch;
+    const real x17 = K(0.75) * R_body_xy;
+    const real p_mount_front_left_x = x16 + x17;
+    const real x19 = K(1.4) * sin_pitch;
+    const real x20 = K(0.75) * R_body_zy;
+    const real x21 = x19 - x20;
     const real x22 = K(0.75) * minus_omega_body_z;
     const real x23 = K(0.75) * v[2];
     const real x24 = K(1.4) * omega_body_y;
@@ -107,7 +105,7 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real v_mount_front_left_z = x34 + x35 + x36;
     const real minus_span_front_left_x = K(1.4) - p_mount_front_left_x;
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - x15);
+    const real minus_span_front_left_z = q[3] - (p_heaving_z - x21);
     const real minus_rate_front_left_z = v[3] - v_mount_front_left_z;
     const real x42 = minus_span_front_left_y * minus_span_front_left_y;
     const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x42
@@ -135,8 +133,8 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real force_on_mount_front_left_z = x58 - x59 + x60;
 
     /* Spring front_right */
-    const real p_mount_front_right_x = x10 - x11;
-    const real x63 = x13 + x14;
+    const real p_mount_front_right_x = x16 - x17;
+    const real x63 = x19 + x20;
     const real x64 = minus_v_pitching_x + x22;
     const real x65 = v_body_z - (x23 + x24);
     const real x66 = cos_pitch * x64;
@@ -175,9 +173,9 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
 
     /* Spring rear_left */
     const real x96 = K(1.7) * cos_pitch;
-    const real p_mount_rear_left_x = x11 - x96;
+    const real p_mount_rear_left_x = x17 - x96;
     const real x98 = K(1.7) * sin_pitch;
-    const real x99 = x14 + x98;
+    const real x99 = x20 + x98;
     const real x100 = K(1.7) * omega_body_y;
     const real x101 = v_body_y + K(1.7) * minus_omega_body_z;
     const real x102 = v_body_z + (x23 + x100);
@@ -217,8 +215,8 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real x133 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x - x95;
 
     /* Spring rear_right */
-    const real minus_p_mount_rear_right_x = x11 + x96;
-    const real x135 = x14 - x98;
+    const real minus_p_mount_rear_right_x = x17 + x96;
+    const real x135 = x20 - x98;
     const real x136 = v_body_z - (x23 - x100);
     const real x137 = R_body_xz * x136;
     const real minus_v_mount_rear_right_x = x66 - x103 - x137;
@@ -257,45 +255,17 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real x167 = force_on_mount_front_left_z - x94 - minus_force_on_mount_rear_left_z
         + force_on_mount_rear_right_z;
 
-    /* Mass matrix, columns of joint pitch */
-    M[8] = K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll));
-
-    /* Centripetal and Coriolis acceleration of link body */
-    const real minus_alpha0_body_y = v[2] * minus_omega_body_z;
-    const real minus_alpha0_body_z = v[2] * omega_body_y;
-    const real x170 = omega_body_y * omega_body_y + minus_omega_body_z * minus_omega_body_z;
-
     /* Applied forces at joint roll */
-    const real x171 = sin_roll * (x164 - K(1.7) * force_on_mount_rear_right_z);
-    const real x172 = cos_roll * (x165 - (K(1.7) * force_on_mount_rear_right_y
+    const real x168 = sin_roll * (x164 - K(1.7) * force_on_mount_rear_right_z);
+    const real x169 = cos_roll * (x165 - (K(1.7) * force_on_mount_rear_right_y
         - K(0.75) * force_on_mount_rear_right_x));
-    const real x173 = cos_roll * x166;
-    const real x174 = sin_roll * x167;
+    const real x170 = cos_roll * x166;
+    const real x171 = sin_roll * x167;
 
     /* Applied forces at joint pitch */
-    const real x175 = sin_pitch * (sin_roll * x166 + cos_roll * x167);
-    const real x176 = cos_pitch * (force_on_mount_front_left_x - x86 - minus_force_on_mount_rear_left_x
+    const real x172 = sin_pitch * (sin_roll * x166 + cos_roll * x167);
+    const real x173 = cos_pitch * (force_on_mount_front_left_x - x86 - minus_force_on_mount_rear_left_x
         + force_on_mount_rear_right_x);
-
-    /* Acceleration of link body */
-    const real x177 = a[1] * cos_roll;
-    const real x178 = a[1] * sin_roll;
-    const real x179 = K(60.0) * v[2];
-    const real x180 = K(400.0) * v[2];
-
-    /* Partials, joint pitch */
-    const real x181 = K(2.0) * (sin_roll * (cos_roll * (x179 - x180)));
-
-    /* Partials, joint roll */
-    const real x182 = K(2.0) * (minus_omega_body_z * (K(400.0) * minus_omega_body_z)
-        + omega_body_y * (K(60.0) * omega_body_y));
-    const real x183 = K(400.0) * x170 + K(60.0) * x170 - x182;
-    const real x184 = K(60.0) * x178 + K(2.0) * (omega_body_y * x179);
-    const real x185 = K(400.0) * x177 - K(2.0) * (minus_omega_body_z * x180);
-    const real x186 = sin_roll * (K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - x177)) + x185);
-    const real x187 = cos_roll * (K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + x178)) - x184) + x186;
-    const real x188 = cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y);
-    const real x189 = cos_roll * (K(800.0) * minus_omega_body_z) - sin_roll * (K(120.0) * omega_body_y);
 
     /* Partials of applied forces */
     const real p_mount_front_left_x_d2 = K(0.75) * R_body_xz;
@@ -303,97 +273,97 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real p_mount_front_left_z_d2 = K(0.75) * R_body_zz;
     const real minus_v_body_y_d1 = sin_roll * minus_v_pitching_x;
     const real minus_v_body_z_d1 = cos_roll * minus_v_pitching_x;
-    const real x195 = K(0.75) * omega_body_y;
-    const real x196 = K(1.4) * sin_roll;
-    const real x197 = K(1.4) * cos_roll;
-    const real x198 = v_body_z - x24;
-    const real x199 = cos_pitch * v_pitching_z;
-    const real x200 = x34 - x199;
-    const real x201 = cos_pitch * minus_p_mount_front_left_y_d2;
-    const real x202 = cos_pitch * x195;
-    const real x203 = R_body_xy * minus_v_body_y_d1;
-    const real x204 = x35 - x203;
-    const real x205 = R_body_xz * x26;
-    const real x206 = x205 + R_body_xy * x198;
-    const real x207 = R_body_xy * x196;
-    const real x208 = R_body_xz * minus_v_body_z_d1;
-    const real x209 = R_body_xz * x197;
+    const real x179 = K(0.75) * omega_body_y;
+    const real x180 = K(1.4) * sin_roll;
+    const real x181 = K(1.4) * cos_roll;
+    const real x182 = v_body_z - x24;
+    const real x183 = cos_pitch * v_pitching_z;
+    const real x184 = x34 - x183;
+    const real x185 = cos_pitch * minus_p_mount_front_left_y_d2;
+    const real x186 = cos_pitch * x179;
+    const real x187 = R_body_xy * minus_v_body_y_d1;
+    const real x188 = x35 - x187;
+    const real x189 = R_body_xz * x26;
+    const real x190 = x189 + R_body_xy * x182;
+    const real x191 = R_body_xy * x180;
+    const real x192 = R_body_xz * minus_v_body_z_d1;
+    const real x193 = R_body_xz * x181;
     const real minus_v_mount_front_left_x_d7 = cos_pitch * sin_pitch - R_body_xy * R_body_zy - R_body_xz * R_body_zz;
-    const real x211 = sin_roll * x26;
-    const real x212 = x211 - cos_roll * x198;
+    const real x195 = sin_roll * x26;
+    const real x196 = x195 - cos_roll * x182;
     const real v_mount_front_left_y_d7 = cos_roll * R_body_zy - sin_roll * R_body_zz;
     const real minus_v_mount_front_left_y_d1 = cos_roll * minus_v_body_y_d1 - sin_roll * minus_v_body_z_d1;
-    const real minus_v_mount_front_left_y_d8 = cos_roll * x196 - sin_roll * x197;
-    const real x216 = sin_pitch * v_pitching_z;
-    const real x217 = x28 + x216;
-    const real x218 = sin_pitch * minus_p_mount_front_left_y_d2;
-    const real x219 = sin_pitch * x195;
-    const real x220 = R_body_zy * minus_v_body_y_d1;
-    const real x221 = x29 + x220;
-    const real x222 = R_body_zz * x26;
-    const real x223 = x222 + R_body_zy * x198;
-    const real x224 = R_body_zy * x196;
-    const real x225 = R_body_zz * minus_v_body_z_d1;
-    const real x226 = R_body_zz * x197;
-    const real v_mount_front_left_z_d1 = x217 - x221 - (x30 + x225);
+    const real minus_v_mount_front_left_y_d8 = cos_roll * x180 - sin_roll * x181;
+    const real x200 = sin_pitch * v_pitching_z;
+    const real x201 = x28 + x200;
+    const real x202 = sin_pitch * minus_p_mount_front_left_y_d2;
+    const real x203 = sin_pitch * x179;
+    const real x204 = R_body_zy * minus_v_body_y_d1;
+    const real x205 = x29 + x204;
+    const real x206 = R_body_zz * x26;
+    const real x207 = x206 + R_body_zy * x182;
+    const real x208 = R_body_zy * x180;
+    const real x209 = R_body_zz * minus_v_body_z_d1;
+    const real x210 = R_body_zz * x181;
+    const real v_mount_front_left_z_d1 = x201 - x205 - (x30 + x209);
     const real v_mount_front_left_z_d7 = sin_pitch * sin_pitch + R_body_zy * R_body_zy + R_body_zz * R_body_zz;
-    const real minus_v_mount_front_left_z_d8 = x218 + x224 + x226;
-    const real minus_v_mount_front_left_z_d2 = x219 - x223 + (x222 + R_body_zy * x27);
-    const real x231 = K(2.0) * (minus_span_front_left_y * minus_p_mount_front_left_y_d2);
-    const real x232 = K(0.5) / length_front_left;
-    const real length_front_left_d1 = (K(2.0) * (x15 * minus_span_front_left_x)
-        + K(2.0) * (p_mount_front_left_x * minus_span_front_left_z)) * x232;
-    const real x234 = K(2.0) * (minus_span_front_left_x * p_mount_front_left_x_d2) - x231
+    const real minus_v_mount_front_left_z_d8 = x202 + x208 + x210;
+    const real minus_v_mount_front_left_z_d2 = x203 - x207 + (x206 + R_body_zy * x27);
+    const real x215 = K(2.0) * (minus_span_front_left_y * minus_p_mount_front_left_y_d2);
+    const real x216 = K(0.5) / length_front_left;
+    const real length_front_left_d1 = (K(2.0) * (x21 * minus_span_front_left_x)
+        + K(2.0) * (p_mount_front_left_x * minus_span_front_left_z)) * x216;
+    const real x218 = K(2.0) * (minus_span_front_left_x * p_mount_front_left_x_d2) - x215
         + K(2.0) * (minus_span_front_left_z * p_mount_front_left_z_d2);
-    const real minus_length_front_left_d2 = x234 * x232;
-    const real length_front_left_d3 = K(2.0) * minus_span_front_left_z * x232;
-    const real x237 = x44 * x44;
-    const real x238 = length_front_left_d1 * x237;
-    const real x239 = minus_length_front_left_d2 * x237;
-    const real x240 = length_front_left_d3 * x237;
-    const real minus_direction_front_left_x_d1 = x15 * x44 - minus_span_front_left_x * x238;
-    const real direction_front_left_x_d2 = x44 * p_mount_front_left_x_d2 - minus_span_front_left_x * x239;
-    const real direction_front_left_x_d3 = minus_span_front_left_x * x240;
-    const real minus_direction_front_left_y_d2 = x44 * minus_p_mount_front_left_y_d2 + minus_span_front_left_y * x239;
-    const real direction_front_left_y_d1 = minus_span_front_left_y * x238;
-    const real direction_front_left_y_d3 = minus_span_front_left_y * x240;
-    const real minus_direction_front_left_z_d3 = x44 - minus_span_front_left_z * x240;
-    const real minus_direction_front_left_z_d1 = p_mount_front_left_x * x44 - minus_span_front_left_z * x238;
-    const real direction_front_left_z_d2 = x44 * p_mount_front_left_z_d2 - minus_span_front_left_z * x239;
-    const real x250 = minus_direction_front_left_x * (x202 + x206 - (x205 + R_body_xy * x27));
-    const real x251 = minus_direction_front_left_x * (x200 + x204 + (x36 - x208))
+    const real minus_length_front_left_d2 = x218 * x216;
+    const real length_front_left_d3 = K(2.0) * minus_span_front_left_z * x216;
+    const real x221 = x44 * x44;
+    const real x222 = length_front_left_d1 * x221;
+    const real x223 = minus_length_front_left_d2 * x221;
+    const real x224 = length_front_left_d3 * x221;
+    const real minus_direction_front_left_x_d1 = x21 * x44 - minus_span_front_left_x * x222;
+    const real direction_front_left_x_d2 = x44 * p_mount_front_left_x_d2 - minus_span_front_left_x * x223;
+    const real direction_front_left_x_d3 = minus_span_front_left_x * x224;
+    const real minus_direction_front_left_y_d2 = x44 * minus_p_mount_front_left_y_d2 + minus_span_front_left_y * x223;
+    const real direction_front_left_y_d1 = minus_span_front_left_y * x222;
+    const real direction_front_left_y_d3 = minus_span_front_left_y * x224;
+    const real minus_direction_front_left_z_d3 = x44 - minus_span_front_left_z * x224;
+    const real minus_direction_front_left_z_d1 = p_mount_front_left_x * x44 - minus_span_front_left_z * x222;
+    const real direction_front_left_z_d2 = x44 * p_mount_front_left_z_d2 - minus_span_front_left_z * x223;
+    const real x234 = minus_direction_front_left_x * (x186 + x190 - (x189 + R_body_xy * x27));
+    const real x235 = minus_direction_front_left_x * (x184 + x188 + (x36 - x192))
         - minus_v_mount_front_left_x * minus_direction_front_left_x_d1;
-    const real x252 = minus_direction_front_left_y * (x212 - (x211 - cos_roll * x27))
+    const real x236 = minus_direction_front_left_y * (x196 - (x195 - cos_roll * x27))
         - v_mount_front_left_y * minus_direction_front_left_y_d2;
-    const real x253 = x251 - (minus_direction_front_left_y * minus_v_mount_front_left_y_d1
+    const real x237 = x235 - (minus_direction_front_left_y * minus_v_mount_front_left_y_d1
         + v_mount_front_left_y * direction_front_left_y_d1);
-    const real x254 = minus_direction_front_left_x * (x201 - x207 - x209)
+    const real x238 = minus_direction_front_left_x * (x185 - x191 - x193)
         - minus_direction_front_left_y * minus_v_mount_front_left_y_d8;
-    const real x255 = minus_direction_front_left_z * minus_v_mount_front_left_z_d2
+    const real x239 = minus_direction_front_left_z * minus_v_mount_front_left_z_d2
         - minus_rate_front_left_z * direction_front_left_z_d2;
     const real tension_front_left_d10 = p->p_damper_front * minus_direction_front_left_z;
-    const real x257 = p->p_damper_front * (x253 + (minus_direction_front_left_z * v_mount_front_left_z_d1
+    const real x241 = p->p_damper_front * (x237 + (minus_direction_front_left_z * v_mount_front_left_z_d1
         - minus_rate_front_left_z * minus_direction_front_left_z_d1));
-    const real x258 = p->p_damper_front * (x250 + minus_v_mount_front_left_x * direction_front_left_x_d2 - x252 - x255);
-    const real x259 = p->p_damper_front * (minus_v_mount_front_left_x * direction_front_left_x_d3
+    const real x242 = p->p_damper_front * (x234 + minus_v_mount_front_left_x * direction_front_left_x_d2 - x236 - x239);
+    const real x243 = p->p_damper_front * (minus_v_mount_front_left_x * direction_front_left_x_d3
         - v_mount_front_left_y * direction_front_left_y_d3 - minus_rate_front_left_z * minus_direction_front_left_z_d3);
-    const real tension_front_left_d3 = K(35000.0) * length_front_left_d3 - x259;
-    const real x261 = p->p_skyhook * v_mount_front_left_z_d7;
-    const real x262 = p->p_skyhook * p_mount_front_left_z_d2;
-    const real tension_front_left_d1 = K(35000.0) * length_front_left_d1 - x257
+    const real tension_front_left_d3 = K(35000.0) * length_front_left_d3 - x243;
+    const real x245 = p->p_skyhook * v_mount_front_left_z_d7;
+    const real x246 = p->p_skyhook * p_mount_front_left_z_d2;
+    const real tension_front_left_d1 = K(35000.0) * length_front_left_d1 - x241
         + p->p_skyhook * v_mount_front_left_z_d1;
-    const real minus_tension_front_left_d2 = K(35000.0) * minus_length_front_left_d2 + x258
+    const real minus_tension_front_left_d2 = K(35000.0) * minus_length_front_left_d2 + x242
         + p->p_skyhook * minus_v_mount_front_left_z_d2;
-    const real x265 = p->p_damper_front * (minus_direction_front_left_x * minus_v_mount_front_left_x_d7
+    const real x249 = p->p_damper_front * (minus_direction_front_left_x * minus_v_mount_front_left_x_d7
         - minus_direction_front_left_y * v_mount_front_left_y_d7
         - minus_direction_front_left_z * v_mount_front_left_z_d7);
-    const real tension_front_left_d7 = x265 + x261;
-    const real minus_tension_front_left_d8 = p->p_damper_front * (x254
+    const real tension_front_left_d7 = x249 + x245;
+    const real minus_tension_front_left_d8 = p->p_damper_front * (x238
         - minus_direction_front_left_z * minus_v_mount_front_left_z_d8) + p->p_skyhook * minus_v_mount_front_left_z_d8;
-    const real x268 = p->p_damper_front * (minus_direction_front_left_x * p_mount_front_left_x_d2
+    const real x252 = p->p_damper_front * (minus_direction_front_left_x * p_mount_front_left_x_d2
         - minus_direction_front_left_y * minus_p_mount_front_left_y_d2
         + minus_direction_front_left_z * p_mount_front_left_z_d2);
-    const real minus_tension_front_left_d9 = x268 - x262;
+    const real minus_tension_front_left_d9 = x252 - x246;
     const real minus_force_front_left_x_d1 = tension_front_left * minus_direction_front_left_x_d1
         + minus_direction_front_left_x * tension_front_left_d1;
     const real force_front_left_x_d2 = tension_front_left * direction_front_left_x_d2
@@ -431,131 +401,131 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     C[23] = -force_front_left_z_d9;
     const real minus_force_front_left_z_d10 = minus_direction_front_left_z * tension_front_left_d10;
     C[24] = minus_force_front_left_z_d10;
-    const real x291 = cos_pitch * minus_force_front_left_z + sin_pitch * minus_force_front_left_z_d1;
-    const real x292 = sin_pitch * minus_force_front_left_x - cos_pitch * minus_force_front_left_x_d1 + x291;
-    const real x293 = cos_pitch * force_front_left_x_d2 - sin_pitch * force_front_left_z_d2;
-    const real x294 = cos_pitch * force_front_left_x_d3 + sin_pitch * minus_force_front_left_z_d3;
+    const real x275 = cos_pitch * minus_force_front_left_z + sin_pitch * minus_force_front_left_z_d1;
+    const real x276 = sin_pitch * minus_force_front_left_x - cos_pitch * minus_force_front_left_x_d1 + x275;
+    const real x277 = cos_pitch * force_front_left_x_d2 - sin_pitch * force_front_left_z_d2;
+    const real x278 = cos_pitch * force_front_left_x_d3 + sin_pitch * minus_force_front_left_z_d3;
     const real force_on_mount_front_left_x_d7 = cos_pitch * minus_force_front_left_x_d7
         - sin_pitch * minus_force_front_left_z_d7;
-    const real x296 = cos_pitch * force_front_left_x_d8 - sin_pitch * force_front_left_z_d8;
-    const real x297 = cos_pitch * force_front_left_x_d9 - sin_pitch * force_front_left_z_d9;
+    const real x280 = cos_pitch * force_front_left_x_d8 - sin_pitch * force_front_left_z_d8;
+    const real x281 = cos_pitch * force_front_left_x_d9 - sin_pitch * force_front_left_z_d9;
     const real force_on_mount_front_left_x_d10 = cos_pitch * minus_force_front_left_x_d10
         - sin_pitch * minus_force_front_left_z_d10;
-    const real x299 = R_body_zy * minus_force_front_left_x + R_body_xy * minus_force_front_left_x_d1
+    const real x283 = R_body_zy * minus_force_front_left_x + R_body_xy * minus_force_front_left_x_d1
         - cos_roll * force_front_left_y_d1;
-    const real force_on_mount_front_left_y_d1 = x299 - (R_body_xy * minus_force_front_left_z
+    const real force_on_mount_front_left_y_d1 = x283 - (R_body_xy * minus_force_front_left_z
         - R_body_zy * minus_force_front_left_z_d1);
-    const real x301 = x58 - R_body_xy * force_front_left_x_d2 - (x59 - cos_roll * minus_force_front_left_y_d2);
-    const real force_on_mount_front_left_y_d2 = x301 + (x60 - R_body_zy * force_front_left_z_d2);
-    const real x303 = R_body_xy * force_front_left_x_d3 + cos_roll * force_front_left_y_d3
+    const real x285 = x58 - R_body_xy * force_front_left_x_d2 - (x59 - cos_roll * minus_force_front_left_y_d2);
+    const real force_on_mount_front_left_y_d2 = x285 + (x60 - R_body_zy * force_front_left_z_d2);
+    const real x287 = R_body_xy * force_front_left_x_d3 + cos_roll * force_front_left_y_d3
         - R_body_zy * minus_force_front_left_z_d3;
     const real force_on_mount_front_left_y_d7 = R_body_xy * minus_force_front_left_x_d7
         + cos_roll * minus_force_front_left_y_d7 + R_body_zy * minus_force_front_left_z_d7;
-    const real x305 = R_body_xy * force_front_left_x_d8 + cos_roll * force_front_left_y_d8
+    const real x289 = R_body_xy * force_front_left_x_d8 + cos_roll * force_front_left_y_d8
         + R_body_zy * force_front_left_z_d8;
-    const real x306 = R_body_xy * force_front_left_x_d9 + cos_roll * force_front_left_y_d9
+    const real x290 = R_body_xy * force_front_left_x_d9 + cos_roll * force_front_left_y_d9
         + R_body_zy * force_front_left_z_d9;
     const real force_on_mount_front_left_y_d10 = R_body_xy * minus_force_front_left_x_d10
         + cos_roll * minus_force_front_left_y_d10 + R_body_zy * minus_force_front_left_z_d10;
-    const real x308 = R_body_zz * minus_force_front_left_x + R_body_xz * minus_force_front_left_x_d1
+    const real x292 = R_body_zz * minus_force_front_left_x + R_body_xz * minus_force_front_left_x_d1
         + sin_roll * force_front_left_y_d1;
-    const real force_on_mount_front_left_z_d1 = x308 - (R_body_xz * minus_force_front_left_z
+    const real force_on_mount_front_left_z_d1 = x292 - (R_body_xz * minus_force_front_left_z
         - R_body_zz * minus_force_front_left_z_d1);
-    const real x310 = x54 + R_body_xz * force_front_left_x_d2 + (x55 + sin_roll * minus_force_front_left_y_d2);
-    const real x311 = x310 + (x56 + R_body_zz * force_front_left_z_d2);
-    const real x312 = R_body_xz * force_front_left_x_d3 - sin_roll * force_front_left_y_d3
+    const real x294 = x54 + R_body_xz * force_front_left_x_d2 + (x55 + sin_roll * minus_force_front_left_y_d2);
+    const real x295 = x294 + (x56 + R_body_zz * force_front_left_z_d2);
+    const real x296 = R_body_xz * force_front_left_x_d3 - sin_roll * force_front_left_y_d3
         - R_body_zz * minus_force_front_left_z_d3;
     const real force_on_mount_front_left_z_d7 = R_body_xz * minus_force_front_left_x_d7
         - sin_roll * minus_force_front_left_y_d7 + R_body_zz * minus_force_front_left_z_d7;
-    const real x314 = R_body_xz * force_front_left_x_d8 - sin_roll * force_front_left_y_d8
+    const real x298 = R_body_xz * force_front_left_x_d8 - sin_roll * force_front_left_y_d8
         + R_body_zz * force_front_left_z_d8;
-    const real x315 = R_body_xz * force_front_left_x_d9 - sin_roll * force_front_left_y_d9
+    const real x299 = R_body_xz * force_front_left_x_d9 - sin_roll * force_front_left_y_d9
         + R_body_zz * force_front_left_z_d9;
     const real force_on_mount_front_left_z_d10 = R_body_xz * minus_force_front_left_x_d10
         - sin_roll * minus_force_front_left_y_d10 + R_body_zz * minus_force_front_left_z_d10;
     const real moment_on_mount_front_left_x_d1 = K(0.75) * force_on_mount_front_left_z_d1;
-    const real x318 = K(0.75) * x311;
-    const real x319 = K(0.75) * x312;
-    K[17] = x319;
+    const real x302 = K(0.75) * x295;
+    const real x303 = K(0.75) * x296;
+    K[17] = x303;
     const real moment_on_mount_front_left_x_d7 = K(0.75) * force_on_mount_front_left_z_d7;
-    const real x321 = K(0.75) * x314;
-    const real x322 = K(0.75) * x315;
+    const real x305 = K(0.75) * x298;
+    const real x306 = K(0.75) * x299;
     C[17] = -(K(0.75) * force_on_mount_front_left_z_d10);
-    const real x323 = K(1.4) * force_on_mount_front_left_z_d1;
-    const real moment_on_mount_front_left_y_d2 = K(1.4) * x311;
-    const real moment_on_mount_front_left_y_d3 = K(1.4) * x312;
-    const real x326 = K(1.4) * force_on_mount_front_left_z_d7;
-    const real moment_on_mount_front_left_y_d8 = K(1.4) * x314;
-    const real moment_on_mount_front_left_y_d9 = K(1.4) * x315;
-    const real x329 = K(1.4) * force_on_mount_front_left_z_d10;
-    const real moment_on_mount_front_left_z_d1 = K(1.4) * force_on_mount_front_left_y_d1 + K(0.75) * x292;
-    const real moment_on_mount_front_left_z_d2 = K(1.4) * force_on_mount_front_left_y_d2 + K(0.75) * x293;
-    const real x332 = K(1.4) * x303 - K(0.75) * x294;
+    const real x307 = K(1.4) * force_on_mount_front_left_z_d1;
+    const real moment_on_mount_front_left_y_d2 = K(1.4) * x295;
+    const real moment_on_mount_front_left_y_d3 = K(1.4) * x296;
+    const real x310 = K(1.4) * force_on_mount_front_left_z_d7;
+    const real moment_on_mount_front_left_y_d8 = K(1.4) * x298;
+    const real moment_on_mount_front_left_y_d9 = K(1.4) * x299;
+    const real x313 = K(1.4) * force_on_mount_front_left_z_d10;
+    const real moment_on_mount_front_left_z_d1 = K(1.4) * force_on_mount_front_left_y_d1 + K(0.75) * x276;
+    const real moment_on_mount_front_left_z_d2 = K(1.4) * force_on_mount_front_left_y_d2 + K(0.75) * x277;
+    const real x316 = K(1.4) * x287 - K(0.75) * x278;
     const real moment_on_mount_front_left_z_d7 = K(1.4) * force_on_mount_front_left_y_d7
         - K(0.75) * force_on_mount_front_left_x_d7;
-    const real x334 = K(1.4) * x305 - K(0.75) * x296;
-    const real x335 = K(1.4) * x306 - K(0.75) * x297;
+    const real x318 = K(1.4) * x289 - K(0.75) * x280;
+    const real x319 = K(1.4) * x290 - K(0.75) * x281;
     const real moment_on_mount_front_left_z_d10 = K(1.4) * force_on_mount_front_left_y_d10
         - K(0.75) * force_on_mount_front_left_x_d10;
-    const real x337 = x70 - x199;
-    const real x338 = x66 + x216;
-    const real minus_v_mount_front_right_z_d1 = x221 - x338 + (x67 + x225);
-    const real v_mount_front_right_z_d2 = x219 + x223 - (x222 + R_body_zy * x65);
-    const real minus_v_mount_front_right_z_d8 = x226 - (x218 - x224);
-    const real x342 = K(0.5) / length_front_right;
-    const real x343 = x231 + K(2.0) * (minus_span_front_right_x * p_mount_front_left_x_d2)
+    const real x321 = x70 - x183;
+    const real x322 = x66 + x200;
+    const real minus_v_mount_front_right_z_d1 = x205 - x322 + (x67 + x209);
+    const real v_mount_front_right_z_d2 = x203 + x207 - (x206 + R_body_zy * x65);
+    const real minus_v_mount_front_right_z_d8 = x210 - (x202 - x208);
+    const real x326 = K(0.5) / length_front_right;
+    const real x327 = x215 + K(2.0) * (minus_span_front_right_x * p_mount_front_left_x_d2)
         + K(2.0) * (minus_span_front_right_z * p_mount_front_left_z_d2);
-    const real length_front_right_d2 = x343 * x342;
+    const real length_front_right_d2 = x327 * x326;
     const real length_front_right_d1 = (K(2.0) * (x63 * minus_span_front_right_x)
-        + K(2.0) * (p_mount_front_right_x * minus_span_front_right_z)) * x342;
-    const real length_front_right_d4 = K(2.0) * minus_span_front_right_z * x342;
-    const real x347 = x77 * x77;
-    const real x348 = length_front_right_d2 * x347;
-    const real x349 = length_front_right_d1 * x347;
-    const real x350 = length_front_right_d4 * x347;
-    const real minus_direction_front_right_x_d1 = x63 * x77 - minus_span_front_right_x * x349;
-    const real minus_direction_front_right_x_d2 = x77 * p_mount_front_left_x_d2 - minus_span_front_right_x * x348;
-    const real direction_front_right_x_d4 = minus_span_front_right_x * x350;
-    const real direction_front_right_y_d2 = x77 * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x348;
-    const real minus_direction_front_right_y_d1 = minus_span_front_left_y * x349;
-    const real minus_direction_front_right_y_d4 = minus_span_front_left_y * x350;
-    const real minus_direction_front_right_z_d4 = x77 - minus_span_front_right_z * x350;
-    const real minus_direction_front_right_z_d1 = p_mount_front_right_x * x77 - minus_span_front_right_z * x349;
-    const real minus_direction_front_right_z_d2 = x77 * p_mount_front_left_z_d2 - minus_span_front_right_z * x348;
-    const real x360 = minus_direction_front_right_x * (x202 - x206 + (x205 + R_body_xy * x65));
-    const real x361 = minus_direction_front_right_x * (x204 + x337 + (x71 - x208))
+        + K(2.0) * (p_mount_front_right_x * minus_span_front_right_z)) * x326;
+    const real length_front_right_d4 = K(2.0) * minus_span_front_right_z * x326;
+    const real x331 = x77 * x77;
+    const real x332 = length_front_right_d2 * x331;
+    const real x333 = length_front_right_d1 * x331;
+    const real x334 = length_front_right_d4 * x331;
+    const real minus_direction_front_right_x_d1 = x63 * x77 - minus_span_front_right_x * x333;
+    const real minus_direction_front_right_x_d2 = x77 * p_mount_front_left_x_d2 - minus_span_front_right_x * x332;
+    const real direction_front_right_x_d4 = minus_span_front_right_x * x334;
+    const real direction_front_right_y_d2 = x77 * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x332;
+    const real minus_direction_front_right_y_d1 = minus_span_front_left_y * x333;
+    const real minus_direction_front_right_y_d4 = minus_span_front_left_y * x334;
+    const real minus_direction_front_right_z_d4 = x77 - minus_span_front_right_z * x334;
+    const real minus_direction_front_right_z_d1 = p_mount_front_right_x * x77 - minus_span_front_right_z * x333;
+    const real minus_direction_front_right_z_d2 = x77 * p_mount_front_left_z_d2 - minus_span_front_right_z * x332;
+    const real x344 = minus_direction_front_right_x * (x186 - x190 + (x189 + R_body_xy * x65));
+    const real x345 = minus_direction_front_right_x * (x188 + x321 + (x71 - x192))
         + v_mount_front_right_x * minus_direction_front_right_x_d1;
-    const real x362 = direction_front_right_y * (x212 - (x211 - cos_roll * x65))
+    const real x346 = direction_front_right_y * (x196 - (x195 - cos_roll * x65))
         - v_mount_front_right_y * direction_front_right_y_d2;
-    const real x363 = x361 + (direction_front_right_y * minus_v_mount_front_left_y_d1
+    const real x347 = x345 + (direction_front_right_y * minus_v_mount_front_left_y_d1
         + v_mount_front_right_y * minus_direction_front_right_y_d1);
-    const real x364 = minus_direction_front_right_z * v_mount_front_right_z_d2
+    const real x348 = minus_direction_front_right_z * v_mount_front_right_z_d2
         - minus_rate_front_right_z * minus_direction_front_right_z_d2;
-    const real x365 = minus_direction_front_right_x * (x209 + (x201 + x207))
+    const real x349 = minus_direction_front_right_x * (x193 + (x185 + x191))
         - direction_front_right_y * minus_v_mount_front_left_y_d8;
     const real tension_front_right_d11 = p->p_damper_front * minus_direction_front_right_z;
-    const real x367 = p->p_damper_front * (x360 - v_mount_front_right_x * minus_direction_front_right_x_d2 - x362
-        - x364);
-    const real x368 = p->p_damper_front * (x363 - (minus_direction_front_right_z * minus_v_mount_front_right_z_d1
+    const real x351 = p->p_damper_front * (x344 - v_mount_front_right_x * minus_direction_front_right_x_d2 - x346
+        - x348);
+    const real x352 = p->p_damper_front * (x347 - (minus_direction_front_right_z * minus_v_mount_front_right_z_d1
         + minus_rate_front_right_z * minus_direction_front_right_z_d1));
-    const real x369 = p->p_damper_front * (v_mount_front_right_x * direction_front_right_x_d4
+    const real x353 = p->p_damper_front * (v_mount_front_right_x * direction_front_right_x_d4
         - v_mount_front_right_y * minus_direction_front_right_y_d4
         + minus_rate_front_right_z * minus_direction_front_right_z_d4);
-    const real tension_front_right_d4 = K(35000.0) * length_front_right_d4 + x369;
-    const real tension_front_right_d2 = K(35000.0) * length_front_right_d2 + x367
+    const real tension_front_right_d4 = K(35000.0) * length_front_right_d4 + x353;
+    const real tension_front_right_d2 = K(35000.0) * length_front_right_d2 + x351
         + p->p_skyhook * v_mount_front_right_z_d2;
-    const real tension_front_right_d1 = K(35000.0) * length_front_right_d1 - x368
+    const real tension_front_right_d1 = K(35000.0) * length_front_right_d1 - x352
         - p->p_skyhook * minus_v_mount_front_right_z_d1;
-    const real x373 = p->p_damper_front * (minus_direction_front_right_x * minus_v_mount_front_left_x_d7
+    const real x357 = p->p_damper_front * (minus_direction_front_right_x * minus_v_mount_front_left_x_d7
         + direction_front_right_y * v_mount_front_left_y_d7 - minus_direction_front_right_z * v_mount_front_left_z_d7);
-    const real tension_front_right_d7 = x261 + x373;
-    const real tension_front_right_d8 = p->p_damper_front * (x365
+    const real tension_front_right_d7 = x245 + x357;
+    const real tension_front_right_d8 = p->p_damper_front * (x349
         + minus_direction_front_right_z * minus_v_mount_front_right_z_d8)
         - p->p_skyhook * minus_v_mount_front_right_z_d8;
-    const real x376 = p->p_damper_front * (minus_direction_front_right_x * p_mount_front_left_x_d2
+    const real x360 = p->p_damper_front * (minus_direction_front_right_x * p_mount_front_left_x_d2
         + direction_front_right_y * minus_p_mount_front_left_y_d2
         + minus_direction_front_right_z * p_mount_front_left_z_d2);
-    const real minus_tension_front_right_d9 = x262 - x376;
+    const real minus_tension_front_right_d9 = x246 - x360;
     const real force_front_right_x_d1 = minus_tension_front_right * minus_direction_front_right_x_d1
         - minus_direction_front_right_x * tension_front_right_d1;
     const real force_front_right_x_d2 = minus_tension_front_right * minus_direction_front_right_x_d2
@@ -593,270 +563,286 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     C[30] = -force_front_right_z_d9;
     const real minus_force_front_right_z_d11 = minus_direction_front_right_z * tension_front_right_d11;
     C[32] = minus_force_front_right_z_d11;
-    const real x399 = cos_pitch * force_front_right_z + sin_pitch * force_front_right_z_d1;
+    const real x383 = cos_pitch * force_front_right_z + sin_pitch * force_front_right_z_d1;
     const real force_on_mount_front_right_x_d1 = sin_pitch * force_front_right_x - cos_pitch * force_front_right_x_d1
-        + x399;
-    const real x401 = cos_pitch * force_front_right_x_d2 - sin_pitch * force_front_right_z_d2;
+        + x383;
+    const real x385 = cos_pitch * force_front_right_x_d2 - sin_pitch * force_front_right_z_d2;
     const real force_on_mount_front_right_x_d4 = cos_pitch * minus_force_front_right_x_d4
         + sin_pitch * force_front_right_z_d4;
     const real force_on_mount_front_right_x_d7 = cos_pitch * minus_force_front_right_x_d7
         - sin_pitch * minus_force_front_right_z_d7;
     const real force_on_mount_front_right_x_d8 = cos_pitch * minus_force_front_right_x_d8
         - sin_pitch * minus_force_front_right_z_d8;
-    const real x405 = cos_pitch * force_front_right_x_d9 - sin_pitch * force_front_right_z_d9;
+    const real x389 = cos_pitch * force_front_right_x_d9 - sin_pitch * force_front_right_z_d9;
     const real force_on_mount_front_right_x_d11 = cos_pitch * minus_force_front_right_x_d11
         - sin_pitch * minus_force_front_right_z_d11;
-    const real x407 = R_body_zy * force_front_right_x + R_body_xy * force_front_right_x_d1
+    const real x391 = R_body_zy * force_front_right_x + R_body_xy * force_front_right_x_d1
         + cos_roll * force_front_right_y_d1;
-    const real x408 = x407 - (R_body_xy * force_front_right_z - R_body_zy * force_front_right_z_d1);
-    const real x409 = x91 + R_body_xy * force_front_right_x_d2 + (x92 - cos_roll * minus_force_front_right_y_d2);
-    const real x410 = x409 + (x93 + R_body_zy * force_front_right_z_d2);
+    const real x392 = x391 - (R_body_xy * force_front_right_z - R_body_zy * force_front_right_z_d1);
+    const real x393 = x91 + R_body_xy * force_front_right_x_d2 + (x92 - cos_roll * minus_force_front_right_y_d2);
+    const real x394 = x393 + (x93 + R_body_zy * force_front_right_z_d2);
     const real force_on_mount_front_right_y_d4 = R_body_xy * minus_force_front_right_x_d4
         - cos_roll * force_front_right_y_d4 - R_body_zy * force_front_right_z_d4;
     const real force_on_mount_front_right_y_d7 = R_body_xy * minus_force_front_right_x_d7
         - cos_roll * force_front_right_y_d7 + R_body_zy * minus_force_front_right_z_d7;
     const real force_on_mount_front_right_y_d8 = R_body_xy * minus_force_front_right_x_d8
         - cos_roll * force_front_right_y_d8 + R_body_zy * minus_force_front_right_z_d8;
-    const real x414 = R_body_xy * force_front_right_x_d9 - cos_roll * minus_force_front_right_y_d9
+    const real x398 = R_body_xy * force_front_right_x_d9 - cos_roll * minus_force_front_right_y_d9
         + R_body_zy * force_front_right_z_d9;
     const real force_on_mount_front_right_y_d11 = R_body_xy * minus_force_front_right_x_d11
         - cos_roll * force_front_right_y_d11 + R_body_zy * minus_force_front_right_z_d11;
-    const real x416 = R_body_zz * force_front_right_x + R_body_xz * force_front_right_x_d1;
-    const real x417 = x87 - R_body_xz * force_front_right_x_d2;
-    const real x418 = R_body_xz * minus_force_front_right_x_d4;
-    const real x419 = R_body_xz * minus_force_front_right_x_d7;
-    const real x420 = R_body_xz * minus_force_front_right_x_d8;
-    const real x421 = R_body_xz * force_front_right_x_d9;
-
-    /* Values that later parts read */
-    w[0] = cos_pitch; w[1] = sin_pitch; w[2] = cos_roll; w[3] = sin_roll; w[4] = R_body_xy; w[5] = R_body_xz;
-    w[6] = R_body_zy; w[7] = R_body_zz; w[8] = v_body_z; w[9] = minus_span_front_left_y; w[10] = force_front_right_z;
-    w[11] = x88; w[12] = x89; w[13] = p_mount_rear_left_x; w[14] = x99; w[15] = x100; w[16] = x101; w[17] = x102;
-    w[18] = x103; w[19] = x104; w[20] = minus_v_mount_rear_left_x; w[21] = v_mount_rear_left_y; w[22] = x108;
-    w[23] = x109; w[24] = span_rear_left_x; w[25] = minus_span_rear_left_z; w[26] = minus_rate_rear_left_z;
-    w[27] = length_rear_left; w[28] = x115; w[29] = direction_rear_left_x; w[30] = minus_direction_rear_left_y;
-    w[31] = minus_direction_rear_left_z; w[32] = tension_rear_left; w[33] = force_rear_left_x;
-    w[34] = minus_force_rear_left_z; w[35] = x125; w[36] = x126; w[37] = x127; w[38] = x129; w[39] = x130; w[40] = x131;
-    w[41] = minus_p_mount_rear_right_x; w[42] = x135; w[43] = x136; w[44] = x137; w[45] = minus_v_mount_rear_right_x;
-    w[46] = v_mount_rear_right_y; w[47] = x140; w[48] = span_rear_right_x; w[49] = minus_span_rear_right_z;
-    w[50] = minus_rate_rear_right_z; w[51] = length_rear_right; w[52] = x146; w[53] = direction_rear_right_x;
-    w[54] = direction_rear_right_y; w[55] = minus_direction_rear_right_z; w[56] = minus_tension_rear_right;
-    w[57] = minus_force_rear_right_x; w[58] = force_rear_right_z; w[59] = x156; w[60] = x157; w[61] = x158;
-    w[62] = x160; w[63] = x161; w[64] = x162; w[65] = x171; w[66] = x172; w[67] = x173; w[68] = x174; w[69] = x175;
-    w[70] = x176; w[71] = x181; w[72] = x183; w[73] = x187; w[74] = x188; w[75] = x189; w[76] = p_mount_front_left_x_d2;
-    w[77] = minus_p_mount_front_left_y_d2; w[78] = p_mount_front_left_z_d2; w[79] = x200; w[80] = x201; w[81] = x202;
-    w[82] = x203; w[83] = x208; w[84] = minus_v_mount_front_left_x_d7; w[85] = v_mount_front_left_y_d7;
-    w[86] = minus_v_mount_front_left_y_d1; w[87] = x217; w[88] = x218; w[89] = x219; w[90] = x220; w[91] = x225;
-    w[92] = v_mount_front_left_z_d7; w[93] = x231; w[94] = x261; w[95] = x262; w[96] = minus_force_front_left_z_d3;
-    w[97] = x292; w[98] = x293; w[99] = x294; w[100] = force_on_mount_front_left_x_d7; w[101] = x296; w[102] = x297;
-    w[103] = force_on_mount_front_left_x_d10; w[104] = force_on_mount_front_left_y_d1;
-    w[105] = force_on_mount_front_left_y_d2; w[106] = x303; w[107] = force_on_mount_front_left_y_d7; w[108] = x305;
-    w[109] = x306; w[110] = force_on_mount_front_left_y_d10; w[111] = force_on_mount_front_left_z_d1; w[112] = x311;
-    w[113] = x312; w[114] = force_on_mount_front_left_z_d7; w[115] = x314; w[116] = x315;
-    w[117] = force_on_mount_front_left_z_d10; w[118] = moment_on_mount_front_left_x_d1; w[119] = x318; w[120] = x319;
-    w[121] = moment_on_mount_front_left_x_d7; w[122] = x321; w[123] = x322; w[124] = x323;
-    w[125] = moment_on_mount_front_left_y_d2; w[126] = moment_on_mount_front_left_y_d3; w[127] = x326;
-    w[128] = moment_on_mount_front_left_y_d8; w[129] = moment_on_mount_front_left_y_d9; w[130] = x329;
-    w[131] = moment_on_mount_front_left_z_d1; w[132] = moment_on_mount_front_left_z_d2; w[133] = x332;
-    w[134] = moment_on_mount_front_left_z_d7; w[135] = x334; w[136] = x335; w[137] = moment_on_mount_front_left_z_d10;
-    w[138] = x337; w[139] = x338; w[140] = minus_force_front_right_x_d11; w[141] = minus_force_front_right_y_d2;
-    w[142] = force_front_right_y_d1; w[143] = force_front_right_y_d4; w[144] = force_front_right_y_d7;
-    w[145] = force_front_right_y_d8; w[146] = minus_force_front_right_y_d9; w[147] = force_front_right_y_d11;
-    w[148] = force_front_right_z_d4; w[149] = force_front_right_z_d1; w[150] = force_front_right_z_d2;
-    w[151] = minus_force_front_right_z_d7; w[152] = minus_force_front_right_z_d8; w[153] = force_front_right_z_d9;
-    w[154] = minus_force_front_right_z_d11; w[155] = force_on_mount_front_right_x_d1; w[156] = x401;
-    w[157] = force_on_mount_front_right_x_d4; w[158] = force_on_mount_front_right_x_d7;
-    w[159] = force_on_mount_front_right_x_d8; w[160] = x405; w[161] = force_on_mount_front_right_x_d11; w[162] = x408;
-    w[163] = x410; w[164] = force_on_mount_front_right_y_d4; w[165] = force_on_mount_front_right_y_d7;
-    w[166] = force_on_mount_front_right_y_d8; w[167] = x414; w[168] = force_on_mount_front_right_y_d11; w[169] = x416;
-    w[170] = x417; w[171] = x418; w[172] = x419; w[173] = x420; w[174] = x421;
-}
-
-EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *p, real *restrict w, real *restrict K,
-    real *restrict C)
-{
-    /* Partials of applied forces */
-    const real R_body_xz = w[5];
-    const real minus_force_front_right_x_d11 = w[140];
-    const real sin_roll = w[3];
-    const real minus_force_front_right_y_d2 = w[141];
-    const real force_front_right_y_d1 = w[142];
-    const real force_front_right_y_d4 = w[143];
-    const real force_front_right_y_d7 = w[144];
-    const real force_front_right_y_d8 = w[145];
-    const real minus_force_front_right_y_d9 = w[146];
-    const real force_front_right_y_d11 = w[147];
-    const real force_front_right_z = w[10];
-    const real R_body_zz = w[7];
-    const real force_front_right_z_d1 = w[149];
-    const real force_front_right_z_d2 = w[150];
-    const real force_front_right_z_d4 = w[148];
-    const real minus_force_front_right_z_d7 = w[151];
-    const real minus_force_front_right_z_d8 = w[152];
-    const real force_front_right_z_d9 = w[153];
-    const real minus_force_front_right_z_d11 = w[154];
-    const real x441 = w[169] - sin_roll * force_front_right_y_d1
-        - (R_body_xz * force_front_right_z - R_body_zz * force_front_right_z_d1);
-    const real force_on_mount_front_right_z_d2 = w[170] - (w[11] + sin_roll * minus_force_front_right_y_d2)
-        + (w[12] - R_body_zz * force_front_right_z_d2);
-    const real force_on_mount_front_right_z_d4 = w[171] + sin_roll * force_front_right_y_d4
-        - R_body_zz * force_front_right_z_d4;
-    const real force_on_mount_front_right_z_d7 = w[172] + sin_roll * force_front_right_y_d7
-        + R_body_zz * minus_force_front_right_z_d7;
-    const real force_on_mount_front_right_z_d8 = w[173] + sin_roll * force_front_right_y_d8
-        + R_body_zz * minus_force_front_right_z_d8;
-    const real x446 = w[174] + sin_roll * minus_force_front_right_y_d9 + R_body_zz * force_front_right_z_d9;
+    const real x400 = R_body_zz * force_front_right_x + R_body_xz * force_front_right_x_d1
+        - sin_roll * force_front_right_y_d1;
+    const real x401 = x400 - (R_body_xz * force_front_right_z - R_body_zz * force_front_right_z_d1);
+    const real x402 = x87 - R_body_xz * force_front_right_x_d2 - (x88 + sin_roll * minus_force_front_right_y_d2);
+    const real force_on_mount_front_right_z_d2 = x402 + (x89 - R_body_zz * force_front_right_z_d2);
+    const real force_on_mount_front_right_z_d4 = R_body_xz * minus_force_front_right_x_d4
+        + sin_roll * force_front_right_y_d4 - R_body_zz * force_front_right_z_d4;
+    const real force_on_mount_front_right_z_d7 = R_body_xz * minus_force_front_right_x_d7
+        + sin_roll * force_front_right_y_d7 + R_body_zz * minus_force_front_right_z_d7;
+    const real force_on_mount_front_right_z_d8 = R_body_xz * minus_force_front_right_x_d8
+        + sin_roll * force_front_right_y_d8 + R_body_zz * minus_force_front_right_z_d8;
+    const real x407 = R_body_xz * force_front_right_x_d9 + sin_roll * minus_force_front_right_y_d9
+        + R_body_zz * force_front_right_z_d9;
     const real force_on_mount_front_right_z_d11 = R_body_xz * minus_force_front_right_x_d11
         + sin_roll * force_front_right_y_d11 + R_body_zz * minus_force_front_right_z_d11;
-    const real x448 = K(0.75) * force_on_mount_front_right_z_d4;
-    K[18] = x448;
+    const real moment_on_mount_front_right_x_d1 = K(0.75) * x401;
+    const real x410 = K(0.75) * force_on_mount_front_right_z_d2;
+    const real x411 = K(0.75) * force_on_mount_front_right_z_d4;
+    K[18] = x411;
+    const real x412 = K(0.75) * force_on_mount_front_right_z_d7;
+    const real x413 = K(0.75) * force_on_mount_front_right_z_d8;
+    const real moment_on_mount_front_right_x_d9 = K(0.75) * x407;
     C[18] = K(0.75) * force_on_mount_front_right_z_d11;
-    const real x449 = K(1.4) * force_on_mount_front_right_z_d4;
-    const real x450 = w[162];
-    const real x451 = w[163];
-    const real force_on_mount_front_right_y_d4 = w[164];
-    const real force_on_mount_front_right_y_d7 = w[165];
-    const real force_on_mount_front_right_y_d8 = w[166];
-    const real x455 = w[167];
-    const real force_on_mount_front_right_y_d11 = w[168];
-    const real force_on_mount_front_right_x_d1 = w[155];
-    const real x458 = w[156];
-    const real force_on_mount_front_right_x_d4 = w[157];
-    const real force_on_mount_front_right_x_d7 = w[158];
-    const real force_on_mount_front_right_x_d8 = w[159];
-    const real x462 = w[160];
-    const real force_on_mount_front_right_x_d11 = w[161];
-    const real moment_on_mount_front_right_z_d4 = K(1.4) * force_on_mount_front_right_y_d4
-        + K(0.75) * force_on_mount_front_right_x_d4;
-    const real moment_on_mount_front_left_x_d1 = w[118];
-    const real x466 = w[119];
-    const real x467 = w[120];
-    const real moment_on_mount_front_left_x_d7 = w[121];
-    const real x469 = w[122];
-    const real x470 = w[123];
-    const real x471 = w[124];
-    const real moment_on_mount_front_left_y_d2 = w[125];
-    const real moment_on_mount_front_left_y_d3 = w[126];
-    const real x474 = w[127];
-    const real moment_on_mount_front_left_y_d8 = w[128];
-    const real moment_on_mount_front_left_y_d9 = w[129];
-    const real moment_on_mount_front_left_z_d1 = w[131];
-    const real moment_on_mount_front_left_z_d2 = w[132];
-    const real x479 = w[133];
-    const real moment_on_mount_front_left_z_d7 = w[134];
-    const real x481 = w[135];
-    const real x482 = w[136];
-    const real x483 = w[97];
-    const real x484 = w[98];
-    const real x485 = w[99];
-    const real force_on_mount_front_left_x_d7 = w[100];
-    const real x487 = w[101];
-    const real x488 = w[102];
-    const real force_on_mount_front_left_y_d1 = w[104];
-    const real force_on_mount_front_left_y_d2 = w[105];
-    const real x491 = w[106];
-    const real force_on_mount_front_left_y_d7 = w[107];
-    const real x493 = w[108];
-    const real x494 = w[109];
-    const real force_on_mount_front_left_z_d1 = w[111];
-    const real x496 = w[112];
-    const real x497 = w[113];
-    const real force_on_mount_front_left_z_d7 = w[114];
-    const real x499 = w[115];
-    const real x500 = w[116];
-    const real x501 = K(1.7) * sin_roll;
+    const real moment_on_mount_front_right_y_d1 = K(1.4) * x401;
+    const real x416 = K(1.4) * force_on_mount_front_right_z_d2;
+    const real x417 = K(1.4) * force_on_mount_front_right_z_d4;
+    const real x418 = K(1.4) * force_on_mount_front_right_z_d7;
+    const real x419 = K(1.4) * force_on_mount_front_right_z_d8;
+    const real moment_on_mount_front_right_y_d9 = K(1.4) * x407;
+    const real x421 = K(1.4) * force_on_mount_front_right_z_d11;
+    const real x422 = K(1.4) * x392;
+    const real x423 = K(1.4) * x394;
+    const real x424 = K(1.4) * force_on_mount_front_right_y_d4;
+    const real x425 = K(1.4) * force_on_mount_front_right_y_d7;
+    const real x426 = K(1.4) * force_on_mount_front_right_y_d8;
+    const real x427 = K(1.4) * x398;
+    const real x428 = K(1.4) * force_on_mount_front_right_y_d11;
+    const real x429 = K(0.75) * force_on_mount_front_right_x_d1;
+    const real x430 = K(0.75) * x385;
+
+    /* Values that later parts read */
+    w[0] = cos_pitch; w[1] = sin_pitch; w[2] = cos_roll; w[3] = sin_roll; w[4] = v_body_z; w[5] = omega_body_y;
+    w[6] = minus_omega_body_z; w[7] = R_body_xy; w[8] = R_body_xz; w[9] = R_body_zy; w[10] = R_body_zz;
+    w[11] = minus_span_front_left_y; w[12] = p_mount_rear_left_x; w[13] = x99; w[14] = x100; w[15] = x101; w[16] = x102;
+    w[17] = x103; w[18] = x104; w[19] = minus_v_mount_rear_left_x; w[20] = v_mount_rear_left_y; w[21] = x108;
+    w[22] = x109; w[23] = span_rear_left_x; w[24] = minus_span_rear_left_z; w[25] = minus_rate_rear_left_z;
+    w[26] = length_rear_left; w[27] = x115; w[28] = direction_rear_left_x; w[29] = minus_direction_rear_left_y;
+    w[30] = minus_direction_rear_left_z; w[31] = tension_rear_left; w[32] = force_rear_left_x;
+    w[33] = minus_force_rear_left_z; w[34] = x125; w[35] = x126; w[36] = x127; w[37] = x129; w[38] = x130; w[39] = x131;
+    w[40] = minus_p_mount_rear_right_x; w[41] = x135; w[42] = x136; w[43] = x137; w[44] = minus_v_mount_rear_right_x;
+    w[45] = v_mount_rear_right_y; w[46] = x140; w[47] = span_rear_right_x; w[48] = minus_span_rear_right_z;
+    w[49] = minus_rate_rear_right_z; w[50] = length_rear_right; w[51] = x146; w[52] = direction_rear_right_x;
+    w[53] = direction_rear_right_y; w[54] = minus_direction_rear_right_z; w[55] = minus_tension_rear_right;
+    w[56] = minus_force_rear_right_x; w[57] = force_rear_right_z; w[58] = x156; w[59] = x157; w[60] = x158;
+    w[61] = x160; w[62] = x161; w[63] = x162; w[64] = x168; w[65] = x169; w[66] = x170; w[67] = x171; w[68] = x172;
+    w[69] = x173; w[70] = p_mount_front_left_x_d2; w[71] = minus_p_mount_front_left_y_d2;
+    w[72] = p_mount_front_left_z_d2; w[73] = x184; w[74] = x185; w[75] = x186; w[76] = x187; w[77] = x192;
+    w[78] = minus_v_mount_front_left_x_d7; w[79] = v_mount_front_left_y_d7; w[80] = minus_v_mount_front_left_y_d1;
+    w[81] = x201; w[82] = x202; w[83] = x203; w[84] = x204; w[85] = x209; w[86] = v_mount_front_left_z_d7; w[87] = x215;
+    w[88] = x245; w[89] = x246; w[90] = minus_force_front_left_z_d3; w[91] = x276; w[92] = x277; w[93] = x278;
+    w[94] = force_on_mount_front_left_x_d7; w[95] = x280; w[96] = x281; w[97] = force_on_mount_front_left_x_d10;
+    w[98] = force_on_mount_front_left_y_d1; w[99] = force_on_mount_front_left_y_d2; w[100] = x287;
+    w[101] = force_on_mount_front_left_y_d7; w[102] = x289; w[103] = x290; w[104] = force_on_mount_front_left_y_d10;
+    w[105] = force_on_mount_front_left_z_d1; w[106] = x295; w[107] = x296; w[108] = force_on_mount_front_left_z_d7;
+    w[109] = x298; w[110] = x299; w[111] = force_on_mount_front_left_z_d10; w[112] = moment_on_mount_front_left_x_d1;
+    w[113] = x302; w[114] = x303; w[115] = moment_on_mount_front_left_x_d7; w[116] = x305; w[117] = x306; w[118] = x307;
+    w[119] = moment_on_mount_front_left_y_d2; w[120] = moment_on_mount_front_left_y_d3; w[121] = x310;
+    w[122] = moment_on_mount_front_left_y_d8; w[123] = moment_on_mount_front_left_y_d9; w[124] = x313;
+    w[125] = moment_on_mount_front_left_z_d1; w[126] = moment_on_mount_front_left_z_d2; w[127] = x316;
+    w[128] = moment_on_mount_front_left_z_d7; w[129] = x318; w[130] = x319; w[131] = moment_on_mount_front_left_z_d10;
+    w[132] = x321; w[133] = x322; w[134] = force_front_right_z_d4; w[135] = force_on_mount_front_right_x_d1;
+    w[136] = x385; w[137] = force_on_mount_front_right_x_d4; w[138] = force_on_mount_front_right_x_d7;
+    w[139] = force_on_mount_front_right_x_d8; w[140] = x389; w[141] = force_on_mount_front_right_x_d11; w[142] = x392;
+    w[143] = x394; w[144] = force_on_mount_front_right_y_d4; w[145] = force_on_mount_front_right_y_d7;
+    w[146] = force_on_mount_front_right_y_d8; w[147] = x398; w[148] = force_on_mount_front_right_y_d11; w[149] = x401;
+    w[150] = force_on_mount_front_right_z_d2; w[151] = force_on_mount_front_right_z_d4;
+    w[152] = force_on_mount_front_right_z_d7; w[153] = force_on_mount_front_right_z_d8; w[154] = x407;
+    w[155] = force_on_mount_front_right_z_d11; w[156] = moment_on_mount_front_right_x_d1; w[157] = x410; w[158] = x411;
+    w[159] = x412; w[160] = x413; w[161] = moment_on_mount_front_right_x_d9; w[162] = moment_on_mount_front_right_y_d1;
+    w[163] = x416; w[164] = x417; w[165] = x418; w[166] = x419; w[167] = moment_on_mount_front_right_y_d9;
+    w[168] = x421; w[169] = x422; w[170] = x423; w[171] = x424; w[172] = x425; w[173] = x426; w[174] = x427;
+    w[175] = x428; w[176] = x429; w[177] = x430;
+}
+
+EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *p, const real *v, const real *a,
+    real *restrict w, real *restrict K, real *restrict C, real *restrict M)
+{
+    /* Partials of applied forces */
+    const real force_on_mount_front_right_x_d4 = w[137];
+    const real force_on_mount_front_right_x_d7 = w[138];
+    const real force_on_mount_front_right_x_d8 = w[139];
+    const real x434 = w[140];
+    const real force_on_mount_front_right_x_d11 = w[141];
+    const real moment_on_mount_front_right_z_d4 = w[171] + K(0.75) * force_on_mount_front_right_x_d4;
+    const real moment_on_mount_front_left_x_d1 = w[112];
+    const real moment_on_mount_front_right_x_d1 = w[156];
+    const real x439 = w[113];
+    const real x440 = w[157];
+    const real x441 = w[114];
+    const real x442 = w[158];
+    const real moment_on_mount_front_left_x_d7 = w[115];
+    const real x444 = w[159];
+    const real x445 = w[116];
+    const real x446 = w[160];
+    const real x447 = w[117];
+    const real moment_on_mount_front_right_x_d9 = w[161];
+    const real x449 = w[118];
+    const real moment_on_mount_front_right_y_d1 = w[162];
+    const real moment_on_mount_front_left_y_d2 = w[119];
+    const real x452 = w[163];
+    const real moment_on_mount_front_left_y_d3 = w[120];
+    const real x454 = w[164];
+    const real x455 = w[121];
+    const real x456 = w[165];
+    const real moment_on_mount_front_left_y_d8 = w[122];
+    const real x458 = w[166];
+    const real moment_on_mount_front_left_y_d9 = w[123];
+    const real moment_on_mount_front_right_y_d9 = w[167];
+    const real moment_on_mount_front_left_z_d1 = w[125];
+    const real moment_on_mount_front_left_z_d2 = w[126];
+    const real x463 = w[127];
+    const real moment_on_mount_front_left_z_d7 = w[128];
+    const real x465 = w[129];
+    const real x466 = w[130];
+    const real x467 = w[91];
+    const real force_on_mount_front_right_x_d1 = w[135];
+    const real x469 = w[92];
+    const real x470 = w[136];
+    const real x471 = w[93];
+    const real force_on_mount_front_left_x_d7 = w[94];
+    const real x473 = w[95];
+    const real x474 = w[96];
+    const real force_on_mount_front_left_y_d1 = w[98];
+    const real x476 = w[142];
+    const real force_on_mount_front_left_y_d2 = w[99];
+    const real x478 = w[143];
+    const real x479 = w[100];
+    const real force_on_mount_front_right_y_d4 = w[144];
+    const real force_on_mount_front_left_y_d7 = w[101];
+    const real force_on_mount_front_right_y_d7 = w[145];
+    const real x483 = w[102];
+    const real force_on_mount_front_right_y_d8 = w[146];
+    const real x485 = w[103];
+    const real x486 = w[147];
+    const real force_on_mount_front_left_z_d1 = w[105];
+    const real x488 = w[149];
+    const real x489 = w[106];
+    const real force_on_mount_front_right_z_d2 = w[150];
+    const real x491 = w[107];
+    const real force_on_mount_front_right_z_d4 = w[151];
+    const real force_on_mount_front_left_z_d7 = w[108];
+    const real force_on_mount_front_right_z_d7 = w[152];
+    const real x495 = w[109];
+    const real force_on_mount_front_right_z_d8 = w[153];
+    const real x497 = w[110];
+    const real x498 = w[154];
+    const real sin_roll = w[3];
+    const real x500 = K(1.7) * sin_roll;
     const real cos_roll = w[2];
-    const real x503 = K(1.7) * cos_roll;
-    const real v_body_z = w[8];
-    const real x505 = v_body_z + w[15];
-    const real x506 = w[22] - w[82];
-    const real x507 = R_body_xz * w[16];
-    const real R_body_xy = w[4];
-    const real x509 = x507 + R_body_xy * x505;
-    const real x510 = R_body_xy * x501;
-    const real x511 = R_body_xz * x503;
-    const real x512 = sin_roll * w[16];
-    const real x513 = x512 - cos_roll * x505;
-    const real v_mount_rear_left_y_d8 = cos_roll * x501 - sin_roll * x503;
-    const real x515 = w[18] + w[90];
-    const real x516 = R_body_zz * w[16];
-    const real R_body_zy = w[6];
-    const real x518 = x516 + R_body_zy * x505;
-    const real x519 = R_body_zy * x501;
-    const real x520 = R_body_zz * x503;
-    const real v_mount_rear_left_z_d1 = w[87] - x515 - (w[19] + w[91]);
-    const real minus_v_mount_rear_left_z_d8 = w[88] - x519 - x520;
-    const real minus_v_mount_rear_left_z_d2 = w[89] - x518 + (x516 + R_body_zy * w[17]);
-    const real span_rear_left_x = w[24];
-    const real p_mount_front_left_x_d2 = w[76];
-    const real minus_span_rear_left_z = w[25];
-    const real p_mount_rear_left_x = w[13];
-    const real p_mount_front_left_z_d2 = w[78];
-    const real length_rear_left = w[27];
-    const real x530 = K(0.5) / length_rear_left;
-    const real x531 = w[93] + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
+    const real x502 = K(1.7) * cos_roll;
+    const real v_body_z = w[4];
+    const real x504 = v_body_z + w[14];
+    const real x505 = w[21] - w[76];
+    const real R_body_xz = w[8];
+    const real x507 = R_body_xz * w[15];
+    const real R_body_xy = w[7];
+    const real x509 = x507 + R_body_xy * x504;
+    const real x510 = R_body_xy * x500;
+    const real x511 = R_body_xz * x502;
+    const real x512 = sin_roll * w[15];
+    const real x513 = x512 - cos_roll * x504;
+    const real v_mount_rear_left_y_d8 = cos_roll * x500 - sin_roll * x502;
+    const real x515 = w[17] + w[84];
+    const real R_body_zz = w[10];
+    const real x517 = R_body_zz * w[15];
+    const real R_body_zy = w[9];
+    const real x519 = x517 + R_body_zy * x504;
+    const real x520 = R_body_zy * x500;
+    const real x521 = R_body_zz * x502;
+    const real v_mount_rear_left_z_d1 = w[81] - x515 - (w[18] + w[85]);
+    const real minus_v_mount_rear_left_z_d8 = w[82] - x520 - x521;
+    const real minus_v_mount_rear_left_z_d2 = w[83] - x519 + (x517 + R_body_zy * w[16]);
+    const real span_rear_left_x = w[23];
+    const real p_mount_front_left_x_d2 = w[70];
+    const real minus_span_rear_left_z = w[24];
+    const real p_mount_rear_left_x = w[12];
+    const real p_mount_front_left_z_d2 = w[72];
+    const real length_rear_left = w[26];
+    const real x531 = K(0.5) / length_rear_left;
+    const real x532 = w[87] + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
         - K(2.0) * (minus_span_rear_left_z * p_mount_front_left_z_d2);
-    const real length_rear_left_d2 = x531 * x530;
-    const real length_rear_left_d1 = (K(2.0) * (w[14] * span_rear_left_x)
-        + K(2.0) * (p_mount_rear_left_x * minus_span_rear_left_z)) * x530;
-    const real length_rear_left_d5 = K(2.0) * minus_span_rear_left_z * x530;
-    const real x535 = w[28] * w[28];
-    const real x536 = length_rear_left_d2 * x535;
-    const real x537 = length_rear_left_d1 * x535;
-    const real x538 = length_rear_left_d5 * x535;
-    const real direction_rear_left_x_d1 = w[14] * w[28] - span_rear_left_x * x537;
-    const real direction_rear_left_x_d2 = w[28] * p_mount_front_left_x_d2 - span_rear_left_x * x536;
-    const real minus_direction_rear_left_x_d5 = span_rear_left_x * x538;
-    const real minus_p_mount_front_left_y_d2 = w[77];
-    const real minus_span_front_left_y = w[9];
-    const real minus_direction_rear_left_y_d2 = w[28] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x536;
-    const real direction_rear_left_y_d1 = minus_span_front_left_y * x537;
-    const real direction_rear_left_y_d5 = minus_span_front_left_y * x538;
-    const real minus_direction_rear_left_z_d5 = w[28] - minus_span_rear_left_z * x538;
-    const real minus_direction_rear_left_z_d1 = p_mount_rear_left_x * w[28] - minus_span_rear_left_z * x537;
-    const real direction_rear_left_z_d2 = w[28] * p_mount_front_left_z_d2 + minus_span_rear_left_z * x536;
-    const real direction_rear_left_x = w[29];
-    const real minus_v_mount_rear_left_x = w[20];
-    const real minus_v_mount_front_left_x_d7 = w[84];
-    const real x553 = direction_rear_left_x * (w[81] + x509 - (x507 + R_body_xy * w[17]));
-    const real minus_direction_rear_left_y = w[30];
-    const real v_mount_rear_left_y = w[21];
-    const real v_mount_front_left_y_d7 = w[85];
-    const real minus_v_mount_front_left_y_d1 = w[86];
-    const real x558 = direction_rear_left_x * (w[79] + x506 + (w[23] - w[83]))
+    const real length_rear_left_d2 = x532 * x531;
+    const real length_rear_left_d1 = (K(2.0) * (w[13] * span_rear_left_x)
+        + K(2.0) * (p_mount_rear_left_x * minus_span_rear_left_z)) * x531;
+    const real length_rear_left_d5 = K(2.0) * minus_span_rear_left_z * x531;
+    const real x536 = w[27] * w[27];
+    const real x537 = length_rear_left_d2 * x536;
+    const real x538 = length_rear_left_d1 * x536;
+    const real x539 = length_rear_left_d5 * x536;
+    const real direction_rear_left_x_d1 = w[13] * w[27] - span_rear_left_x * x538;
+    const real direction_rear_left_x_d2 = w[27] * p_mount_front_left_x_d2 - span_rear_left_x * x537;
+    const real minus_direction_rear_left_x_d5 = span_rear_left_x * x539;
+    const real minus_p_mount_front_left_y_d2 = w[71];
+    const real minus_span_front_left_y = w[11];
+    const real minus_direction_rear_left_y_d2 = w[27] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x537;
+    const real direction_rear_left_y_d1 = minus_span_front_left_y * x538;
+    const real direction_rear_left_y_d5 = minus_span_front_left_y * x539;
+    const real minus_direction_rear_left_z_d5 = w[27] - minus_span_rear_left_z * x539;
+    const real minus_direction_rear_left_z_d1 = p_mount_rear_left_x * w[27] - minus_span_rear_left_z * x538;
+    const real direction_rear_left_z_d2 = w[27] * p_mount_front_left_z_d2 + minus_span_rear_left_z * x537;
+    const real direction_rear_left_x = w[28];
+    const real minus_v_mount_rear_left_x = w[19];
+    const real minus_v_mount_front_left_x_d7 = w[78];
+    const real x554 = direction_rear_left_x * (w[75] + x509 - (x507 + R_body_xy * w[16]));
+    const real minus_direction_rear_left_y = w[29];
+    const real v_mount_rear_left_y = w[20];
+    const real v_mount_front_left_y_d7 = w[79];
+    const real minus_v_mount_front_left_y_d1 = w[80];
+    const real x559 = direction_rear_left_x * (w[73] + x505 + (w[22] - w[77]))
         - minus_v_mount_rear_left_x * direction_rear_left_x_d1;
-    const real x559 = minus_direction_rear_left_y * (x513 - (x512 - cos_roll * w[17]))
+    const real x560 = minus_direction_rear_left_y * (x513 - (x512 - cos_roll * w[16]))
         - v_mount_rear_left_y * minus_direction_rear_left_y_d2;
-    const real minus_direction_rear_left_z = w[31];
-    const real minus_rate_rear_left_z = w[26];
-    const real v_mount_front_left_z_d7 = w[92];
-    const real x563 = x558 + (minus_direction_rear_left_y * minus_v_mount_front_left_y_d1
+    const real minus_direction_rear_left_z = w[30];
+    const real minus_rate_rear_left_z = w[25];
+    const real v_mount_front_left_z_d7 = w[86];
+    const real x564 = x559 + (minus_direction_rear_left_y * minus_v_mount_front_left_y_d1
         + v_mount_rear_left_y * direction_rear_left_y_d1);
-    const real x564 = direction_rear_left_x * (w[80] + x510 + x511)
+    const real x565 = direction_rear_left_x * (w[74] + x510 + x511)
         - minus_direction_rear_left_y * v_mount_rear_left_y_d8;
-    const real x565 = minus_direction_rear_left_z * minus_v_mount_rear_left_z_d2
+    const real x566 = minus_direction_rear_left_z * minus_v_mount_rear_left_z_d2
         - minus_rate_rear_left_z * direction_rear_left_z_d2;
     const real tension_rear_left_d12 = p->p_damper_rear * minus_direction_rear_left_z;
-    const real x567 = p->p_damper_rear * (x553 - minus_v_mount_rear_left_x * direction_rear_left_x_d2 + x559 + x565);
-    const real x568 = p->p_damper_rear * (x563 - (minus_direction_rear_left_z * v_mount_rear_left_z_d1
+    const real x568 = p->p_damper_rear * (x554 - minus_v_mount_rear_left_x * direction_rear_left_x_d2 + x560 + x566);
+    const real x569 = p->p_damper_rear * (x564 - (minus_direction_rear_left_z * v_mount_rear_left_z_d1
         - minus_rate_rear_left_z * minus_direction_rear_left_z_d1));
-    const real x569 = p->p_damper_rear * (minus_v_mount_rear_left_x * minus_direction_rear_left_x_d5
+    const real x570 = p->p_damper_rear * (minus_v_mount_rear_left_x * minus_direction_rear_left_x_d5
         + v_mount_rear_left_y * direction_rear_left_y_d5 + minus_rate_rear_left_z * minus_direction_rear_left_z_d5);
-    const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + x569;
-    const real tension_rear_left_d2 = K(38000.0) * length_rear_left_d2 + x567
+    const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + x570;
+    const real tension_rear_left_d2 = K(38000.0) * length_rear_left_d2 + x568
         - p->p_skyhook * minus_v_mount_rear_left_z_d2;
-    const real tension_rear_left_d1 = K(38000.0) * length_rear_left_d1 + x568 + p->p_skyhook * v_mount_rear_left_z_d1;
-    const real x573 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
+    const real tension_rear_left_d1 = K(38000.0) * length_rear_left_d1 + x569 + p->p_skyhook * v_mount_rear_left_z_d1;
+    const real x574 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
         + minus_direction_rear_left_y * v_mount_front_left_y_d7
         + minus_direction_rear_left_z * v_mount_front_left_z_d7);
-    const real tension_rear_left_d7 = w[94] - x573;
-    const real tension_rear_left_d8 = p->p_damper_rear * (x564
+    const real tension_rear_left_d7 = w[88] - x574;
+    const real tension_rear_left_d8 = p->p_damper_rear * (x565
         + minus_direction_rear_left_z * minus_v_mount_rear_left_z_d8) - p->p_skyhook * minus_v_mount_rear_left_z_d8;
-    const real x576 = p->p_damper_rear * (direction_rear_left_x * p_mount_front_left_x_d2
+    const real x577 = p->p_damper_rear * (direction_rear_left_x * p_mount_front_left_x_d2
         + minus_direction_rear_left_y * minus_p_mount_front_left_y_d2
         - minus_direction_rear_left_z * p_mount_front_left_z_d2);
-    const real tension_rear_left_d9 = w[95] + x576;
-    const real tension_rear_left = w[32];
+    const real tension_rear_left_d9 = w[89] + x577;
+    const real tension_rear_left = w[31];
     const real force_rear_left_x_d1 = tension_rear_left * direction_rear_left_x_d1
         + direction_rear_left_x * tension_rear_left_d1;
     const real force_rear_left_x_d2 = tension_rear_left * direction_rear_left_x_d2
@@ -895,126 +881,123 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     const real minus_force_rear_left_z_d12 = minus_direction_rear_left_z * tension_rear_left_d12;
     C[40] = minus_force_rear_left_z_d12;
     const real sin_pitch = w[1];
-    const real force_rear_left_x = w[33];
+    const real force_rear_left_x = w[32];
     const real cos_pitch = w[0];
-    const real minus_force_rear_left_z = w[34];
-    const real x604 = cos_pitch * minus_force_rear_left_z + sin_pitch * minus_force_rear_left_z_d1;
-    const real force_on_mount_rear_left_x_d1 = sin_pitch * force_rear_left_x - cos_pitch * force_rear_left_x_d1 - x604;
-    const real x606 = cos_pitch * force_rear_left_x_d2 - sin_pitch * force_rear_left_z_d2;
+    const real minus_force_rear_left_z = w[33];
+    const real x605 = cos_pitch * minus_force_rear_left_z + sin_pitch * minus_force_rear_left_z_d1;
+    const real force_on_mount_rear_left_x_d1 = sin_pitch * force_rear_left_x - cos_pitch * force_rear_left_x_d1 - x605;
+    const real x607 = cos_pitch * force_rear_left_x_d2 - sin_pitch * force_rear_left_z_d2;
     const real force_on_mount_rear_left_x_d5 = cos_pitch * minus_force_rear_left_x_d5
         - sin_pitch * minus_force_rear_left_z_d5;
-    const real x608 = cos_pitch * force_rear_left_x_d7 + sin_pitch * minus_force_rear_left_z_d7;
-    const real x609 = cos_pitch * force_rear_left_x_d8 + sin_pitch * minus_force_rear_left_z_d8;
-    const real x610 = cos_pitch * force_rear_left_x_d9 + sin_pitch * minus_force_rear_left_z_d9;
-    const real x611 = cos_pitch * force_rear_left_x_d12 + sin_pitch * minus_force_rear_left_z_d12;
-    const real x612 = R_body_zy * force_rear_left_x + R_body_xy * force_rear_left_x_d1
+    const real x609 = cos_pitch * force_rear_left_x_d7 + sin_pitch * minus_force_rear_left_z_d7;
+    const real x610 = cos_pitch * force_rear_left_x_d8 + sin_pitch * minus_force_rear_left_z_d8;
+    const real x611 = cos_pitch * force_rear_left_x_d9 + sin_pitch * minus_force_rear_left_z_d9;
+    const real x612 = cos_pitch * force_rear_left_x_d12 + sin_pitch * minus_force_rear_left_z_d12;
+    const real x613 = R_body_zy * force_rear_left_x + R_body_xy * force_rear_left_x_d1
         + cos_roll * force_rear_left_y_d1;
-    const real x613 = x612 + (R_body_xy * minus_force_rear_left_z - R_body_zy * minus_force_rear_left_z_d1);
-    const real x614 = w[38] + R_body_xy * force_rear_left_x_d2 + (w[39] - cos_roll * minus_force_rear_left_y_d2);
-    const real x615 = x614 - (w[40] - R_body_zy * force_rear_left_z_d2);
+    const real x614 = x613 + (R_body_xy * minus_force_rear_left_z - R_body_zy * minus_force_rear_left_z_d1);
+    const real x615 = w[37] + R_body_xy * force_rear_left_x_d2 + (w[38] - cos_roll * minus_force_rear_left_y_d2);
+    const real x616 = x615 - (w[39] - R_body_zy * force_rear_left_z_d2);
     const real force_on_mount_rear_left_y_d5 = R_body_xy * minus_force_rear_left_x_d5
         - cos_roll * force_rear_left_y_d5 + R_body_zy * minus_force_rear_left_z_d5;
-    const real x617 = R_body_xy * force_rear_left_x_d7 - cos_roll * minus_force_rear_left_y_d7
+    const real x618 = R_body_xy * force_rear_left_x_d7 - cos_roll * minus_force_rear_left_y_d7
         - R_body_zy * minus_force_rear_left_z_d7;
-    const real x618 = R_body_xy * force_rear_left_x_d8 - cos_roll * minus_force_rear_left_y_d8
+    const real x619 = R_body_xy * force_rear_left_x_d8 - cos_roll * minus_force_rear_left_y_d8
         - R_body_zy * minus_force_rear_left_z_d8;
-    const real x619 = R_body_xy * force_rear_left_x_d9 - cos_roll * minus_force_rear_left_y_d9
+    const real x620 = R_body_xy * force_rear_left_x_d9 - cos_roll * minus_force_rear_left_y_d9
         - R_body_zy * minus_force_rear_left_z_d9;
-    const real x620 = R_body_xy * force_rear_left_x_d12 - cos_roll * minus_force_rear_left_y_d12
+    const real x621 = R_body_xy * force_rear_left_x_d12 - cos_roll * minus_force_rear_left_y_d12
         - R_body_zy * minus_force_rear_left_z_d12;
-    const real x621 = R_body_zz * force_rear_left_x + R_body_xz * force_rear_left_x_d1
+    const real x622 = R_body_zz * force_rear_left_x + R_body_xz * force_rear_left_x_d1
         - sin_roll * force_rear_left_y_d1;
-    const real x622 = x621 + (R_body_xz * minus_force_rear_left_z - R_body_zz * minus_force_rear_left_z_d1);
-    const real x623 = w[35] - R_body_xz * force_rear_left_x_d2 - (w[36] + sin_roll * minus_force_rear_left_y_d2);
-    const real force_on_mount_rear_left_z_d2 = x623 - (w[37] + R_body_zz * force_rear_left_z_d2);
+    const real x623 = x622 + (R_body_xz * minus_force_rear_left_z - R_body_zz * minus_force_rear_left_z_d1);
+    const real x624 = w[34] - R_body_xz * force_rear_left_x_d2 - (w[35] + sin_roll * minus_force_rear_left_y_d2);
+    const real force_on_mount_rear_left_z_d2 = x624 - (w[36] + R_body_zz * force_rear_left_z_d2);
     const real force_on_mount_rear_left_z_d5 = R_body_xz * minus_force_rear_left_x_d5
         + sin_roll * force_rear_left_y_d5 + R_body_zz * minus_force_rear_left_z_d5;
-    const real x626 = R_body_xz * force_rear_left_x_d7 + sin_roll * minus_force_rear_left_y_d7
+    const real x627 = R_body_xz * force_rear_left_x_d7 + sin_roll * minus_force_rear_left_y_d7
         - R_body_zz * minus_force_rear_left_z_d7;
-    const real x627 = R_body_xz * force_rear_left_x_d8 + sin_roll * minus_force_rear_left_y_d8
+    const real x628 = R_body_xz * force_rear_left_x_d8 + sin_roll * minus_force_rear_left_y_d8
         - R_body_zz * minus_force_rear_left_z_d8;
-    const real x628 = R_body_xz * force_rear_left_x_d9 + sin_roll * minus_force_rear_left_y_d9
+    const real x629 = R_body_xz * force_rear_left_x_d9 + sin_roll * minus_force_rear_left_y_d9
         - R_body_zz * minus_force_rear_left_z_d9;
-    const real x629 = R_body_xz * force_rear_left_x_d12 + sin_roll * minus_force_rear_left_y_d12
+    const real x630 = R_body_xz * force_rear_left_x_d12 + sin_roll * minus_force_rear_left_y_d12
         - R_body_zz * minus_force_rear_left_z_d12;
     const real moment_on_mount_rear_left_x_d5 = K(0.75) * force_on_mount_rear_left_z_d5;
     K[19] = -moment_on_mount_rear_left_x_d5;
-    C[19] = K(0.75) * x629;
+    C[19] = K(0.75) * x630;
     const real moment_on_mount_rear_left_y_d5 = K(1.7) * force_on_mount_rear_left_z_d5;
-    const real x632 = K(1.7) * force_on_mount_rear_left_y_d5 + K(0.75) * force_on_mount_rear_left_x_d5;
-    const real x633 = moment_on_mount_front_left_z_d1 - (K(1.4) * x450 - K(0.75) * force_on_mount_front_right_x_d1);
-    const real x634 = moment_on_mount_front_left_z_d2 - (K(1.4) * x451 + K(0.75) * x458);
-    const real x635 = moment_on_mount_front_left_z_d7 + (K(1.4) * force_on_mount_front_right_y_d7
-        + K(0.75) * force_on_mount_front_right_x_d7);
-    const real x636 = x481 - (K(1.4) * force_on_mount_front_right_y_d8 + K(0.75) * force_on_mount_front_right_x_d8);
-    const real x637 = x482 + (K(1.4) * x455 + K(0.75) * x462);
-    const real v_mount_rear_right_z_d1 = w[139] - x515 - (w[44] + w[91]);
-    const real v_mount_rear_right_z_d8 = x520 + (w[88] + x519);
-    const real v_mount_rear_right_z_d2 = w[89] + x518 - (x516 + R_body_zy * w[43]);
-    const real span_rear_right_x = w[48];
-    const real minus_span_rear_right_z = w[49];
-    const real minus_p_mount_rear_right_x = w[41];
-    const real length_rear_right = w[51];
-    const real x645 = K(0.5) / length_rear_right;
-    const real x646 = w[93] - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
+    const real x633 = K(1.7) * force_on_mount_rear_left_y_d5 + K(0.75) * force_on_mount_rear_left_x_d5;
+    const real moment_on_mount_rear_left_z_d7 = K(1.7) * x618 + K(0.75) * x609;
+    const real moment_on_mount_rear_left_z_d8 = K(1.7) * x619 + K(0.75) * x610;
+    const real moment_on_mount_rear_left_z_d9 = K(1.7) * x620 + K(0.75) * x611;
+    const real v_mount_rear_right_z_d1 = w[133] - x515 - (w[43] + w[85]);
+    const real v_mount_rear_right_z_d8 = x521 + (w[82] + x520);
+    const real v_mount_rear_right_z_d2 = w[83] + x519 - (x517 + R_body_zy * w[42]);
+    const real span_rear_right_x = w[47];
+    const real minus_span_rear_right_z = w[48];
+    const real minus_p_mount_rear_right_x = w[40];
+    const real length_rear_right = w[50];
+    const real x644 = K(0.5) / length_rear_right;
+    const real x645 = w[87] - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
         + K(2.0) * (minus_span_rear_right_z * p_mount_front_left_z_d2);
-    const real length_rear_right_d2 = x646 * x645;
-    const real minus_length_rear_right_d1 = (K(2.0) * (w[42] * span_rear_right_x)
-        + K(2.0) * (minus_p_mount_rear_right_x * minus_span_rear_right_z)) * x645;
-    const real length_rear_right_d6 = K(2.0) * minus_span_rear_right_z * x645;
-    const real x650 = w[52] * w[52];
-    const real x651 = length_rear_right_d2 * x650;
-    const real x652 = minus_length_rear_right_d1 * x650;
-    const real x653 = length_rear_right_d6 * x650;
-    const real minus_direction_rear_right_x_d1 = w[42] * w[52] - span_rear_right_x * x652;
-    const real minus_direction_rear_right_x_d2 = w[52] * p_mount_front_left_x_d2 + span_rear_right_x * x651;
-    const real minus_direction_rear_right_x_d6 = span_rear_right_x * x653;
-    const real direction_rear_right_y_d2 = w[52] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x651;
-    const real direction_rear_right_y_d1 = minus_span_front_left_y * x652;
-    const real minus_direction_rear_right_y_d6 = minus_span_front_left_y * x653;
-    const real minus_direction_rear_right_z_d6 = w[52] - minus_span_rear_right_z * x653;
-    const real direction_rear_right_z_d1 = minus_p_mount_rear_right_x * w[52] - minus_span_rear_right_z * x652;
-    const real minus_direction_rear_right_z_d2 = w[52] * p_mount_front_left_z_d2 - minus_span_rear_right_z * x651;
-    const real direction_rear_right_x = w[53];
-    const real minus_v_mount_rear_right_x = w[45];
-    const real x665 = direction_rear_right_x * (w[81] - x509 + (x507 + R_body_xy * w[43]));
-    const real direction_rear_right_y = w[54];
-    const real v_mount_rear_right_y = w[46];
-    const real x668 = direction_rear_right_x * (w[138] + x506 + (w[47] - w[83]))
+    const real length_rear_right_d2 = x645 * x644;
+    const real minus_length_rear_right_d1 = (K(2.0) * (w[41] * span_rear_right_x)
+        + K(2.0) * (minus_p_mount_rear_right_x * minus_span_rear_right_z)) * x644;
+    const real length_rear_right_d6 = K(2.0) * minus_span_rear_right_z * x644;
+    const real x649 = w[51] * w[51];
+    const real x650 = length_rear_right_d2 * x649;
+    const real x651 = minus_length_rear_right_d1 * x649;
+    const real x652 = length_rear_right_d6 * x649;
+    const real minus_direction_rear_right_x_d1 = w[41] * w[51] - span_rear_right_x * x651;
+    const real minus_direction_rear_right_x_d2 = w[51] * p_mount_front_left_x_d2 + span_rear_right_x * x650;
+    const real minus_direction_rear_right_x_d6 = span_rear_right_x * x652;
+    const real direction_rear_right_y_d2 = w[51] * minus_p_mount_front_left_y_d2 - minus_span_front_left_y * x650;
+    const real direction_rear_right_y_d1 = minus_span_front_left_y * x651;
+    const real minus_direction_rear_right_y_d6 = minus_span_front_left_y * x652;
+    const real minus_direction_rear_right_z_d6 = w[51] - minus_span_rear_right_z * x652;
+    const real direction_rear_right_z_d1 = minus_p_mount_rear_right_x * w[51] - minus_span_rear_right_z * x651;
+    const real minus_direction_rear_right_z_d2 = w[51] * p_mount_front_left_z_d2 - minus_span_rear_right_z * x650;
+    const real direction_rear_right_x = w[52];
+    const real minus_v_mount_rear_right_x = w[44];
+    const real x664 = direction_rear_right_x * (w[75] - x509 + (x507 + R_body_xy * w[42]));
+    const real direction_rear_right_y = w[53];
+    const real v_mount_rear_right_y = w[45];
+    const real x667 = direction_rear_right_x * (w[132] + x505 + (w[46] - w[77]))
         + minus_v_mount_rear_right_x * minus_direction_rear_right_x_d1;
-    const real x669 = direction_rear_right_y * (x513 - (x512 - cos_roll * w[43]))
+    const real x668 = direction_rear_right_y * (x513 - (x512 - cos_roll * w[42]))
         - v_mount_rear_right_y * direction_rear_right_y_d2;
-    const real minus_direction_rear_right_z = w[55];
-    const real minus_rate_rear_right_z = w[50];
-    const real x672 = x668 - (direction_rear_right_y * minus_v_mount_front_left_y_d1
+    const real minus_direction_rear_right_z = w[54];
+    const real minus_rate_rear_right_z = w[49];
+    const real x671 = x667 - (direction_rear_right_y * minus_v_mount_front_left_y_d1
         - v_mount_rear_right_y * direction_rear_right_y_d1);
-    const real x673 = direction_rear_right_x * (x511 - (w[80] - x510))
+    const real x672 = direction_rear_right_x * (x511 - (w[74] - x510))
         + direction_rear_right_y * v_mount_rear_left_y_d8;
-    const real x674 = minus_direction_rear_right_z * v_mount_rear_right_z_d2
+    const real x673 = minus_direction_rear_right_z * v_mount_rear_right_z_d2
         - minus_rate_rear_right_z * minus_direction_rear_right_z_d2;
     const real tension_rear_right_d13 = p->p_damper_rear * minus_direction_rear_right_z;
-    const real x676 = p->p_damper_rear * (x665 - minus_v_mount_rear_right_x * minus_direction_rear_right_x_d2 + x669
-        + x674);
-    const real x677 = p->p_damper_rear * (x672 - (minus_direction_rear_right_z * v_mount_rear_right_z_d1
+    const real x675 = p->p_damper_rear * (x664 - minus_v_mount_rear_right_x * minus_direction_rear_right_x_d2 + x668
+        + x673);
+    const real x676 = p->p_damper_rear * (x671 - (minus_direction_rear_right_z * v_mount_rear_right_z_d1
         + minus_rate_rear_right_z * direction_rear_right_z_d1));
-    const real x678 = p->p_damper_rear * (minus_v_mount_rear_right_x * minus_direction_rear_right_x_d6
+    const real x677 = p->p_damper_rear * (minus_v_mount_rear_right_x * minus_direction_rear_right_x_d6
         - v_mount_rear_right_y * minus_direction_rear_right_y_d6
         + minus_rate_rear_right_z * minus_direction_rear_right_z_d6);
-    const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + x678;
-    const real tension_rear_right_d2 = K(38000.0) * length_rear_right_d2 - x676
+    const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + x677;
+    const real tension_rear_right_d2 = K(38000.0) * length_rear_right_d2 - x675
         + p->p_skyhook * v_mount_rear_right_z_d2;
-    const real minus_tension_rear_right_d1 = K(38000.0) * minus_length_rear_right_d1 - x677
+    const real minus_tension_rear_right_d1 = K(38000.0) * minus_length_rear_right_d1 - x676
         - p->p_skyhook * v_mount_rear_right_z_d1;
-    const real x682 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
+    const real x681 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
         - direction_rear_right_y * v_mount_front_left_y_d7 + minus_direction_rear_right_z * v_mount_front_left_z_d7);
-    const real tension_rear_right_d7 = w[94] - x682;
-    const real tension_rear_right_d8 = p->p_damper_rear * (x673
+    const real tension_rear_right_d7 = w[88] - x681;
+    const real tension_rear_right_d8 = p->p_damper_rear * (x672
         - minus_direction_rear_right_z * v_mount_rear_right_z_d8) + p->p_skyhook * v_mount_rear_right_z_d8;
-    const real x685 = p->p_damper_rear * (direction_rear_right_x * p_mount_front_left_x_d2
+    const real x684 = p->p_damper_rear * (direction_rear_right_x * p_mount_front_left_x_d2
         - direction_rear_right_y * minus_p_mount_front_left_y_d2
         - minus_direction_rear_right_z * p_mount_front_left_z_d2);
-    const real minus_tension_rear_right_d9 = w[95] + x685;
-    const real minus_tension_rear_right = w[56];
+    const real minus_tension_rear_right_d9 = w[89] + x684;
+    const real minus_tension_rear_right = w[55];
     const real force_rear_right_x_d1 = minus_tension_rear_right * minus_direction_rear_right_x_d1
         - direction_rear_right_x * minus_tension_rear_right_d1;
     const real force_rear_right_x_d2 = minus_tension_rear_right * minus_direction_rear_right_x_d2
@@ -1052,126 +1035,123 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     C[44] = -force_rear_right_z_d9;
     const real minus_force_rear_right_z_d13 = minus_direction_rear_right_z * tension_rear_right_d13;
     C[48] = minus_force_rear_right_z_d13;
-    const real minus_force_rear_right_x = w[57];
-    const real force_rear_right_z = w[58];
-    const real x711 = cos_pitch * force_rear_right_z - sin_pitch * minus_force_rear_right_z_d1;
-    const real x712 = sin_pitch * minus_force_rear_right_x + cos_pitch * force_rear_right_x_d1 - x711;
-    const real x713 = cos_pitch * force_rear_right_x_d2 - sin_pitch * force_rear_right_z_d2;
-    const real x714 = cos_pitch * force_rear_right_x_d6 - sin_pitch * force_rear_right_z_d6;
-    const real x715 = cos_pitch * force_rear_right_x_d7 + sin_pitch * minus_force_rear_right_z_d7;
-    const real x716 = cos_pitch * force_rear_right_x_d8 + sin_pitch * minus_force_rear_right_z_d8;
+    const real minus_force_rear_right_x = w[56];
+    const real force_rear_right_z = w[57];
+    const real x710 = cos_pitch * force_rear_right_z - sin_pitch * minus_force_rear_right_z_d1;
+    const real x711 = sin_pitch * minus_force_rear_right_x + cos_pitch * force_rear_right_x_d1 - x710;
+    const real x712 = cos_pitch * force_rear_right_x_d2 - sin_pitch * force_rear_right_z_d2;
+    const real x713 = cos_pitch * force_rear_right_x_d6 - sin_pitch * force_rear_right_z_d6;
+    const real x714 = cos_pitch * force_rear_right_x_d7 + sin_pitch * minus_force_rear_right_z_d7;
+    const real x715 = cos_pitch * force_rear_right_x_d8 + sin_pitch * minus_force_rear_right_z_d8;
     const real force_on_mount_rear_right_x_d9 = cos_pitch * minus_force_rear_right_x_d9
         + sin_pitch * force_rear_right_z_d9;
-    const real x718 = cos_pitch * force_rear_right_x_d13 + sin_pitch * minus_force_rear_right_z_d13;
-    const real x719 = R_body_zy * minus_force_rear_right_x - R_body_xy * force_rear_right_x_d1
+    const real x717 = cos_pitch * force_rear_right_x_d13 + sin_pitch * minus_force_rear_right_z_d13;
+    const real x718 = R_body_zy * minus_force_rear_right_x - R_body_xy * force_rear_right_x_d1
         + cos_roll * minus_force_rear_right_y_d1;
-    const real force_on_mount_rear_right_y_d1 = x719 + (R_body_xy * force_rear_right_z
+    const real force_on_mount_rear_right_y_d1 = x718 + (R_body_xy * force_rear_right_z
         + R_body_zy * minus_force_rear_right_z_d1);
-    const real x721 = w[62] - R_body_xy * force_rear_right_x_d2 - (w[63] - cos_roll * minus_force_rear_right_y_d2);
-    const real force_on_mount_rear_right_y_d2 = x721 - (w[64] + R_body_zy * force_rear_right_z_d2);
-    const real x723 = R_body_xy * force_rear_right_x_d6 + cos_roll * force_rear_right_y_d6
+    const real x720 = w[61] - R_body_xy * force_rear_right_x_d2 - (w[62] - cos_roll * minus_force_rear_right_y_d2);
+    const real force_on_mount_rear_right_y_d2 = x720 - (w[63] + R_body_zy * force_rear_right_z_d2);
+    const real x722 = R_body_xy * force_rear_right_x_d6 + cos_roll * force_rear_right_y_d6
         + R_body_zy * force_rear_right_z_d6;
-    const real x724 = R_body_xy * force_rear_right_x_d7 + cos_roll * force_rear_right_y_d7
+    const real x723 = R_body_xy * force_rear_right_x_d7 + cos_roll * force_rear_right_y_d7
         - R_body_zy * minus_force_rear_right_z_d7;
-    const real x725 = R_body_xy * force_rear_right_x_d8 + cos_roll * force_rear_right_y_d8
+    const real x724 = R_body_xy * force_rear_right_x_d8 + cos_roll * force_rear_right_y_d8
         - R_body_zy * minus_force_rear_right_z_d8;
     const real force_on_mount_rear_right_y_d9 = R_body_xy * minus_force_rear_right_x_d9
         + cos_roll * minus_force_rear_right_y_d9 - R_body_zy * force_rear_right_z_d9;
-    const real x727 = R_body_xy * force_rear_right_x_d13 + cos_roll * force_rear_right_y_d13
+    const real x726 = R_body_xy * force_rear_right_x_d13 + cos_roll * force_rear_right_y_d13
         - R_body_zy * minus_force_rear_right_z_d13;
-    const real x728 = R_body_zz * minus_force_rear_right_x - R_body_xz * force_rear_right_x_d1
+    const real x727 = R_body_zz * minus_force_rear_right_x - R_body_xz * force_rear_right_x_d1
         - sin_roll * minus_force_rear_right_y_d1;
-    const real force_on_mount_rear_right_z_d1 = x728 + (R_body_xz * force_rear_right_z
+    const real force_on_mount_rear_right_z_d1 = x727 + (R_body_xz * force_rear_right_z
         + R_body_zz * minus_force_rear_right_z_d1);
-    const real x730 = w[59] + R_body_xz * force_rear_right_x_d2 + (w[60] + sin_roll * minus_force_rear_right_y_d2);
-    const real x731 = x730 - (w[61] - R_body_zz * force_rear_right_z_d2);
-    const real x732 = R_body_xz * force_rear_right_x_d6 - sin_roll * force_rear_right_y_d6
+    const real x729 = w[58] + R_body_xz * force_rear_right_x_d2 + (w[59] + sin_roll * minus_force_rear_right_y_d2);
+    const real x730 = x729 - (w[60] - R_body_zz * force_rear_right_z_d2);
+    const real x731 = R_body_xz * force_rear_right_x_d6 - sin_roll * force_rear_right_y_d6
         + R_body_zz * force_rear_right_z_d6;
-    const real x733 = R_body_xz * force_rear_right_x_d7 - sin_roll * force_rear_right_y_d7
+    const real x732 = R_body_xz * force_rear_right_x_d7 - sin_roll * force_rear_right_y_d7
         - R_body_zz * minus_force_rear_right_z_d7;
-    const real x734 = R_body_xz * force_rear_right_x_d8 - sin_roll * force_rear_right_y_d8
+    const real x733 = R_body_xz * force_rear_right_x_d8 - sin_roll * force_rear_right_y_d8
         - R_body_zz * minus_force_rear_right_z_d8;
     const real force_on_mount_rear_right_z_d9 = R_body_xz * minus_force_rear_right_x_d9
         - sin_roll * minus_force_rear_right_y_d9 - R_body_zz * force_rear_right_z_d9;
-    const real x736 = R_body_xz * force_rear_right_x_d13 - sin_roll * force_rear_right_y_d13
+    const real x735 = R_body_xz * force_rear_right_x_d13 - sin_roll * force_rear_right_y_d13
         - R_body_zz * minus_force_rear_right_z_d13;
-    const real moment_on_mount_rear_right_x_d6 = K(0.75) * x732;
+    const real moment_on_mount_rear_right_x_d6 = K(0.75) * x731;
     K[20] = -moment_on_mount_rear_right_x_d6;
-    C[20] = -(K(0.75) * x736);
-    const real x738 = K(1.7) * x732;
-    const real moment_on_mount_rear_right_z_d6 = K(1.7) * x723 - K(0.75) * x714;
-    K[15] = -(moment_on_mount_front_left_x_d1 + K(0.75) * x441 - K(0.75) * x622
+    C[20] = -(K(0.75) * x735);
+    const real x737 = K(1.7) * x731;
+    const real moment_on_mount_rear_right_z_d6 = K(1.7) * x722 - K(0.75) * x713;
+    K[15] = -(moment_on_mount_front_left_x_d1 + moment_on_mount_front_right_x_d1 - K(0.75) * x623
         - K(0.75) * force_on_mount_rear_right_z_d1);
-    K[14] = -(x467 + x448 - moment_on_mount_rear_left_x_d5 - moment_on_mount_rear_right_x_d6);
-    C[14] = -(moment_on_mount_front_left_x_d7 - K(0.75) * force_on_mount_front_right_z_d7 - K(0.75) * x626
-        + K(0.75) * x733);
-    C[16] = x470 - K(0.75) * x446 + K(0.75) * x628 + K(0.75) * force_on_mount_rear_right_z_d9;
-    const real x740 = x633 + (K(1.7) * x613 - K(0.75) * force_on_mount_rear_left_x_d1);
-    const real x741 = x634 + (K(1.7) * x615 + K(0.75) * x606);
-    const real x742 = x635 + (K(1.7) * x617 + K(0.75) * x608);
-    const real x743 = x636 - (K(1.7) * x618 + K(0.75) * x609);
-    const real x744 = x637 - (K(1.7) * x619 + K(0.75) * x610);
-    const real x745 = moment_on_mount_front_left_y_d2 - K(1.4) * force_on_mount_front_right_z_d2
-        + K(1.7) * force_on_mount_rear_left_z_d2 - K(1.7) * x731;
-    const real x746 = x471 - K(1.4) * x441 + K(1.7) * x622 - K(1.7) * force_on_mount_rear_right_z_d1;
-    const real x747 = x474 + K(1.4) * force_on_mount_front_right_z_d7 + K(1.7) * x626 + K(1.7) * x733;
-    const real x748 = moment_on_mount_front_left_y_d8 - K(1.4) * force_on_mount_front_right_z_d8 - K(1.7) * x627
-        - K(1.7) * x734;
-    const real x749 = moment_on_mount_front_left_y_d9 + K(1.4) * x446 - K(1.7) * x628
-        + K(1.7) * force_on_mount_rear_right_z_d9;
-    const real x750 = w[130];
-    const real moment_on_mount_front_left_z_d10 = w[137];
-    const real x752 = w[66] + sin_roll * (x741 - (K(1.7) * force_on_mount_rear_right_y_d2 + K(0.75) * x713));
-    const real x753 = sin_roll * (x740 - (K(1.7) * force_on_mount_rear_right_y_d1 + K(0.75) * x712));
-    K[8] = cos_roll * x746 + x753;
-    K[10] = -(cos_roll * moment_on_mount_front_left_y_d3 + sin_roll * x479);
-    const real x754 = sin_roll * (x479 - moment_on_mount_front_right_z_d4 + x632 - moment_on_mount_rear_right_z_d6);
-    K[7] = cos_roll * (moment_on_mount_front_left_y_d3 - x449 + moment_on_mount_rear_left_y_d5 - x738) + x754;
-    const real x755 = sin_roll * (x742 + (K(1.7) * x724 - K(0.75) * x715));
-    C[7] = cos_roll * x747 + x755;
-    const real x756 = sin_roll * (x743 - (K(1.7) * x725 - K(0.75) * x716));
-    const real x757 = sin_roll * (x744 + (K(1.7) * force_on_mount_rear_right_y_d9
-        - K(0.75) * force_on_mount_rear_right_x_d9));
-    C[10] = cos_roll * x750 + sin_roll * moment_on_mount_front_left_z_d10;
-    K[11] = cos_roll * x449 + sin_roll * moment_on_mount_front_right_z_d4;
-    const real x758 = sin_roll * (K(1.4) * force_on_mount_front_right_y_d11
-        + K(0.75) * force_on_mount_front_right_x_d11);
-    C[11] = cos_roll * (K(1.4) * force_on_mount_front_right_z_d11) + x758;
-    K[12] = -(cos_roll * moment_on_mount_rear_left_y_d5 + sin_roll * x632);
-    const real x759 = sin_roll * (K(1.7) * x620 + K(0.75) * x611);
-    C[12] = cos_roll * (K(1.7) * x629) + x759;
-    K[13] = cos_roll * x738 + sin_roll * moment_on_mount_rear_right_z_d6;
-    const real x760 = sin_roll * (K(1.7) * x727 - K(0.75) * x718);
-    C[13] = cos_roll * (K(1.7) * x736) + x760;
-    const real force_on_mount_front_left_y_d10 = w[110];
-    const real force_on_mount_front_left_z_d10 = w[117];
-    const real x763 = w[68] + cos_roll * (x496 - force_on_mount_front_right_z_d2 - force_on_mount_rear_left_z_d2
-        + x731);
-    const real x764 = cos_roll * (force_on_mount_front_left_z_d1 - x441 - x622 + force_on_mount_rear_right_z_d1);
-    const real x765 = cos_roll * (x497 - force_on_mount_front_right_z_d4 - force_on_mount_rear_left_z_d5 + x732);
-    const real x766 = cos_roll * (force_on_mount_front_left_z_d7 + force_on_mount_front_right_z_d7 - x626 - x733);
-    const real x767 = cos_roll * (x499 - force_on_mount_front_right_z_d8 + x627 + x734);
-    const real x768 = cos_roll * (x500 + x446 + x628 - force_on_mount_rear_right_z_d9);
-    const real x769 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d1 - x450 - x613
-        + force_on_mount_rear_right_y_d1) + x764);
-    const real x770 = w[67] + sin_roll * (force_on_mount_front_left_y_d2 - x451 - x615
-        + force_on_mount_rear_right_y_d2) - x763;
-    const real force_on_mount_front_left_x_d10 = w[103];
-    const real x772 = w[70] - sin_pitch * (x483 - force_on_mount_front_right_x_d1 - force_on_mount_rear_left_x_d1
-        + x712);
-    K[1] = w[69] - x769 + x772;
-    K[2] = -(cos_pitch * x770 + sin_pitch * (x484 + x458 + x606 + x713));
-    K[3] = cos_pitch * (sin_roll * x491 + cos_roll * x497) - sin_pitch * x485;
-    const real x773 = cos_pitch * (sin_roll * (x491 - force_on_mount_front_right_y_d4 - force_on_mount_rear_left_y_d5
-        + x723) + x765);
-    K[0] = -(x773 - sin_pitch * (x485 - force_on_mount_front_right_x_d4 - force_on_mount_rear_left_x_d5 + x714));
-    const real x774 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d7 + force_on_mount_front_right_y_d7 - x617
-        - x724) + x766);
-    C[0] = -(x774 - sin_pitch * (force_on_mount_front_left_x_d7 + force_on_mount_front_right_x_d7 - x608 - x715));
-    const real x775 = cos_pitch * (sin_roll * (x493 - force_on_mount_front_right_y_d8 + x618 + x725) + x767);
-    C[1] = x775 - sin_pitch * (x487 - force_on_mount_front_right_x_d8 + x609 + x716);
-    const real x776 = cos_pitch * (sin_roll * (x494 + x455 + x619 - force_on_mount_rear_right_y_d9) + x768);
-    C[2] = x776 - sin_pitch * (x488 + x462 + x610 - force_on_mount_rear_right_x_d9);
+    K[14] = -(x441 + x442 - moment_on_mount_rear_left_x_d5 - moment_on_mount_rear_right_x_d6);
+    C[14] = -(moment_on_mount_front_left_x_d7 - x444 - K(0.75) * x627 + K(0.75) * x732);
+    C[16] = x447 - moment_on_mount_front_right_x_d9 + K(0.75) * x629 + K(0.75) * force_on_mount_rear_right_z_d9;
+    const real x739 = moment_on_mount_front_left_z_d1 - (w[169] - w[176])
+        + (K(1.7) * x614 - K(0.75) * force_on_mount_rear_left_x_d1);
+    const real x740 = moment_on_mount_front_left_z_d2 - (w[170] + w[177]) + (K(1.7) * x616 + K(0.75) * x607);
+    const real x741 = moment_on_mount_front_left_z_d7 + (w[172] + K(0.75) * force_on_mount_front_right_x_d7)
+        + moment_on_mount_rear_left_z_d7;
+    const real x742 = x465 - (w[173] + K(0.75) * force_on_mount_front_right_x_d8) - moment_on_mount_rear_left_z_d8;
+    const real x743 = x466 + (w[174] + K(0.75) * x434) - moment_on_mount_rear_left_z_d9;
+    const real x744 = cos_roll * (moment_on_mount_front_left_y_d2 - x452 + K(1.7) * force_on_mount_rear_left_z_d2
+        - K(1.7) * x730);
+    const real x745 = w[124];
+    const real x746 = w[168];
+    const real moment_on_mount_front_left_z_d10 = w[131];
+    const real x748 = w[65] + sin_roll * (x740 - (K(1.7) * force_on_mount_rear_right_y_d2 + K(0.75) * x712));
+    const real x749 = cos_roll * (x449 - moment_on_mount_front_right_y_d1 + K(1.7) * x623
+        - K(1.7) * force_on_mount_rear_right_z_d1);
+    K[8] = x749 + sin_roll * (x739 - (K(1.7) * force_on_mount_rear_right_y_d1 + K(0.75) * x711));
+    K[10] = -(cos_roll * moment_on_mount_front_left_y_d3 + sin_roll * x463);
+    const real x750 = sin_roll * (x463 - moment_on_mount_front_right_z_d4 + x633 - moment_on_mount_rear_right_z_d6);
+    K[7] = cos_roll * (moment_on_mount_front_left_y_d3 - x454 + moment_on_mount_rear_left_y_d5 - x737) + x750;
+    const real x751 = cos_roll * (x455 + x456 + K(1.7) * x627 + K(1.7) * x732);
+    C[7] = x751 + sin_roll * (x741 + (K(1.7) * x723 - K(0.75) * x714));
+    const real x752 = cos_roll * (moment_on_mount_front_left_y_d8 - x458 - K(1.7) * x628 - K(1.7) * x733);
+    const real x753 = cos_roll * (moment_on_mount_front_left_y_d9 + moment_on_mount_front_right_y_d9 - K(1.7) * x629
+        + K(1.7) * force_on_mount_rear_right_z_d9);
+    C[10] = cos_roll * x745 + sin_roll * moment_on_mount_front_left_z_d10;
+    K[11] = cos_roll * x454 + sin_roll * moment_on_mount_front_right_z_d4;
+    C[11] = cos_roll * x746 + sin_roll * (w[175] + K(0.75) * force_on_mount_front_right_x_d11);
+    K[12] = -(cos_roll * moment_on_mount_rear_left_y_d5 + sin_roll * x633);
+    const real x754 = sin_roll * (K(1.7) * x621 + K(0.75) * x612);
+    C[12] = cos_roll * (K(1.7) * x630) + x754;
+    K[13] = cos_roll * x737 + sin_roll * moment_on_mount_rear_right_z_d6;
+    const real x755 = sin_roll * (K(1.7) * x726 - K(0.75) * x717);
+    C[13] = cos_roll * (K(1.7) * x735) + x755;
+    const real force_on_mount_front_left_y_d10 = w[104];
+    const real force_on_mount_front_right_y_d11 = w[148];
+    const real force_on_mount_front_left_z_d10 = w[111];
+    const real force_on_mount_front_right_z_d11 = w[155];
+    const real x760 = w[67] + cos_roll * (x489 - force_on_mount_front_right_z_d2 - force_on_mount_rear_left_z_d2
+        + x730);
+    const real x761 = cos_roll * (force_on_mount_front_left_z_d1 - x488 - x623 + force_on_mount_rear_right_z_d1);
+    const real x762 = cos_roll * (x491 - force_on_mount_front_right_z_d4 - force_on_mount_rear_left_z_d5 + x731);
+    const real x763 = cos_roll * (force_on_mount_front_left_z_d7 + force_on_mount_front_right_z_d7 - x627 - x732);
+    const real x764 = cos_roll * (x495 - force_on_mount_front_right_z_d8 + x628 + x733);
+    const real x765 = cos_roll * (x497 + x498 + x629 - force_on_mount_rear_right_z_d9);
+    const real x766 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d1 - x476 - x614
+        + force_on_mount_rear_right_y_d1) + x761);
+    const real x767 = w[66] + sin_roll * (force_on_mount_front_left_y_d2 - x478 - x616
+        + force_on_mount_rear_right_y_d2) - x760;
+    const real force_on_mount_front_left_x_d10 = w[97];
+    const real x769 = w[69] - sin_pitch * (x467 - force_on_mount_front_right_x_d1 - force_on_mount_rear_left_x_d1
+        + x711);
+    K[1] = w[68] - x766 + x769;
+    K[2] = -(cos_pitch * x767 + sin_pitch * (x469 + x470 + x607 + x712));
+    K[3] = cos_pitch * (sin_roll * x479 + cos_roll * x491) - sin_pitch * x471;
+    const real x770 = cos_pitch * (sin_roll * (x479 - force_on_mount_front_right_y_d4 - force_on_mount_rear_left_y_d5
+        + x722) + x762);
+    K[0] = -(x770 - sin_pitch * (x471 - force_on_mount_front_right_x_d4 - force_on_mount_rear_left_x_d5 + x713));
+    const real x771 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d7 + force_on_mount_front_right_y_d7 - x618
+        - x723) + x763);
+    C[0] = -(x771 - sin_pitch * (force_on_mount_front_left_x_d7 + force_on_mount_front_right_x_d7 - x609 - x714));
+    const real x772 = cos_pitch * (sin_roll * (x483 - force_on_mount_front_right_y_d8 + x619 + x724) + x764);
+    C[1] = x772 - sin_pitch * (x473 - force_on_mount_front_right_x_d8 + x610 + x715);
+    const real x773 = cos_pitch * (sin_roll * (x485 + x486 + x620 - force_on_mount_rear_right_y_d9) + x765);
+    C[2] = x773 - sin_pitch * (x474 + x434 + x611 - force_on_mount_rear_right_x_d9);
     C[3] = -(cos_pitch * (sin_roll * force_on_mount_front_left_y_d10 + cos_roll * force_on_mount_front_left_z_d10)
         - sin_pitch * force_on_mount_front_left_x_d10);
     K[4] = -(cos_pitch * (sin_roll * force_on_mount_front_right_y_d4 + cos_roll * force_on_mount_front_right_z_d4)
@@ -1180,22 +1160,49 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
         - sin_pitch * force_on_mount_front_right_x_d11);
     K[5] = -(cos_pitch * (sin_roll * force_on_mount_rear_left_y_d5 + cos_roll * force_on_mount_rear_left_z_d5)
         - sin_pitch * force_on_mount_rear_left_x_d5);
-    C[5] = cos_pitch * (sin_roll * x620 + cos_roll * x629) - sin_pitch * x611;
-    K[6] = cos_pitch * (sin_roll * x723 + cos_roll * x732) - sin_pitch * x714;
-    C[6] = cos_pitch * (sin_roll * x727 + cos_roll * x736) - sin_pitch * x718;
-    const real minus_force_front_left_z_d3 = w[96];
+    C[5] = cos_pitch * (sin_roll * x621 + cos_roll * x630) - sin_pitch * x612;
+    K[6] = cos_pitch * (sin_roll * x722 + cos_roll * x731) - sin_pitch * x713;
+    C[6] = cos_pitch * (sin_roll * x726 + cos_roll * x735) - sin_pitch * x717;
+    const real minus_force_front_left_z_d3 = w[90];
     K[24] = K(190000.0) + minus_force_front_left_z_d3;
+    const real force_front_right_z_d4 = w[134];
     K[32] = K(190000.0) - force_front_right_z_d4;
     K[40] = K(190000.0) + minus_force_rear_left_z_d5;
     K[48] = K(190000.0) - force_rear_right_z_d6;
-    K[9] = w[73] - (w[65] + cos_roll * x745 - x752);
-    C[8] = -(w[71] + (cos_roll * x748 + x756));
-    C[9] = -(w[74] + (cos_roll * x749 + x757));
-    const real x778 = x466 + K(0.75) * force_on_mount_front_right_z_d2 - K(0.75) * force_on_mount_rear_left_z_d2
-        - K(0.75) * x731;
-    K[16] = -(w[72] - x778);
-    const real x779 = x469 + K(0.75) * force_on_mount_front_right_z_d8 + K(0.75) * x627 - K(0.75) * x734;
-    C[15] = -(w[75] - x779);
+    const real minus_omega_body_z = w[6];
+    const real omega_body_y = w[5];
+    const real x778 = K(60.0) * v[2];
+    const real x779 = K(400.0) * v[2];
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real minus_alpha0_body_y = v[2] * minus_omega_body_z;
+    const real minus_alpha0_body_z = v[2] * omega_body_y;
+    const real x782 = omega_body_y * omega_body_y + minus_omega_body_z * minus_omega_body_z;
+
+    /* Acceleration of link body */
+    const real x783 = a[1] * cos_roll;
+    const real x784 = a[1] * sin_roll;
+
+    /* Partials, joint roll */
+    const real x785 = K(2.0) * (minus_omega_body_z * (K(400.0) * minus_omega_body_z)
+        + omega_body_y * (K(60.0) * omega_body_y));
+    const real x786 = K(60.0) * x784 + K(2.0) * (omega_body_y * x778);
+    const real x787 = K(400.0) * x783 - K(2.0) * (minus_omega_body_z * x779);
+    const real x788 = sin_roll * (K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - x783)) + x787);
+
+    /* Mass matrix, columns of joint pitch */
+    M[8] = K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll));
+    const real x789 = cos_roll * (K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + x784)) - x786) + x788;
+    K[9] = x789 - (w[64] + x744 - x748);
+    const real x790 = x752 + sin_roll * (x742 - (K(1.7) * x724 - K(0.75) * x715));
+    C[8] = -(K(2.0) * (sin_roll * (cos_roll * (x778 - x779))) + x790);
+    const real x791 = x753 + sin_roll * (x743 + (K(1.7) * force_on_mount_rear_right_y_d9
+        - K(0.75) * force_on_mount_rear_right_x_d9));
+    C[9] = -(cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y) + x791);
+    const real x792 = x439 + x440 - K(0.75) * force_on_mount_rear_left_z_d2 - K(0.75) * x730;
+    K[16] = -(K(400.0) * x782 + K(60.0) * x782 - x785 - x792);
+    const real x793 = x445 + x446 + K(0.75) * x628 - K(0.75) * x733;
+    C[15] = -(cos_roll * (K(800.0) * minus_omega_body_z) - sin_roll * (K(120.0) * omega_body_y) - x793);
 }
 
 void active_vehicle_mass(const active_vehicle_parameters *p, const real *q, real *restrict M)
@@ -1877,10 +1884,10 @@ void active_vehicle_residual(const active_vehicle_parameters *p, real t, const r
 void active_vehicle_partials(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
     const real *u, real *restrict K, real *restrict C, real *restrict M)
 {
-    real w[175];
+    real w[178];
     (void)t;
     (void)u;
-    active_vehicle_partials_part1(p, q, v, a, w, K, C, M);
-    active_vehicle_partials_part2(p, w, K, C);
+    active_vehicle_partials_part1(p, q, v, w, K, C, M);
+    active_vehicle_partials_part2(p, v, a, w, K, C, M);
 }
 

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import accumulate, chain
 from typing import cast
 
+from eomgen.codegen.scheduling.paragraphs import reordered
 from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
 from eomgen.codegen.scheduling.sharing import Stretch, find_stretches
 from eomgen.symbolic.map import Map
@@ -71,6 +72,7 @@ class Plan:
         self.members: dict[int, list[int]] = {}
         for node, first in leader.items():
             self.members.setdefault(first, []).append(node)
+        self.order = self._with_few_waiting(leader)
         self.part_of = self._cut(part_limit)
         self.by_part: list[list[int]] = [[] for _ in range(self.parts)]
         for node in self.order:
@@ -91,6 +93,18 @@ class Plan:
         stretches = find_stretches(self.tape, self.live, outputs)
         self.head |= {node: stretch.nodes[0] for stretch in stretches for node in stretch.nodes}
         return {stretch.nodes[0]: stretch for stretch in stretches}
+
+    def _with_few_waiting(self, leader: Mapping[int, int]) -> list[int]:
+        """Return ``order`` with its paragraphs depth first; as it is in functions with loops or shared stretches."""
+        if self.loops or self.stretches or self.maps:
+            return self.order
+        tape, entries = self.tape, set(self.order)
+        reads = {}
+        for node in self.order:
+            members = (node, *self.members.get(node, ()))
+            refs = {abs(ref) for member in members for ref in operands(tape, member)}
+            reads[node] = {leader.get(ref, ref) for ref in refs} & entries
+        return reordered(self.order, [tape.label(node) for node in self.order], reads)
 
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set the number of parts, and return the part of each entry of ``order``."""

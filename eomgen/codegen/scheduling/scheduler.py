@@ -107,8 +107,6 @@ class Writer:
         self.locals = 0
         self.slots = 0
         self.kept: dict[int, int] = {}  # node -> slot read by loops, besides the local value
-        self.labels = iter([*self.tape.blocks, (len(self.tape.op) + 1, "")])
-        self.next_label = next(self.labels)
         self.label = ""
         self.open = OpenPart()
         self.circular: set[int] = set()  # sines and cosines that were taken beforehand
@@ -624,9 +622,7 @@ class _Scheduler(LoopWriter):
             elif number == 0:
                 self._circular()
             for node in plan.part(number):
-                while node >= self.next_label[0]:
-                    self.label = self.next_label[1]
-                    self.next_label = next(self.labels)
+                self.label = self.tape.label(node)
                 self._node(node)
                 free += self.ends.pop(self.step, ())
                 self.step += 1
