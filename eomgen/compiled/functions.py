@@ -254,8 +254,9 @@ class ResultMemory:
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
-#: Operations of a piece at least: some milliseconds, of which the start of a thread takes a tenth.
-_SHARE = 10_000_000
+#: Operations of a piece at least: some milliseconds, of which the start of a thread takes a tenth; lanes take a quarter
+#: of the time, and 30 us between two pieces are a tenth of a large batch.
+_SHARE, _SHARE_OF_LANES = 10_000_000, 40_000_000
 
 
 class Functions:
@@ -397,7 +398,8 @@ class Functions:
             part(0, count)
         else:
             threads = min(count, work // _SHARE, thread_count())
-            pieces = threads * max(1, min(count // threads, work // (threads * _SHARE)))  # as many for each thread
+            least = _SHARE_OF_LANES if companion is not None and companion.judged else _SHARE
+            pieces = threads * max(1, min(count // threads, work // (threads * least)))  # as many for each thread
             share(part, pairwise(count * k // pieces for k in range(pieces + 1)), threads)
         if companion is not None and companion.library is None:
             companion.of_sample = max(1, threads) * (time.perf_counter() - began) / count

@@ -109,23 +109,29 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
     OSError, UnicodeError
         The library's sources cannot be read.
     """
+    from eomgen.toolchain.rows_ahead import MACROS, with_fetches  # noqa: PLC0415  # only for companions
+
     prefix = str(layout["prefix"])
     number = [item["name"] for item in layout["functions"]].index(function)
     headers = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.h"))}
     own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers(_2)?|_tables)?\.c")
     sources = [path for path in sorted(folder.glob("*.c")) if own.fullmatch(path.name)]
     users = sorted(folder.glob(f"{prefix}_user_*.c"))
-    texts = [path.read_text(encoding="utf-8") for path in (*sources, folder / "interface.c")]
+    interface = (folder / "interface.c").read_text(encoding="utf-8")
+    texts = [path.read_text(encoding="utf-8") for path in sources]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     names = (name for text in headers.values() for name in re.findall(_DECLARED, text))
     declared = {name for name in names if name.startswith(f"{prefix}_")}
     # functions in separate files stay separate here, too, since products are fused with sums within a function
     apart = re.findall(_DECLARED, headers.get(f"{prefix}_parts.h", ""))
-    head = [
+    text = [
         f"/* {SOURCE}: {function} of the model {prefix}, a sample in each lane. */",
         f"#define EOMGEN_ONLY_FUNCTION {number}",
         *(f"static {_APART if name in apart else ''}void {name}();" for name in sorted(declared)),
+        *MACROS,
         "",
+        *with_fetches(texts, interface, layout["functions"][number], prefix),
+        interface,
     ]
     written = {path.name: path.read_text(encoding="utf-8") for path in users}
-    return {**headers, SOURCE: "\n".join([*head, *texts]), **written}
+    return {**headers, SOURCE: "\n".join(text), **written}

@@ -33,6 +33,8 @@ _STANDARD_HEADERS = re.compile(
 _TAKEN = ("main", "interface", "eg", "eomgen", "eomgen_real")
 #: Numbers of a table that stand in one line.
 _IN_ONE_LINE = 100
+#: Blocks of a function whose rows are fetched while lanes compute, see ``templates/c/interface/rows.c.jinja``.
+MOST_ROWS = 16
 #: Number of places that 16 bits can hold.
 _MOST_SHORT = 1 << 16
 
@@ -298,6 +300,18 @@ class CNames:
             [] if function.name == "base" else [(output.argument, str(output.size)) for output in function.outputs]
         )
         return inputs + outputs
+
+    def rows(self, function: ProgramFunction) -> list[str]:
+        """Return where the rows of the next samples stand for each input that is copied, and of these samples for each
+        output; empty if there are more than ``MOST_ROWS``."""
+        inputs = [
+            f"inputs[{number}] + next * strides[{number}]"
+            for number, block in enumerate(function.inputs)
+            if block not in ("p", "t", "base")
+        ]
+        outputs = [] if function.name == "base" else function.outputs
+        rows = [*inputs, *(f"outputs[{number}] + here * {output.size}" for number, output in enumerate(outputs))]
+        return rows if len(rows) <= MOST_ROWS else []
 
     def main_arguments(self, function: ProgramFunction, target: str) -> str:
         """Return the arguments of a call from the stand-alone program; results go to ``target`` or own arrays."""
