@@ -217,16 +217,16 @@ MANY, PER_STATE = "Functions at many states", "state"
 
 
 OF_ROWS = (
-    "rows of states are turned into lanes and back, a sixth of the time; vectors of eight lanes take twice the cycles of"
-    " a number"
+    "rows of states are turned into lanes and back, a sixth of the time; vectors of eight lanes take twice the cycles"
+    " of a number"
 )
 OF_REGISTERS = (
     "vectors of eight lanes take twice the cycles of a number, so that four times is the most; 0.28 in cache, and 0.31"
     " from memory by C alone"
 )
 OF_MEMORY = (
-    "memory: a state gives 1.2 kB, which are read before they are written; 0.29 at states whose results stay in a cache,"
-    " and 0.31 to 0.45 were seen as other work on this machine left its memory"
+    "memory: a state gives 1.2 kB, which are read before they are written; 0.29 at states whose results stay in a"
+    " cache, and 0.31 to 0.45 were seen as other work on this machine left its memory"
 )
 
 

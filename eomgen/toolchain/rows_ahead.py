@@ -46,8 +46,9 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
     interface : the text that copies rows into blocks.
     function : from the layout of the library.
     """
-    name = f"{prefix}_{function['name']}"
-    body = re.compile(rf"(?ms)^((?:static )?(?:EG_NOINLINE )?void {re.escape(name)}(?:_part\d+)?\(([^)]*)\)\n\{{\n)(.*?)^\}}")
+    name = re.escape(f"{prefix}_{function['name']}")
+    head = rf"(?:static )?(?:EG_NOINLINE )?void {name}(?:_part\d+)?\(([^)]*)\)\n\{{\n"
+    body = re.compile(rf"(?ms)^({head})(.*?)^\}}")
     bodies = [found for text in texts for found in body.finditer(text)]
     places = [k for found in bodies for k in _places(found[3].split("\n"))]
     fetches = _fetches(interface, function)
@@ -93,9 +94,7 @@ def _rows(interface: str, function: Mapping[str, Any]) -> list[tuple[int, str, i
 def _fetches(interface: str, function: Mapping[str, Any]) -> list[str]:
     verbs = {"input": "EG_FETCH", "output": "EG_CLAIM"}
     return [
-        f"{verbs[kind]}({k}, rows[{row}])"
-        for row, kind, length in _rows(interface, function)
-        for k in range(length)
+        f"{verbs[kind]}({k}, rows[{row}])" for row, kind, length in _rows(interface, function) for k in range(length)
     ]
 
 
