@@ -404,8 +404,14 @@ class Tape:
 
     def label(self, node: int) -> str:
         """Return the physical meaning under which a node was recorded."""
+        return self.labelled(node)[2]
+
+    def labelled(self, node: int) -> tuple[int, int, str]:
+        """Return the range of nodes with the label of a node, and the label."""
         position = bisect_right(self.blocks, (node, "\U0010ffff")) - 1
-        return self.blocks[position][1] if position >= 0 else ""
+        end = self.blocks[position + 1][0] if position + 1 < len(self.blocks) else len(self.op)
+        begin, label = self.blocks[position] if position >= 0 else (0, "")
+        return begin, end, label
 
     # -- internals ------------------------------------------------------------------------------------------------
 

@@ -11,16 +11,14 @@ import pytest
 from eomgen.codegen.scheduling.paragraphs import REGISTERS, reordered
 
 
-def most_waiting(order: Sequence[int], reads: Mapping[int, set[int]]) -> int:
-    """Return the largest number of values that are computed by a place of an order and read after the place."""
-    return max(
-        sum(any(node in reads[later] for later in order[place + 1 :]) for node in order[: place + 1])
-        for place in range(len(order))
-    )
+def most_waiting(order: Sequence[int], labels: Mapping[int, str], reads: Mapping[int, set[int]]) -> int:
+    """Return the largest number of values that are computed by the end of a paragraph and read by a later one."""
+    ends = [k for k in range(1, len(order)) if labels[order[k]] != labels[order[k - 1]]]
+    return max(sum(any(node in reads[later] for later in order[k:]) for node in order[:k]) for k in ends)
 
 
-def paragraphs(order: Sequence[int], labels: Mapping[int, str]) -> list[str]:
-    return [label for label, _ in groupby(labels[node] for node in order)]
+def paragraphs(order: Sequence[int], labels: Mapping[int, str]) -> list[list[int]]:
+    return [list(nodes) for _, nodes in groupby(order, labels.__getitem__)]
 
 
 def tree(branches: int, bodies: int, values: int) -> tuple[list[int], dict[int, str], dict[int, set[int]]]:
@@ -48,19 +46,18 @@ def tree(branches: int, bodies: int, values: int) -> tuple[list[int], dict[int, 
 
 def test_a_branch_is_carried_out_and_back_before_the_next_begins() -> None:
     order, labels, reads = tree(branches=6, bodies=4, values=3)
-    before = most_waiting(order, reads)
-    found = reordered(order, list(labels.values()), reads)
-    names = [label.split() for label in paragraphs(found, labels)]
+    found = reordered(paragraphs(order, labels), reads)
+    names = [labels[nodes[0]].split() for nodes in paragraphs(found, labels)]
     assert [branch for branch, _ in groupby(branch for _, branch, _ in names)] == list("012345")
     assert [body for kind, branch, body in names if (kind, branch) == ("force", "2")] == list("3210")
-    assert before == 6 * 4 * 3
-    assert most_waiting(found, reads) == 4 * 3
+    assert most_waiting(order, labels, reads) == 6 * 4 * 3
+    assert most_waiting(found, labels, reads) == 4 * 3
 
 
 def test_functions_whose_values_fit_into_registers_keep_their_order() -> None:
     order, labels, reads = tree(branches=2, bodies=4, values=REGISTERS // 8)
-    assert most_waiting(order, reads) == REGISTERS
-    assert reordered(order, list(labels.values()), reads) == order
+    assert most_waiting(order, labels, reads) == REGISTERS
+    assert reordered(paragraphs(order, labels), reads) == order
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -68,12 +65,12 @@ def test_operations_follow_what_they_read_and_paragraphs_stay_whole(seed: int) -
     source = random.Random(seed)
     order = list(range(1, 401))
     labels = {node: f"paragraph {node // source.choice((9, 10, 11))}" for node in order}
-    reads = {node: {source.randrange(max(1, node - 150), node) for _ in range(2)} - {0} for node in order if node > 1}
+    reads = {node: {source.randrange(max(1, node - 150), node) for _ in range(2)} for node in order if node > 1}
     reads[1] = set()
-    found = reordered(order, list(labels.values()), reads)
+    given = paragraphs(order, labels)
+    found = reordered(given, {node: [*operands, *operands, -node] for node, operands in reads.items()})
     place = {node: k for k, node in enumerate(found)}
     assert sorted(found) == order
     assert all(place[operand] < place[node] for node in order for operand in reads[node])
-    given = [list(nodes) for _, nodes in groupby(order, labels.__getitem__)]
     assert all([place[node] - place[nodes[0]] for node in nodes] == list(range(len(nodes))) for nodes in given)
-    assert most_waiting(found, reads) <= most_waiting(order, reads)
+    assert most_waiting(found, labels, reads) <= most_waiting(order, labels, reads)

@@ -8,40 +8,29 @@ holds. A paragraph, the operations with one label in the generated C, stays whol
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from itertools import accumulate, chain
 
-#: Values that may wait at once: functions with fewer keep the order in which they were recorded. AVX2 and NEON have
-#: 16 and 32 registers for numbers.
+#: Values that may wait between paragraphs: functions with fewer keep the order in which they were recorded. AVX2 and
+#: NEON have 16 and 32 registers for numbers.
 REGISTERS = 32
 
 
-def reordered(order: Sequence[int], labels: Sequence[str], reads: Mapping[int, Collection[int]]) -> list[int]:
-    """Return the operations with fewer waiting values, or in the given order if none is better.
+def reordered(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> list[int]:
+    """Return the operations with fewer values that wait between paragraphs, or in the given order if none is better.
 
     Parameters
     ----------
-    order : the operations, each after the operations that it reads.
-    labels : the label of each operation; neighbours with the same label are a paragraph.
-    reads : the operations that each operation reads.
+    paragraphs : the operations of each paragraph; operations read earlier ones.
+    reads : the operations and leaves that each operation reads.
     """
-    before = _waiting(order, reads)
-    if before <= REGISTERS:
-        return list(order)
-    found = _Paragraphs(order, labels, reads).depth_first()
-    return found if _waiting(found, reads) < before else list(order)
-
-
-def _waiting(order: Sequence[int], reads: Mapping[int, Collection[int]]) -> int:
-    """Return the largest number of values that wait for a read at any place of an order."""
-    last = {operand: place for place, node in enumerate(order) for operand in reads[node]}
-    ends = [0] * len(order)
-    for place in last.values():
-        ends[place] += 1
-    waiting = most = 0
-    for place, node in enumerate(order):
-        waiting += (node in last) - ends[place]
-        most = max(most, waiting)
-    return most
+    given = _Paragraphs(paragraphs, reads)
+    order = list(range(len(paragraphs)))
+    before = given.waiting(order)
+    if before > REGISTERS:
+        found = given.depth_first()
+        order = found if given.waiting(found) < before else order
+    return list(chain.from_iterable(paragraphs[number] for number in order))
 
 
 class _Paragraphs:
@@ -49,73 +38,76 @@ class _Paragraphs:
 
     Attributes
     ----------
+    readers : the paragraphs that read each value of another paragraph; ``read`` : these values of each paragraph.
     growth : by how many the waiting values grow with each paragraph; less and less as other paragraphs are done.
     missing : number of paragraphs that have to be done before each.
     """
 
-    def __init__(self, order: Sequence[int], labels: Sequence[str], reads: Mapping[int, Collection[int]]) -> None:
-        self.nodes: list[list[int]] = []
-        of: dict[int, int] = {}
-        previous: str | None = None
-        for node, label in zip(order, labels, strict=True):
-            if label != previous:
-                self.nodes.append([])
-                previous = label
-            self.nodes[-1].append(node)
-            of[node] = len(self.nodes) - 1
-        count = len(self.nodes)
-        readers: dict[int, set[int]] = {}
-        for node in order:
-            for operand in reads[node]:
-                if of[operand] != of[node]:
-                    readers.setdefault(operand, set()).add(of[node])
+    def __init__(self, paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[int]]) -> None:
+        self.of = {node: number for number, nodes in enumerate(paragraphs) for node in nodes}
+        own = self.of.get
+        self.readers: dict[int, set[int]] = {}
+        for number, nodes in enumerate(paragraphs):
+            for node in nodes:
+                for operand in reads[node]:
+                    if own(operand, number) != number:
+                        self.readers.setdefault(operand, set()).add(number)
+        count = len(paragraphs)
         self.earlier: list[set[int]] = [set() for _ in range(count)]
         self.later: list[set[int]] = [set() for _ in range(count)]
         self.read: list[list[int]] = [[] for _ in range(count)]
         self.growth = [0] * count
-        self.readers = readers
-        for value, by in readers.items():
-            own = of[value]
-            self.growth[own] += 1
-            for paragraph in by:
-                self.read[paragraph].append(value)
-                self.earlier[paragraph].add(own)
-                self.later[own].add(paragraph)
+        for value, by in self.readers.items():
+            made = self.of[value]
+            self.growth[made] += 1
+            self.later[made] |= by
+            for number in by:
+                self.read[number].append(value)
+                self.earlier[number].add(made)
             if len(by) == 1:
                 self.growth[next(iter(by))] -= 1
-        self.missing = [len(paragraphs) for paragraphs in self.earlier]
-        self.left = {value: len(by) for value, by in readers.items()}
+        self.missing = [len(numbers) for numbers in self.earlier]
+        self.left = {value: len(by) for value, by in self.readers.items()}
         self.done = [False] * count
         self.found: list[int] = []
 
+    def waiting(self, order: Sequence[int]) -> int:
+        """Return the largest number of values that wait between two paragraphs of an order."""
+        place = {number: k for k, number in enumerate(order)}
+        change = [0] * (len(order) + 1)
+        for value, by in self.readers.items():
+            change[place[self.of[value]]] += 1
+            change[max(place[number] for number in by)] -= 1
+        return max(accumulate(change))
+
     def depth_first(self) -> list[int]:
-        """Return the operations: before a paragraph the paragraphs that it needs, the last recorded first, and after a
-        paragraph all by which no more values wait."""
-        for last in range(len(self.nodes) - 1, -1, -1):
-            waiting = [(last, self._needed(last))]
-            while waiting:
-                paragraph, needed = waiting[-1]
+        """Return the order of the paragraphs: before a paragraph those that it needs, the last recorded first, and
+        after a paragraph all by which no more values wait."""
+        for last in range(len(self.done) - 1, -1, -1):
+            open_paragraphs = [(last, self._needed(last))]
+            while open_paragraphs:
+                number, needed = open_paragraphs[-1]
                 while needed and self.done[needed[-1]]:
                     needed.pop()
                 if needed:
-                    waiting.append((needed[-1], self._needed(needed[-1])))
+                    open_paragraphs.append((needed[-1], self._needed(needed[-1])))
                 else:
-                    self._do(paragraph)
-                    waiting.pop()
+                    self._do(number)
+                    open_paragraphs.pop()
         return self.found
 
-    def _needed(self, paragraph: int) -> list[int]:
-        return sorted(other for other in self.earlier[paragraph] if not self.done[other])
+    def _needed(self, number: int) -> list[int]:
+        return sorted(other for other in self.earlier[number] if not self.done[other])
 
-    def _do(self, paragraph: int) -> None:
-        """Append a paragraph, and all that can be done by now and lets no more values wait."""
-        ready = [paragraph]
+    def _do(self, number: int) -> None:
+        """Append a paragraph, and all that can be done by now and let no more values wait."""
+        ready = [number]
         while ready:
             own = ready.pop()
             if self.done[own]:
                 continue
             self.done[own] = True
-            self.found += self.nodes[own]
+            self.found.append(own)
             changed = set(self.later[own])
             for other in changed:
                 self.missing[other] -= 1

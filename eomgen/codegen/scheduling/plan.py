@@ -8,7 +8,7 @@ from itertools import accumulate, chain
 from typing import cast
 
 from eomgen.codegen.scheduling.paragraphs import reordered
-from eomgen.codegen.scheduling.rerolling import RerolledLoop, operands
+from eomgen.codegen.scheduling.rerolling import ARITY, RerolledLoop, operands
 from eomgen.codegen.scheduling.sharing import Stretch, find_stretches
 from eomgen.symbolic.map import Map
 from eomgen.symbolic.operations import LEAVES, Op
@@ -98,13 +98,25 @@ class Plan:
         """Return ``order`` with its paragraphs depth first; as it is in functions with loops or shared stretches."""
         if self.loops or self.stretches or self.maps:
             return self.order
-        tape, entries = self.tape, set(self.order)
-        reads = {}
+        tape, first_of = self.tape, leader.get
+        op, a, b = tape.op, tape.a, tape.b
+        paragraphs: list[list[int]] = []
+        reads: dict[int, Sequence[int]] = {}
+        label: str | None = None
+        end = 0
         for node in self.order:
-            members = (node, *self.members.get(node, ()))
-            refs = {abs(ref) for member in members for ref in operands(tape, member)}
-            reads[node] = {leader.get(ref, ref) for ref in refs} & entries
-        return reordered(self.order, [tape.label(node) for node in self.order], reads)
+            if node >= end:
+                before, (_, end, label) = label, tape.labelled(node)
+                if label != before or not paragraphs:
+                    paragraphs.append([])
+            paragraphs[-1].append(node)
+            if ARITY[op[node]] == 2:
+                x, y = abs(a[node]), abs(b[node])
+                reads[node] = (first_of(x, x), first_of(y, y))
+            else:
+                refs = [abs(ref) for member in self.group(node) for ref in operands(tape, member)]
+                reads[node] = [first_of(ref, ref) for ref in refs]
+        return reordered(paragraphs, reads)
 
     def _cut(self, part_limit: int) -> dict[int, int]:
         """Set the number of parts, and return the part of each entry of ``order``."""

@@ -621,8 +621,10 @@ class _Scheduler(LoopWriter):
                 self._angles(plan.part(number))
             elif number == 0:
                 self._circular()
+            begin = end = 0
             for node in plan.part(number):
-                self.label = self.tape.label(node)
+                if not begin <= node < end:
+                    begin, end, self.label = self.tape.labelled(node)
                 self._node(node)
                 free += self.ends.pop(self.step, ())
                 self.step += 1
