@@ -1,7 +1,7 @@
-"""Fetches of rows in the C of lanes: while a function computes a block of samples, it asks for the memory of the inputs
-of the next samples and of the outputs of these samples, a line of the cache after every few statements.
+"""Fetches of rows in the C of lanes: a function that computes a block of samples asks for the memory of the inputs of
+the next samples and of the outputs of the present samples, a line of the cache after every few statements.
 
-Rows are read and written at once at the ends of a block, when nothing is computed, and a processor waits for few lines
+Rows are read and written at once at the ends of a block, between two computations, and a processor waits for few lines
 at a time. Fetches at the beginning of a function wait as long as the reads would; between the statements the memory
 works while the processor does.
 """
@@ -18,15 +18,15 @@ _LEAST = 64
 _MOST = 2
 #: Pointers before the first block, see ``templates/c/interface/rows.c.jinja``.
 _POINTERS = 16
-#: The pointers are volatile, since compilers move fetches that read nothing to one place.
+#: The pointers are volatile, since compilers move fetches without reads to one place.
 _TABLE = "const char *const volatile *"
 _ROW = r"rows\[(\d+)\] = \(const char \*\)\((input|output)s\[(\d+)\]"
 _ARGUMENT = r"real \*(?:restrict )?(\w+)"
 _STATEMENT = re.compile(r"    (?:const real |\w+\[\d+\] = ).*;")
-#: What fetches are written with; lines of a cache have 64 bytes.
+#: Macros of the fetches; lines of a cache have 64 bytes.
 MACROS = (
     "/* Fetch the rows of 64 bytes of a block, the k-th: of an input of the next samples, to read, or of an output of"
-    " these samples, to write. */",
+    " the present samples, to write. */",
     "#define EG_FETCH_LINE(k, row, to_write) \\",
     "    do { \\",
     "        if ((k) * EG_LANES % 8 == 0) \\",
@@ -49,19 +49,19 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
     name = re.escape(f"{prefix}_{function['name']}")
     head = rf"(?:static )?(?:EG_NOINLINE )?void {name}(?:_part\d+)?\(([^)]*)\)\n\{{\n"
     body = re.compile(rf"(?ms)^({head})(.*?)^\}}")
-    bodies = [found for text in texts for found in body.finditer(text)]
-    places = [k for found in bodies for k in _places(found[3].split("\n"))]
+    bodies = [match for text in texts for match in body.finditer(text)]
+    places = [k for match in bodies for k in _places(match[3].split("\n"))]
     fetches = _fetches(interface, function)
     if not _LEAST <= len(fetches) <= _MOST * len(places):
         return texts
     blocks = _blocks(interface, function)
     begun = 0
 
-    def written(found: re.Match[str]) -> str:
+    def written(match: re.Match[str]) -> str:
         nonlocal begun
-        lines = found[3].split("\n")
+        lines = match[3].split("\n")
         own = _places(lines)
-        block = next((block for block in re.findall(_ARGUMENT, found[2]) if block in blocks), None)
+        block = next((block for block in re.findall(_ARGUMENT, match[2]) if block in blocks), None)
         for number, place in enumerate(own, begun):
             taken = fetches[_share(number, len(places), len(fetches)) : _share(number + 1, len(places), len(fetches))]
             if block is not None and taken:
@@ -70,13 +70,13 @@ def with_fetches(texts: list[str], interface: str, function: Mapping[str, Any], 
         if block is not None and own:
             rows = f"({_TABLE})((const double *)({block} - {blocks[block]}) - {_POINTERS})"
             lines.insert(0, f"    {_TABLE}const rows = {rows};")
-        return found[1] + "\n".join(lines) + "}"
+        return match[1] + "\n".join(lines) + "}"
 
     return [body.sub(written, text) for text in texts]
 
 
 def _share(number: int, places: int, fetches: int) -> int:
-    """Return how many fetches stand before a place."""
+    """Return the number of fetches before a place."""
     return number * fetches // places
 
 
@@ -99,7 +99,7 @@ def _fetches(interface: str, function: Mapping[str, Any]) -> list[str]:
 
 
 def _blocks(interface: str, function: Mapping[str, Any]) -> dict[str, int]:
-    """Return by how many numbers each block stands behind the first, by the name of the argument."""
+    """Return the distance of each block from the first in numbers, by the name of the argument."""
     names = [name for name in function["inputs"] if name not in ("p", "t", "base")]
     names += [output["argument"] for output in function["outputs"]]
     begins, begun = {}, 0

@@ -1,4 +1,4 @@
-"""Fetches of rows in the C of lanes: each line of each row once, between statements, and nothing else changes."""
+"""Fetches of rows in the C of lanes: each line of each row once, between statements, and other text stays."""
 
 from __future__ import annotations
 

@@ -28,8 +28,8 @@ def reordered(paragraphs: Sequence[Sequence[int]], reads: Mapping[int, Sequence[
     order = list(range(len(paragraphs)))
     before = given.waiting(order)
     if before > REGISTERS:
-        found = given.depth_first()
-        order = found if given.waiting(found) < before else order
+        other = given.depth_first()
+        order = other if given.waiting(other) < before else order
     return list(chain.from_iterable(paragraphs[number] for number in order))
 
 
@@ -69,7 +69,7 @@ class _Paragraphs:
         self.missing = [len(numbers) for numbers in self.earlier]
         self.left = {value: len(by) for value, by in self.readers.items()}
         self.done = [False] * count
-        self.found: list[int] = []
+        self.order: list[int] = []
 
     def waiting(self, order: Sequence[int]) -> int:
         """Return the largest number of values that wait between two paragraphs of an order."""
@@ -81,8 +81,8 @@ class _Paragraphs:
         return max(accumulate(change))
 
     def depth_first(self) -> list[int]:
-        """Return the order of the paragraphs: before a paragraph those that it needs, the last recorded first, and
-        after a paragraph all by which no more values wait."""
+        """Return the order of the paragraphs: before a paragraph the paragraphs that are needed, the last recorded
+        first, and after a paragraph all by which no more values wait."""
         for last in range(len(self.done) - 1, -1, -1):
             open_paragraphs = [(last, self._needed(last))]
             while open_paragraphs:
@@ -94,7 +94,7 @@ class _Paragraphs:
                 else:
                     self._do(number)
                     open_paragraphs.pop()
-        return self.found
+        return self.order
 
     def _needed(self, number: int) -> list[int]:
         return sorted(other for other in self.earlier[number] if not self.done[other])
@@ -107,7 +107,7 @@ class _Paragraphs:
             if self.done[own]:
                 continue
             self.done[own] = True
-            self.found.append(own)
+            self.order.append(own)
             changed = set(self.later[own])
             for other in changed:
                 self.missing[other] -= 1

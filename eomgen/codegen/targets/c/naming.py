@@ -302,8 +302,8 @@ class CNames:
         return inputs + outputs
 
     def rows(self, function: ProgramFunction) -> list[str]:
-        """Return where the rows of the next samples stand for each input that is copied, and of these samples for each
-        output; empty if there are more than ``MOST_ROWS``."""
+        """Return the addresses of the rows of each copied input of the next samples, and of each output of the present
+        samples; empty if there are more than ``MOST_ROWS``."""
         inputs = [
             f"inputs[{number}] + next * strides[{number}]"
             for number, block in enumerate(function.inputs)
