@@ -24,6 +24,7 @@ _NEGATIVE = 0
 _WITHOUT_RULE = frozenset({_NEGATIVE, Op.CONST, Op.INPUT, Op.MAP})
 #: Operations as globals: looking a member up in an enumeration takes five times as long.
 _CONST, _INPUT, _MAP, _CURVE = Op.CONST, Op.INPUT, Op.MAP, Op.CURVE
+_BINARY = frozenset({Op.ADD, Op.SUB, Op.MUL})
 
 
 @dataclass(frozen=True)
@@ -56,17 +57,24 @@ class Evaluation:
         #: Operation, node, slots of two operands (-1 if missing), slot of the third operand or kernel of a Map.
         self._steps: list[tuple[int, int, int, int, Any]] = []
         kernels: dict[int, Evaluation | None] = {}
+        ops, a, b, slots, steps = tape.op, tape.a, tape.b, self._slots, self._steps
         for node in tape.live(place_of):
-            op = tape.op[node]
-            if op is _MAP:
-                if tape.a[node] not in kernels:  # results of a Map have the same operands: one visit keeps this linear
-                    repetition = cast("Map | Call", tape.maps[tape.a[node]])
+            op = ops[node]
+            if op in _BINARY:  # without a call for most nodes: forward dynamics of a humanoid have 20 000
+                x, y = a[node], b[node]
+                first = slots[x] if x in slots else self._slot(x)
+                second = slots[y] if y in slots else self._slot(y)
+                slots[node] = len(steps)
+                steps.append((op, node, first, second, -1))
+            elif op is _MAP:
+                if a[node] not in kernels:  # results of a Map have the same operands: one visit keeps this linear
+                    repetition = cast("Map | Call", tape.maps[a[node]])
                     for ref in repetition.gathered:
                         self._slot(ref)
-                    kernels[tape.a[node]] = (
+                    kernels[a[node]] = (
                         None if isinstance(repetition, Call) else Evaluation(repetition.kernel, repetition.kernel_refs)
                     )
-                self._add(node, op, (), kernels[tape.a[node]])
+                self._add(node, op, (), kernels[a[node]])
             else:
                 self._add(node, op, tuple(self._slot(ref) for ref in tape.operands(node)))
         self._wanted = [self._slot(ref) for ref in place_of]

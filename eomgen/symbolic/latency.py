@@ -8,7 +8,7 @@ Zen 3, Ice Lake); a product that only one sum takes is fused with it.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from eomgen.symbolic.external import Call
@@ -20,6 +20,9 @@ LATENCIES = dict.fromkeys((Op.ADD, Op.SUB, Op.MUL, Op.ABS, Op.SIGN, Op.MIN, Op.M
 LATENCIES |= {Op.DIV: 14, Op.SQRT: 18}
 #: Of functions that are polynomials with a reduction of the argument before.
 FUNCTION = 60
+_SUM, _PRODUCT = LATENCIES[Op.ADD], LATENCIES[Op.MUL]
+#: Operations as globals: looking a member up in an enumeration takes five times as long.
+_ADD, _SUB, _MUL, _MAP = Op.ADD, Op.SUB, Op.MUL, Op.MAP
 #: Cycles of an operation off the critical path. Measured on forward dynamics of 14 trees of 2 to 18 degrees of freedom
 #: (gcc 12, AVX-512, both algorithms): critical path + 0.3 operations fits times to 20 %.
 SHARE = 0.3
@@ -32,41 +35,57 @@ def critical_path(tape: Tape, outputs: Iterable[Ref]) -> int:
     waited for the whole previous element.
     """
     outputs = list(outputs)
+    ops, a, b = tape.op, tape.a, tape.b
     live = tape.live(outputs)
-    uses = Counter(abs(ref) for node in live if tape.op[node] is not Op.MAP for ref in tape.operands(node))
-    ready: dict[int, int] = {}
+    uses = Counter(abs(ref) for node in live if ops[node] is not _MAP for ref in tape.operands(node))
+    ready = [0] * len(ops)
     loops: dict[int, int] = {}  # results of a Map have the same operands: one visit keeps this linear
 
     def last(refs: Iterable[Ref]) -> int:
         return max((ready[abs(ref)] for ref in refs), default=0)
 
-    for node in live:
-        op = tape.op[node]
-        if op in LEAVES:
-            ready[node] = 0
-        elif op is Op.MAP:
-            number = tape.a[node]
+    for node in live:  # without calls for most nodes: forward dynamics of a humanoid have 20 000
+        op = ops[node]
+        if op is _ADD or op is _SUB:
+            x, y = abs(a[node]), abs(b[node])
+            of_x, of_y = ready[x], ready[y]
+            start = of_x if of_x > of_y else of_y
+            for product, of_other in ((x, of_y), (y, of_x)):
+                if ops[product] is _MUL and uses[product] == 1:
+                    fused = max(ready[abs(a[product])], ready[abs(b[product])], of_other)
+                    start = min(start, fused)
+            ready[node] = start + _SUM
+        elif op is _MUL:
+            of_x, of_y = ready[abs(a[node])], ready[abs(b[node])]
+            ready[node] = (of_x if of_x > of_y else of_y) + _PRODUCT
+        elif op is _MAP:
+            number = a[node]
             if number not in loops:
                 loop: Any = tape.maps[number]  # a Map or a Call, which know Tape
                 whole = FUNCTION
                 if not isinstance(loop, Call):
                     one = critical_path(loop.kernel, loop.kernel_refs)
-                    whole = loop.count * one if loop.initial else one + LATENCIES[Op.ADD] * loop.count * bool(loop.sums)
+                    whole = loop.count * one if loop.initial else one + _SUM * loop.count * bool(loop.sums)
                 loops[number] = last(tape.operands(node)) + whole
             ready[node] = loops[number]
-        elif op in (Op.ADD, Op.SUB):
-            x, y = operands = [abs(ref) for ref in tape.operands(node)]
-            starts = [last(operands)]
-            for product, other in ((x, y), (y, x)):
-                if tape.op[product] is Op.MUL and uses[product] == 1:
-                    starts.append(max(last(tape.operands(product)), ready[other]))
-            ready[node] = min(starts) + LATENCIES[op]
-        else:
+        elif op not in LEAVES:
             ready[node] = last(tape.operands(node)) + LATENCIES.get(op, FUNCTION)
     return max((ready[abs(ref)] for ref in outputs), default=0)
 
 
-def expected_cycles(tape: Tape, outputs: Iterable[Ref]) -> float:
-    """Return the cycles that a call is expected to take, to compare algorithms for the same outputs."""
-    outputs = list(outputs)
-    return critical_path(tape, outputs) + SHARE * tape.counts(outputs).weight
+def fastest(tape: Tape, algorithms: Sequence[Sequence[Ref]], ratio: float) -> int:
+    """Return the number of the algorithm with the fewest operations, or of another one that is expected to take less
+    than ``ratio`` of its cycles.
+
+    Parameters
+    ----------
+    algorithms : the same outputs by each algorithm
+    """
+    weights = [tape.counts(outputs).weight for outputs in algorithms]
+    fewest = min(range(len(algorithms)), key=weights.__getitem__)
+    limit = ratio * (critical_path(tape, algorithms[fewest]) + SHARE * weights[fewest])
+    cycles = {fewest: limit}
+    for number, outputs in enumerate(algorithms):
+        if number != fewest and SHARE * weights[number] < limit:  # critical paths of long functions take a while
+            cycles[number] = critical_path(tape, outputs) + SHARE * weights[number]
+    return min(cycles, key=cycles.__getitem__)

@@ -41,6 +41,7 @@ from eomgen.toolchain.compiler import (
 from eomgen.toolchain.library import LaneLibrary, Library
 from eomgen.toolchain.profiles import (
     ENGINE_FLAGS,
+    OF_ANGLES,
     OF_STRAIGHT,
     STANDARD_PROFILE,
     Profile,
@@ -102,6 +103,8 @@ _COMMENT = r'(?s)"(?:[^"\\\n]|\\.)*"|/\*.*?\*/'
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
 _LANES, _ROUTINE, SHARED = "lanes.so", "routine.so", "shared.so"
+#: Start of a loop in C.
+_LOOP = "for ("
 #: The source of the tape engine is the same for all models, so that the object of the source is in the cache.
 _ENGINE = "eomgen_tape.c"
 #: Says why a stepper cannot be made for lanes.
@@ -396,7 +399,8 @@ class Builder:
         if name == _ENGINE:
             return (*ENGINE_FLAGS, *_REALS[self.real])
         if name in straight:
-            return without_slow_passes(self.flags, self.compiler.version, OF_STRAIGHT)
+            further = OF_ANGLES if _LOOP in text else OF_STRAIGHT
+            return without_slow_passes(self.flags, self.compiler.version, further)
         if straight:  # in a run of a model this long, functions take most of the time, not the stepper
             return without_slow_passes(self.flags, self.compiler.version, beside_straight(text))
         return passes_for(text, self.flags, self.compiler.version, loops=loops)

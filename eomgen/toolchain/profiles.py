@@ -89,12 +89,18 @@ AFTER_REGISTERS = (
 )
 #: Of these functions also the analysis of pointers, and the search for values to move to memory, of which there are
 #: thousands: a fifth of the compiler's time, and the chosen registers are as good.
-OF_STRAIGHT = (*AFTER_REGISTERS, "-fno-tree-pta", "--param=lra-max-considered-reload-pseudos=10")
+_OF_FUNCTIONS = (*AFTER_REGISTERS, "-fno-tree-pta", "--param=lra-max-considered-reload-pseudos=10")
+#: For files without any loop also the search for equal values in memory, an eighth of the compiler's time: common
+#: operations are shared before printing, and the later passes find repeated loads.
+OF_STRAIGHT = (*_OF_FUNCTIONS, "-fno-tree-fre")
+#: For files with loops, as of the sines and cosines of all angles, the second of these searches alone: loops become
+#: vectors by the first.
+OF_ANGLES = (*_OF_FUNCTIONS, "-fdisable-tree-fre3")
 #: The same for the long stepper of such a model, which is mostly an elimination without branches: also the search for
 #: values that dominators know, copies of the heads of loops, and far searches for the last store to an address.
 #: Compilers take two fifths less time; bits of the step of a car are the same, and its time within 1.5 %.
 OF_ELIMINATION = (
-    *OF_STRAIGHT,
+    *_OF_FUNCTIONS,
     "-fno-tree-dominator-opts",
     "-fno-tree-ch",
     "--param=sccvn-max-alias-queries-per-access=10",

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from eomgen.symbolic.latency import FUNCTION, SHARE, critical_path, expected_cycles
+from functools import reduce
+
+from eomgen.symbolic.latency import FUNCTION, SHARE, critical_path, fastest
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref, Tape
@@ -35,11 +37,20 @@ def test_a_product_is_fused_with_the_only_sum_that_takes_it() -> None:
     assert critical_path(tape, [late]) == 18
 
 
-def test_the_expected_time_grows_with_the_path_and_with_the_number_of_operations() -> None:
+def test_the_fastest_algorithm_has_the_fewest_operations_or_a_much_shorter_path() -> None:
     tape = Tape()
-    a, b, c, d = inputs(tape, 4)
-    outputs = [tape.add(tape.mul(a, b), tape.mul(c, d)), tape.mul(a, d)]
-    assert expected_cycles(tape, outputs) == 4 + 4 + SHARE * 4  # one of the two products is fused
+    factors = inputs(tape, 8)
+    chain, pairs = reduce(tape.mul, factors), factors
+    while len(pairs) > 1:
+        pairs = [tape.mul(x, y) for x, y in zip(pairs[::2], pairs[1::2], strict=True)]
+    more = [*pairs, tape.div(factors[0], factors[1])]  # 28 and 14 cycles, and 7 and 8 operations
+    ratio = (14.0 + SHARE * tape.counts(more).weight) / (28.0 + SHARE * tape.counts([chain]).weight)
+    assert [critical_path(tape, way) for way in ([chain], pairs, more)] == [28, 12, 14]
+    assert fastest(tape, [[chain], more], ratio * 1.001) == 1
+    assert fastest(tape, [[chain], more], ratio * 0.999) == 0
+    assert fastest(tape, [more, [chain]], ratio * 0.999) == 1
+    assert fastest(tape, [[chain], more], 0.01) == 0  # the operations alone take longer
+    assert fastest(tape, [[chain]], 0.5) == 0
 
 
 def test_elements_of_a_loop_run_side_by_side_unless_they_carry() -> None:

@@ -29,7 +29,7 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.latency import expected_cycles
+from eomgen.symbolic.latency import fastest
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -47,7 +47,7 @@ from eomgen.symbolic.scalar import (
     skew,
     transpose,
 )
-from eomgen.symbolic.tape import ZERO, Ref
+from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import Block
 
 
@@ -249,13 +249,7 @@ def forward_dynamics(derivation: Derivation) -> list[Scalar]:
     if derivation.deep or derivation.ill_scaled:
         return articulated
     ways = [articulated, _by_mass_matrix(derivation)]
-    fewest, other = sorted(ways, key=lambda values: derivation.tape.counts(_refs(values)).weight)
-    faster = expected_cycles(derivation.tape, _refs(other)) < FASTER * expected_cycles(derivation.tape, _refs(fewest))
-    return other if faster else fewest
-
-
-def _refs(values: list[Scalar]) -> list[Ref]:
-    return [value.ref for value in values]
+    return ways[fastest(derivation.tape, [[value.ref for value in values] for values in ways], FASTER)]
 
 
 def _by_mass_matrix(derivation: Derivation) -> list[Scalar]:
