@@ -312,7 +312,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "map scalar",
         "external",
         "latency",
-        "calculus evaluate kernel periodic rotation series",
+        "calculus evaluate kernel periodic rotation series summation",
         "reading symbolic_kernel zeros",
     ),
     "integrators": (

@@ -18,7 +18,7 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.argument_derivatives import derivative_blocks
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
 from eomgen.mechanics.terms.rates import rate_blocks
-from eomgen.mechanics.terms.recorders import RECORDERS
+from eomgen.mechanics.terms.recorders import DIFFERENTIATED, RECORDERS
 from eomgen.mechanics.tree.base import base_law
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
@@ -287,7 +287,7 @@ def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[s
     """Return the input blocks that each function depends on; first and second derivatives take the same blocks."""
     read = derivation.tape.blocks_read({name: function.refs for name, function in made.items()})
     for name in (name for name in made if TERMS[name].differentiated and TERMS[name].of_motion):
-        values = [ref for block in RECORDERS[TERMS[name].differentiated](derivation) for ref in block.refs]
+        values = [ref for block in DIFFERENTIATED[TERMS[name].differentiated](derivation) for ref in block.refs]
         read[name] |= {symbol.block for symbol in derivation.tape.depends_on(values)}
     return read
 
@@ -296,7 +296,7 @@ def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
     if TERMS[name].source:
         return rate_blocks(derivation, TERMS[name])
     if of := TERMS[name].differentiated:
-        return derivative_blocks(derivation, name, RECORDERS[of](derivation))
+        return derivative_blocks(derivation, name, DIFFERENTIATED[of](derivation))
     return RECORDERS[name](derivation)
 
 

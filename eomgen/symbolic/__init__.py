@@ -13,6 +13,7 @@ __all__ = [
     "rotation",
     "scalar",
     "series",
+    "summation",
     "symbolic_kernel",
     "tape",
     "zeros",

@@ -473,13 +473,19 @@ def substituted(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -
             known[node] = node
         elif op is _MAP:
             raise ValueError("loops and calls are not recorded again")
-        elif op is _CURVE:
-            known[node] = tape.curve(*tape.curves[tape.b[node]], operands[0])
-        elif op in _RECORDED:
-            known[node] = _RECORDED[op](tape, *operands)
         else:
-            known[node] = tape.call(op, *operands)
+            known[node] = recorded(tape, node, operands)
     return [there(ref) for ref in outputs]
+
+
+def recorded(tape: Tape, node: int, operands: Sequence[Ref]) -> Ref:
+    """Record the operation of a node, which is no leaf, loop or call, with other operands."""
+    op = tape.op[node]
+    if op is _CURVE:
+        return tape.curve(*tape.curves[tape.b[node]], operands[0])
+    if op in _RECORDED:
+        return _RECORDED[op](tape, *operands)
+    return tape.call(op, *operands)
 
 
 #: Operations with rules of their own.

@@ -1685,8 +1685,7 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     /* Spring front_left */
     const real x10 = K(1.4) * cos_pitch;
     const real x11 = K(0.75) * R_body_xy;
-    const real x12 = K(1.4) * sin_pitch;
-    const real x13 = K(0.75) * R_body_zy;
+    const real x12 = K(0.75) * R_body_zy;
 
     /* Twist of link pitching */
     const real v_pitching_z = v[0] * cos_pitch;
@@ -1699,180 +1698,195 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Spring front_left */
-    const real x20 = K(0.75) * minus_omega_body_z;
-    const real x21 = K(0.75) * v[2];
-    const real x22 = K(1.4) * omega_body_y;
-    const real x23 = minus_v_pitching_x - x20;
-    const real x24 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x25 = v_body_z + (x21 - x22);
-    const real x26 = cos_pitch * x23;
-    const real x27 = R_body_xy * x24;
-    const real x28 = cos_roll * x24;
-    const real x29 = sin_pitch * x23;
-    const real x30 = R_body_zy * x24;
-    const real v_mount_front_left_z = x29 + x30 + R_body_zz * x25;
+    const real x19 = K(0.75) * minus_omega_body_z;
+    const real x20 = K(0.75) * v[2];
+    const real x21 = K(1.4) * omega_body_y;
+    const real x22 = minus_v_pitching_x - x19;
+    const real x23 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x24 = cos_pitch * x22;
+    const real x25 = R_body_xy * x23;
+    const real x26 = cos_roll * x23;
+    const real x27 = sin_pitch * x22;
+    const real x28 = R_body_zy * x23;
     const real minus_span_front_left_x = K(1.4) - (x10 + x11);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real minus_span_front_left_z = q[3] - (p_heaving_z - (x12 - x13));
-    const real x35 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x35
+    const real x31 = minus_span_front_left_y * minus_span_front_left_y;
+
+    /* Spring front_right */
+    const real x32 = minus_v_pitching_x + x19;
+    const real x33 = cos_pitch * x32;
+    const real x34 = sin_pitch * x32;
+    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
+
+    /* Spring rear_left */
+    const real x36 = K(1.7) * cos_pitch;
+    const real x37 = K(1.7) * omega_body_y;
+    const real x38 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x39 = R_body_xy * x38;
+    const real x40 = cos_roll * x38;
+    const real x41 = R_body_zy * x38;
+    const real span_rear_left_x = K(1.7) + (x11 - x36);
+
+    /* Spring rear_right */
+    const real span_rear_right_x = K(1.7) - (x11 + x36);
+
+    /* Effort front_left */
+    const real x44 = K(2.0) * t;
+    const real x45 = K(1.0) - EG_EXP(-(x44 * x44));
+
+    /* Effort front_right */
+    const real x46 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real x47 = omega_body_y * minus_omega_body_z;
+
+    /* Spring front_left */
+    const real x48 = p_heaving_z - K(1.4) * sin_pitch;
+    const real x49 = v_body_z + x20;
+    const real x50 = x21 - x49;
+    const real v_mount_front_left_z = x27 + x28 - R_body_zz * x50;
+    const real minus_span_front_left_z = q[3] - (x12 + x48);
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x31
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x37 = K(1.0) / length_front_left;
-    const real minus_direction_front_left_x = minus_span_front_left_x * x37;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x37;
-    const real minus_direction_front_left_z = minus_span_front_left_z * x37;
-    const real x41 = (x26 - x27 - R_body_xz * x25) * minus_direction_front_left_x;
-    const real x42 = x41 - (x28 - sin_roll * x25) * minus_direction_front_left_y;
-    const real x43 = p->p_damper_front * (x42 + (v[3] - v_mount_front_left_z) * minus_direction_front_left_z);
-    const real tension_front_left = K(35000.0) * (length_front_left - K(0.515278801843318)) + x43
-        + p->p_skyhook * v_mount_front_left_z;
+    const real x54 = K(1.0) / length_front_left;
+    const real minus_direction_front_left_x = minus_span_front_left_x * x54;
+    const real minus_direction_front_left_y = minus_span_front_left_y * x54;
+    const real minus_direction_front_left_z = minus_span_front_left_z * x54;
+    const real x58 = (x24 - x25 + R_body_xz * x50) * minus_direction_front_left_x;
+    const real x59 = x58 - (x26 + sin_roll * x50) * minus_direction_front_left_y;
+    const real x60 = K(35000.0) * (K(0.515278801843318) - length_front_left) - p->p_skyhook * v_mount_front_left_z;
+    const real tension_front_left = p->p_damper_front * ((v[3] - v_mount_front_left_z) * minus_direction_front_left_z
+        + x59) - x60;
     const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
     const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
     const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
     const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
         - sin_pitch * minus_force_front_left_z;
-    const real force_on_mount_front_left_y = R_body_xy * minus_force_front_left_x
-        + cos_roll * minus_force_front_left_y + R_body_zy * minus_force_front_left_z;
-    const real force_on_mount_front_left_z = R_body_xz * minus_force_front_left_x
-        - sin_roll * minus_force_front_left_y + R_body_zz * minus_force_front_left_z;
+    const real force_on_mount_front_left_y = R_body_zy * minus_force_front_left_z
+        + (R_body_xy * minus_force_front_left_x + cos_roll * minus_force_front_left_y);
+    const real force_on_mount_front_left_z = R_body_zz * minus_force_front_left_z
+        + (R_body_xz * minus_force_front_left_x - sin_roll * minus_force_front_left_y);
 
     /* Spring front_right */
-    const real x51 = minus_v_pitching_x + x20;
-    const real x52 = v_body_z - (x21 + x22);
-    const real x53 = cos_pitch * x51;
-    const real x54 = sin_pitch * x51;
-    const real v_mount_front_right_z = x30 + x54 + R_body_zz * x52;
-    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
-    const real minus_span_front_right_z = q[4] - (p_heaving_z - (x12 + x13));
-    const real length_front_right = EG_SQRT(x35 + minus_span_front_right_x * minus_span_front_right_x
+    const real x68 = v_body_z - x20;
+    const real x69 = x21 - x68;
+    const real v_mount_front_right_z = x28 + x34 - R_body_zz * x69;
+    const real minus_span_front_right_z = q[4] + (x12 - x48);
+    const real length_front_right = EG_SQRT(x31 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x59 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x59;
-    const real direction_front_right_y = minus_span_front_left_y * x59;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x59;
-    const real x63 = (x27 - x53 + R_body_xz * x52) * minus_direction_front_right_x;
-    const real x64 = x63 - (x28 - sin_roll * x52) * direction_front_right_y;
-    const real x65 = p->p_damper_front * (x64 - (v[4] - v_mount_front_right_z) * minus_direction_front_right_z);
-    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x65
-        - p->p_skyhook * v_mount_front_right_z;
-    const real force_front_right_x = minus_direction_front_right_x * minus_tension_front_right;
-    const real minus_force_front_right_y = direction_front_right_y * minus_tension_front_right;
-    const real force_front_right_z = minus_direction_front_right_z * minus_tension_front_right;
-    const real x70 = cos_pitch * force_front_right_x - sin_pitch * force_front_right_z;
-    const real x71 = R_body_xy * force_front_right_x - cos_roll * minus_force_front_right_y
-        + R_body_zy * force_front_right_z;
-    const real x72 = R_body_xz * force_front_right_x + sin_roll * minus_force_front_right_y
-        + R_body_zz * force_front_right_z;
-    const real x73 = K(1.4) * x71 + K(0.75) * x70;
+    const real x73 = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * x73;
+    const real direction_front_right_y = minus_span_front_left_y * x73;
+    const real minus_direction_front_right_z = minus_span_front_right_z * x73;
+    const real x77 = (x25 - x33 - R_body_xz * x69) * minus_direction_front_right_x;
+    const real x78 = x77 - (x26 + sin_roll * x69) * direction_front_right_y;
+    const real x79 = K(35000.0) * (K(0.515278801843318) - length_front_right) - p->p_skyhook * v_mount_front_right_z;
+    const real tension_front_right = p->p_damper_front * ((v[4]
+        - v_mount_front_right_z) * minus_direction_front_right_z - x78) - x79;
+    const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
+    const real force_front_right_y = direction_front_right_y * tension_front_right;
+    const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
+    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
+        - sin_pitch * minus_force_front_right_z;
+    const real force_on_mount_front_right_y = R_body_zy * minus_force_front_right_z
+        + (R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y);
+    const real force_on_mount_front_right_z = R_body_zz * minus_force_front_right_z
+        + (R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y);
 
     /* Spring rear_left */
-    const real x74 = K(1.7) * cos_pitch;
-    const real x75 = K(1.7) * sin_pitch;
-    const real x76 = K(1.7) * omega_body_y;
-    const real x77 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x78 = v_body_z + (x21 + x76);
-    const real x79 = R_body_xy * x77;
-    const real x80 = cos_roll * x77;
-    const real x81 = R_body_zy * x77;
-    const real v_mount_rear_left_z = x29 + x81 + R_body_zz * x78;
-    const real span_rear_left_x = K(1.7) + (x11 - x74);
-    const real minus_span_rear_left_z = q[5] - (p_heaving_z + (x13 + x75));
-    const real length_rear_left = EG_SQRT(x35 + span_rear_left_x * span_rear_left_x
+    const real x87 = p_heaving_z + K(1.7) * sin_pitch;
+    const real x88 = x37 + x49;
+    const real v_mount_rear_left_z = x27 + x41 + R_body_zz * x88;
+    const real minus_span_rear_left_z = q[5] - (x12 + x87);
+    const real length_rear_left = EG_SQRT(x31 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x86 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x86;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x86;
-    const real minus_direction_rear_left_z = minus_span_rear_left_z * x86;
-    const real x90 = (x26 - x79 - R_body_xz * x78) * direction_rear_left_x;
-    const real x91 = x90 + (x80 - sin_roll * x78) * minus_direction_rear_left_y;
-    const real x92 = p->p_damper_rear * (x91 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
-    const real tension_rear_left = K(38000.0) * (length_rear_left - K(0.48744057724957557)) - x92
-        + p->p_skyhook * v_mount_rear_left_z;
+    const real x92 = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = span_rear_left_x * x92;
+    const real minus_direction_rear_left_y = minus_span_front_left_y * x92;
+    const real minus_direction_rear_left_z = minus_span_rear_left_z * x92;
+    const real x96 = (x24 - x39 - R_body_xz * x88) * direction_rear_left_x;
+    const real x97 = x96 + (x40 - sin_roll * x88) * minus_direction_rear_left_y;
+    const real x98 = K(38000.0) * (K(0.48744057724957557) - length_rear_left) - p->p_skyhook * v_mount_rear_left_z;
+    const real tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z
+        - x97) - x98;
     const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
     const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
     const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
     const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
-        - R_body_zy * minus_force_rear_left_z;
-    const real minus_force_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
-        - R_body_zz * minus_force_rear_left_z;
-    const real x100 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x - x73;
+    const real force_on_mount_rear_left_y = R_body_zy * minus_force_rear_left_z
+        - (R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y);
+    const real force_on_mount_rear_left_z = R_body_zz * minus_force_rear_left_z
+        - (R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y);
 
     /* Spring rear_right */
-    const real x101 = v_body_z - (x21 - x76);
-    const real v_mount_rear_right_z = x54 + x81 + R_body_zz * x101;
-    const real span_rear_right_x = K(1.7) - (x11 + x74);
-    const real minus_span_rear_right_z = q[6] - (p_heaving_z - (x13 - x75));
-    const real length_rear_right = EG_SQRT(x35 + span_rear_right_x * span_rear_right_x
+    const real x106 = x37 + x68;
+    const real v_mount_rear_right_z = x34 + x41 + R_body_zz * x106;
+    const real minus_span_rear_right_z = q[6] + (x12 - x87);
+    const real length_rear_right = EG_SQRT(x31 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x106 = K(1.0) / length_rear_right;
-    const real direction_rear_right_x = span_rear_right_x * x106;
-    const real direction_rear_right_y = minus_span_front_left_y * x106;
-    const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
-    const real x110 = (x53 - x79 - R_body_xz * x101) * direction_rear_right_x;
-    const real x111 = x110 - (x80 - sin_roll * x101) * direction_rear_right_y;
-    const real x112 = p->p_damper_rear * (x111 - (v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z);
-    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112
-        - p->p_skyhook * v_mount_rear_right_z;
-    const real minus_force_rear_right_x = direction_rear_right_x * minus_tension_rear_right;
-    const real minus_force_rear_right_y = direction_rear_right_y * minus_tension_rear_right;
-    const real force_rear_right_z = minus_direction_rear_right_z * minus_tension_rear_right;
-    const real force_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x + sin_pitch * force_rear_right_z;
-    const real force_on_mount_rear_right_y = R_body_xy * minus_force_rear_right_x
-        + cos_roll * minus_force_rear_right_y - R_body_zy * force_rear_right_z;
-    const real force_on_mount_rear_right_z = R_body_xz * minus_force_rear_right_x
-        - sin_roll * minus_force_rear_right_y - R_body_zz * force_rear_right_z;
-    const real x120 = K(0.75) * force_on_mount_front_left_z + K(0.75) * x72
-        - K(0.75) * minus_force_on_mount_rear_left_z;
-    const real x121 = K(1.4) * force_on_mount_front_left_z - K(1.4) * x72 + K(1.7) * minus_force_on_mount_rear_left_z;
-    const real x122 = x100 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
-
-    /* Effort front_left */
-    const real x123 = K(2.0) * t;
-    const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
-
-    /* Effort front_right */
-    const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-    const real x126 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
-
-    /* Effort rear_right */
-    const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
-
-    /* Centripetal and Coriolis acceleration of link body */
-    const real x128 = omega_body_y * minus_omega_body_z;
+    const real x110 = K(1.0) / length_rear_right;
+    const real direction_rear_right_x = span_rear_right_x * x110;
+    const real direction_rear_right_y = minus_span_front_left_y * x110;
+    const real minus_direction_rear_right_z = minus_span_rear_right_z * x110;
+    const real x114 = (x33 - x39 - R_body_xz * x106) * direction_rear_right_x;
+    const real x115 = x114 - (x40 - sin_roll * x106) * direction_rear_right_y;
+    const real x116 = K(38000.0) * (K(0.48744057724957557) - length_rear_right) - p->p_skyhook * v_mount_rear_right_z;
+    const real tension_rear_right = p->p_damper_rear * ((v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z
+        - x115) - x116;
+    const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
+    const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
+    const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
+    const real x121 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real force_on_mount_rear_right_y = R_body_zy * minus_force_rear_right_z
+        - (R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y);
+    const real force_on_mount_rear_right_z = R_body_zz * minus_force_rear_right_z
+        - (R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y);
 
     /* Applied forces at joint roll */
-    const real x129 = cos_roll * (force_on_mount_front_left_z - x72 - minus_force_on_mount_rear_left_z
-        + force_on_mount_rear_right_z);
+    const real x124 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
+        + (force_on_mount_rear_left_z + force_on_mount_rear_right_z));
+    const real x125 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
+        + (force_on_mount_rear_left_y + force_on_mount_rear_right_y)) + x124);
 
-    /* Applied forces at joint pitch */
-    const real x130 = cos_pitch * (sin_roll * (force_on_mount_front_left_y - x71 - minus_force_on_mount_rear_left_y
-        + force_on_mount_rear_right_y) + x129);
+    /* Inertia forces of link body at rest of its joints */
+    const real x126 = K(400.0) * x47 - K(60.0) * x47 + K(0.75) * force_on_mount_front_left_z;
 
     /* Acceleration of joint heave */
-    const real x131 = K(14715.0) - (x130 - sin_pitch * (force_on_mount_front_left_x - x70
-        - minus_force_on_mount_rear_left_x + force_on_mount_rear_right_x));
-    vdot[0] = -(K(0.0006666666666666666) * x131);
+    const real x127 = x125 - (K(14715.0) + sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
+        - (minus_force_on_mount_rear_left_x + x121)));
+    vdot[0] = K(0.0006666666666666666) * x127;
 
     /* Acceleration of joint roll */
-    const real x132 = x120 - K(0.75) * force_on_mount_rear_right_z + (K(400.0) * x128 - K(60.0) * x128);
-    vdot[2] = K(0.002173913043478261) * x132;
-    const real x133 = x122 - (K(1.7) * force_on_mount_rear_right_y - K(0.75) * force_on_mount_rear_right_x);
+    const real x128 = K(0.75) * force_on_mount_front_right_z - K(0.75) * force_on_mount_rear_left_z
+        + (K(0.75) * force_on_mount_rear_right_z - x126);
+    vdot[2] = -(K(0.002173913043478261) * x128);
+    const real x129 = K(1.7) * force_on_mount_rear_right_z + (K(120.0) * (v[2] * minus_omega_body_z)
+        - K(1.4) * force_on_mount_front_left_z);
+    const real x130 = K(1.7) * force_on_mount_rear_left_y - K(0.75) * minus_force_on_mount_rear_left_x;
+    const real x131 = K(800.0) * (v[2] * omega_body_y) + (K(1.4) * force_on_mount_front_left_y
+        - K(0.75) * force_on_mount_front_left_x);
+    const real x132 = K(1.7) * force_on_mount_rear_right_y + K(0.75) * x121 - x131;
 
     /* Bias force at joint roll */
-    const real x134 = cos_roll * (x121 - K(1.7) * force_on_mount_rear_right_z - K(120.0) * (v[2] * minus_omega_body_z));
-    const real x135 = K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124;
-    const real x136 = K(190000.0) * (q[5] - K(0.020534378607809847)) - x124 * (K(190000.0) * u[1]);
+    const real x133 = sin_roll * (K(1.4) * force_on_mount_front_right_y + K(0.75) * force_on_mount_front_right_x
+        - x130 - x132);
+    const real x134 = K(190000.0) * u[0] * x45 - (K(578.7900000000001)
+        + K(190000.0) * (q[3] - K(0.024281831918505945)));
+    const real x135 = x45 * (K(190000.0) * (p->p_coherence * u[0] + x46 * u[2]));
+    const real x136 = x45 * (K(190000.0) * u[1]) - (K(578.7900000000001)
+        + K(190000.0) * (q[5] - K(0.020534378607809847)));
+    const real x137 = x45 * (K(190000.0) * (p->p_coherence * u[1] + x46 * u[3]));
 
     /* Elimination of the mass matrix from the tips to the root */
-    const real x137 = x134 + sin_roll * (x133 + K(800.0) * (v[2] * omega_body_y));
-    vdot[1] = -(K(1.0) / (K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll))) * x137);
-    vdot[3] = -(K(0.01694915254237288) * (x135 + (minus_force_front_left_z + K(578.7900000000001))));
-    vdot[4] = -(K(0.01694915254237288) * (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126
-        - (force_front_right_z - K(578.7900000000001))));
-    vdot[5] = -(K(0.01694915254237288) * (x136 + (minus_force_rear_left_z + K(578.7900000000001))));
-    vdot[6] = -(K(0.01694915254237288) * (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127
-        - (force_rear_right_z - K(578.7900000000001))));
+    const real x138 = cos_roll * (K(1.4) * force_on_mount_front_right_z - K(1.7) * force_on_mount_rear_left_z - x129)
+        + x133;
+    vdot[1] = -(K(1.0) / (K(2160.0) + sin_roll * (K(340.0) * sin_roll)) * x138);
+    vdot[3] = -(K(0.01694915254237288) * (minus_force_front_left_z - x134));
+    vdot[4] = -(K(0.01694915254237288) * (minus_force_front_right_z
+        - (x135 - (K(578.7900000000001) + K(190000.0) * (q[4] - K(0.024281831918505945))))));
+    vdot[5] = -(K(0.01694915254237288) * (minus_force_rear_left_z - x136));
+    vdot[6] = -(K(0.01694915254237288) * (minus_force_rear_right_z
+        - (x137 - (K(578.7900000000001) + K(190000.0) * (q[6] - K(0.020534378607809847))))));
 }
 
 void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
@@ -1889,5 +1903,49 @@ void active_vehicle_partials(const active_vehicle_parameters *p, real t, const r
     (void)u;
     active_vehicle_partials_part1(p, q, v, w, K, C, M);
     active_vehicle_partials_part2(p, v, a, w, K, C, M);
+}
+
+void active_vehicle_poses(const active_vehicle_parameters *p, const real *q, real *restrict pose)
+{
+    (void)p;
+    pose[0] = K(1.0);
+    pose[1] = pose[2] = pose[3] = pose[4] = pose[5] = pose[8] = pose[10] = pose[11] = pose[12] = pose[18] = pose[19] =
+        K(0.0);
+    pose[21] = K(1.0);
+    pose[22] = pose[23] = pose[24] = K(0.0);
+    pose[25] = K(1.4);
+    pose[26] = K(0.75);
+    pose[27] = q[3];
+    pose[28] = K(1.0);
+    pose[29] = pose[30] = pose[31] = K(0.0);
+    pose[32] = K(1.4);
+    pose[33] = K(-0.75);
+    pose[34] = q[4];
+    pose[35] = K(1.0);
+    pose[36] = pose[37] = pose[38] = K(0.0);
+    pose[39] = K(-1.7);
+    pose[40] = K(0.75);
+    pose[41] = q[5];
+    pose[42] = K(1.0);
+    pose[43] = pose[44] = pose[45] = K(0.0);
+    pose[46] = K(-1.7);
+    pose[47] = K(-0.75);
+    pose[48] = q[6];
+
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
+    pose[6] = p_heaving_z;
+    pose[13] = p_heaving_z;
+    pose[20] = p_heaving_z;
+    real x2, x3;
+    EG_SINCOS(K(0.5) * q[1], &x2, &x3);
+    pose[9] = x2;
+    pose[7] = x3;
+    real x4, x5;
+    EG_SINCOS(K(0.5) * q[2], &x4, &x5);
+    pose[14] = x3 * x5;
+    pose[15] = x3 * x4;
+    pose[16] = x2 * x5;
+    pose[17] = -(x2 * x4);
 }
 

@@ -76,7 +76,7 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, eomgen_
 
 /* vdot = M^-1 (Q - h - b)
  *   vdot [7]  time derivative of v
- *   158 additions, 191 multiplications, 5 divisions, 10 function calls */
+ *   153 additions, 191 multiplications, 5 divisions, 10 function calls */
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, eomgen_real t, const eomgen_real *q,
     const eomgen_real *v, const eomgen_real *u, eomgen_real *vdot);
 

@@ -491,50 +491,6 @@ void active_vehicle_loop1(const real *restrict g, real *restrict r)
     r[3] = sum[3][0];
 }
 
-void active_vehicle_poses(const active_vehicle_parameters *p, const real *q, real *restrict pose)
-{
-    (void)p;
-    pose[0] = K(1.0);
-    pose[1] = pose[2] = pose[3] = pose[4] = pose[5] = pose[8] = pose[10] = pose[11] = pose[12] = pose[18] = pose[19] =
-        K(0.0);
-    pose[21] = K(1.0);
-    pose[22] = pose[23] = pose[24] = K(0.0);
-    pose[25] = K(1.4);
-    pose[26] = K(0.75);
-    pose[27] = q[3];
-    pose[28] = K(1.0);
-    pose[29] = pose[30] = pose[31] = K(0.0);
-    pose[32] = K(1.4);
-    pose[33] = K(-0.75);
-    pose[34] = q[4];
-    pose[35] = K(1.0);
-    pose[36] = pose[37] = pose[38] = K(0.0);
-    pose[39] = K(-1.7);
-    pose[40] = K(0.75);
-    pose[41] = q[5];
-    pose[42] = K(1.0);
-    pose[43] = pose[44] = pose[45] = K(0.0);
-    pose[46] = K(-1.7);
-    pose[47] = K(-0.75);
-    pose[48] = q[6];
-
-    /* Position of link heaving */
-    const real p_heaving_z = K(0.4) + q[0];
-    pose[6] = p_heaving_z;
-    pose[13] = p_heaving_z;
-    pose[20] = p_heaving_z;
-    real x2, x3;
-    EG_SINCOS(K(0.5) * q[1], &x2, &x3);
-    pose[9] = x2;
-    pose[7] = x3;
-    real x4, x5;
-    EG_SINCOS(K(0.5) * q[2], &x4, &x5);
-    pose[14] = x3 * x5;
-    pose[15] = x3 * x4;
-    pose[16] = x2 * x5;
-    pose[17] = -(x2 * x4);
-}
-
 void active_vehicle_twists(const active_vehicle_parameters *p, const real *q, const real *v, real *restrict twist)
 {
     (void)p;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import reduce
 
-from eomgen.symbolic.latency import FUNCTION, SHARE, critical_path, fastest
+from eomgen.symbolic.latency import FUNCTION, SHARE, critical_path, fastest, waits
 from eomgen.symbolic.map import add_map
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref, Tape
@@ -51,6 +51,17 @@ def test_the_fastest_algorithm_has_the_fewest_operations_or_a_much_shorter_path(
     assert fastest(tape, [more, [chain]], ratio * 0.999) == 1
     assert fastest(tape, [[chain], more], 0.01) == 0  # the operations alone take longer
     assert fastest(tape, [[chain]], 0.5) == 0
+
+
+def test_short_functions_with_long_paths_wait() -> None:
+    tape = Tape()
+    factors = inputs(tape, 26)
+    many = [tape.mul(x, y) for place, x in enumerate(factors) for y in factors[:place]]
+    chain = reduce(tape.mul, factors)
+    assert waits(tape, [chain])
+    assert not waits(tape, many)  # side by side
+    assert waits(tape, [reduce(tape.mul, many[:40]), *many])
+    assert not waits(tape, [reduce(tape.div, many[:300])])  # more operations than are worth a second order
 
 
 def test_elements_of_a_loop_run_side_by_side_unless_they_carry() -> None:

@@ -29,7 +29,7 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.base import BaseMotion
 from eomgen.mechanics.tree.inertia import RecordedInertia, wrench
 from eomgen.mechanics.tree.links import ROOT, Link, Tree
-from eomgen.symbolic.latency import fastest
+from eomgen.symbolic.latency import fastest, waits
 from eomgen.symbolic.scalar import (
     Algebra,
     Matrix,
@@ -47,6 +47,7 @@ from eomgen.symbolic.scalar import (
     skew,
     transpose,
 )
+from eomgen.symbolic.summation import sums_by_readiness
 from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import Block
 
@@ -229,13 +230,22 @@ def _outward(
 FASTER = 0.85
 
 
-def forward_blocks(derivation: Derivation) -> list[Block]:
-    """Return vdot, (nv,), as the block of the term ``forward_dynamics``."""
-    values = forward_dynamics(derivation)
+def forward_blocks(derivation: Derivation, *, ordered: bool = False) -> list[Block]:
+    """Return vdot, (nv,), as the block of the term ``forward_dynamics``.
+
+    Parameters
+    ----------
+    ordered : whether sums take first the terms that are ready first, if operations wait for one another; derivatives
+        are recorded of the other sums, which they share with the mass matrix
+    """
+    tape, values = derivation.tape, _fastest(derivation)
+    refs = [value.ref for value in values]
+    if ordered and not derivation.ill_scaled and waits(tape, refs):
+        values = [Scalar(tape, ref) for ref in sums_by_readiness(tape, refs)]
     return [derivation.block("vdot", (len(values),), values, "time derivative of v")]
 
 
-def forward_dynamics(derivation: Derivation) -> list[Scalar]:
+def _fastest(derivation: Derivation) -> list[Scalar]:
     """Return vdot, (nv,), by the algorithm that is expected to be the fastest and loses no digits.
 
     For deep trees only articulated bodies are considered; elastic trees, joints that follow other joints and many

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from itertools import pairwise
 
 from eomgen.mechanics.scene_tape import Derivation
@@ -58,7 +59,7 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "force": Derivation.force,
     "base_motion": Derivation.base_motion,
     "inverse_dynamics": Derivation.inverse_dynamics,
-    "forward_dynamics": forward_blocks,
+    "forward_dynamics": partial(forward_blocks, ordered=True),
     "residual": Derivation.residual,
     "partials": Derivation.partials,
     "internal_rate": Derivation.internal_rate,
@@ -100,3 +101,6 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "energy": Derivation.energy,
     "momenta": momenta,
 }
+
+#: The same for terms whose derivatives are recorded.
+DIFFERENTIATED: Mapping[str, Callable[[Derivation], list[Block]]] = {**RECORDERS, "forward_dynamics": forward_blocks}
