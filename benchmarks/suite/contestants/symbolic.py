@@ -8,6 +8,7 @@ PyDy's way is Kane's method in absolute angles with common subexpressions, CasAD
 
 from __future__ import annotations
 
+import importlib
 import json
 import resource
 import subprocess
@@ -73,6 +74,9 @@ def eomgen(links: int, shelf: Path) -> Made:
     from eomgen.codegen.convert import to_program
     from eomgen.codegen.targets.c.target import generate_files
     from eomgen.mechanics.derive import derive
+
+    for module in ("eomgen.scene.builder", "eomgen.codegen.targets.c.templates"):  # imported by a first scene and text
+        importlib.import_module(module)
 
     began = time.process_time()
     system = derive(taylor_and_heyoka.chain(links), ["forward_dynamics"])
