@@ -22,7 +22,7 @@ LATENCIES |= {Op.DIV: 14, Op.SQRT: 18}
 FUNCTION = 60
 #: Weight from which on functions repeat themselves body by body, and share the text of these repeats; and the part of
 #: the time of the operations that a critical path takes at least to be worth shortening. Measured with shorter paths:
-#: forward dynamics of chains of 3 to 10 rods, UR5 and Panda take 9 to 18 % less time, in lanes 8 to 17 %; those of a
+#: forward dynamics of chains of 3 to 10 rods, UR5 and Panda take 9 to 18 % less time, in lanes 8 to 17 %; of a
 #: humanoid, with more values than registers hold, 10 % more.
 _MANY, _MUCH = 2500, 0.5
 _SUM, _PRODUCT = LATENCIES[Op.ADD], LATENCIES[Op.MUL]

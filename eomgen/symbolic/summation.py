@@ -14,7 +14,7 @@ from eomgen.symbolic.latency import FUNCTION, LATENCIES
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import Ref, Tape, recorded
 
-_ADD, _SUB, _MUL, _MAP, _CURVE = Op.ADD, Op.SUB, Op.MUL, Op.MAP, Op.CURVE
+_ADD, _SUB, _MUL, _MAP = Op.ADD, Op.SUB, Op.MUL, Op.MAP
 _SUMS = (_ADD, _SUB)
 
 

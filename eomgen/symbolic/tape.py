@@ -479,7 +479,7 @@ def substituted(tape: Tape, outputs: Sequence[Ref], values: Mapping[Ref, Ref]) -
 
 
 def recorded(tape: Tape, node: int, operands: Sequence[Ref]) -> Ref:
-    """Record the operation of a node, which is no leaf, loop or call, with other operands."""
+    """Record the operation of a node that has operands, but no loop or call, with other operands."""
     op = tape.op[node]
     if op is _CURVE:
         return tape.curve(*tape.curves[tape.b[node]], operands[0])
