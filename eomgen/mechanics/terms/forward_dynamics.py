@@ -240,7 +240,8 @@ def forward_blocks(derivation: Derivation, *, ordered: bool = False) -> list[Blo
     """
     tape, values = derivation.tape, _fastest(derivation)
     refs = [value.ref for value in values]
-    if ordered and not derivation.ill_scaled and waits(tape, refs):
+    alike = derivation.absolute or derivation.deep  # bodies of long scenes have equal operations
+    if ordered and not alike and not derivation.ill_scaled and waits(tape, refs):
         values = [Scalar(tape, ref) for ref in sums_by_readiness(tape, refs)]
     return [derivation.block("vdot", (len(values),), values, "time derivative of v")]
 
