@@ -1665,16 +1665,23 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
     const real *u, real *restrict vdot)
 {
-    /* Position of link heaving */
-    const real p_heaving_z = K(0.4) + q[0];
-
     /* Rotation of link pitching */
     real sin_pitch, cos_pitch;
     EG_SINCOS(q[1], &sin_pitch, &cos_pitch);
 
+    /* Twist of link pitching */
+    const real v_pitching_z = v[0] * cos_pitch;
+    const real minus_v_pitching_x = v[0] * sin_pitch;
+
     /* Rotation of link body */
     real sin_roll, cos_roll;
     EG_SINCOS(q[2], &sin_roll, &cos_roll);
+
+    /* Twist of link body */
+    const real v_body_y = sin_roll * v_pitching_z;
+    const real v_body_z = cos_roll * v_pitching_z;
+    const real omega_body_y = v[1] * cos_roll;
+    const real minus_omega_body_z = v[1] * sin_roll;
 
     /* Pose of link body */
     const real R_body_xy = sin_pitch * sin_roll;
@@ -1683,80 +1690,43 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x10 = K(1.4) * cos_pitch;
-    const real x11 = K(0.75) * R_body_xy;
-    const real x12 = K(0.75) * R_body_zy;
-
-    /* Twist of link pitching */
-    const real v_pitching_z = v[0] * cos_pitch;
-    const real minus_v_pitching_x = v[0] * sin_pitch;
-
-    /* Twist of link body */
-    const real v_body_y = sin_roll * v_pitching_z;
-    const real v_body_z = cos_roll * v_pitching_z;
-    const real omega_body_y = v[1] * cos_roll;
-    const real minus_omega_body_z = v[1] * sin_roll;
-
-    /* Spring front_left */
-    const real x19 = K(0.75) * minus_omega_body_z;
-    const real x20 = K(0.75) * v[2];
-    const real x21 = K(1.4) * omega_body_y;
-    const real x22 = minus_v_pitching_x - x19;
-    const real x23 = v_body_y - K(1.4) * minus_omega_body_z;
-    const real x24 = cos_pitch * x22;
-    const real x25 = R_body_xy * x23;
-    const real x26 = cos_roll * x23;
-    const real x27 = sin_pitch * x22;
-    const real x28 = R_body_zy * x23;
-    const real minus_span_front_left_x = K(1.4) - (x10 + x11);
+    const real x15 = K(1.4) * cos_pitch;
+    const real x16 = K(0.75) * R_body_xy;
+    const real x17 = K(0.75) * R_body_zy;
+    const real x18 = K(0.75) * minus_omega_body_z;
+    const real x19 = K(0.75) * v[2];
+    const real x20 = K(1.4) * omega_body_y;
+    const real x21 = minus_v_pitching_x - x18;
+    const real x22 = v_body_y - K(1.4) * minus_omega_body_z;
+    const real x23 = cos_pitch * x21;
+    const real x24 = R_body_xy * x22;
+    const real x25 = cos_roll * x22;
+    const real x26 = sin_pitch * x21;
+    const real x27 = R_body_zy * x22;
+    const real minus_span_front_left_x = K(1.4) - (x15 + x16);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real x31 = minus_span_front_left_y * minus_span_front_left_y;
+    const real x30 = minus_span_front_left_y * minus_span_front_left_y;
 
-    /* Spring front_right */
-    const real x32 = minus_v_pitching_x + x19;
-    const real x33 = cos_pitch * x32;
-    const real x34 = sin_pitch * x32;
-    const real minus_span_front_right_x = K(1.4) - (x10 - x11);
-
-    /* Spring rear_left */
-    const real x36 = K(1.7) * cos_pitch;
-    const real x37 = K(1.7) * omega_body_y;
-    const real x38 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x39 = R_body_xy * x38;
-    const real x40 = cos_roll * x38;
-    const real x41 = R_body_zy * x38;
-    const real span_rear_left_x = K(1.7) + (x11 - x36);
-
-    /* Spring rear_right */
-    const real span_rear_right_x = K(1.7) - (x11 + x36);
-
-    /* Effort front_left */
-    const real x44 = K(2.0) * t;
-    const real x45 = K(1.0) - EG_EXP(-(x44 * x44));
-
-    /* Effort front_right */
-    const real x46 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
-
-    /* Centripetal and Coriolis acceleration of link body */
-    const real x47 = omega_body_y * minus_omega_body_z;
+    /* Position of link heaving */
+    const real p_heaving_z = K(0.4) + q[0];
 
     /* Spring front_left */
-    const real x48 = p_heaving_z - K(1.4) * sin_pitch;
-    const real x49 = v_body_z + x20;
-    const real x50 = x21 - x49;
-    const real v_mount_front_left_z = x27 + x28 - R_body_zz * x50;
-    const real minus_span_front_left_z = q[3] - (x12 + x48);
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x31
+    const real x32 = p_heaving_z - K(1.4) * sin_pitch;
+    const real x33 = v_body_z + x19;
+    const real x34 = x20 - x33;
+    const real v_mount_front_left_z = x26 + x27 - R_body_zz * x34;
+    const real minus_span_front_left_z = q[3] - (x17 + x32);
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x30
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x54 = K(1.0) / length_front_left;
-    const real minus_direction_front_left_x = minus_span_front_left_x * x54;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x54;
-    const real minus_direction_front_left_z = minus_span_front_left_z * x54;
-    const real x58 = (x24 - x25 + R_body_xz * x50) * minus_direction_front_left_x;
-    const real x59 = x58 - (x26 + sin_roll * x50) * minus_direction_front_left_y;
-    const real x60 = K(35000.0) * (K(0.515278801843318) - length_front_left) - p->p_skyhook * v_mount_front_left_z;
+    const real x38 = K(1.0) / length_front_left;
+    const real minus_direction_front_left_x = minus_span_front_left_x * x38;
+    const real minus_direction_front_left_y = minus_span_front_left_y * x38;
+    const real minus_direction_front_left_z = minus_span_front_left_z * x38;
+    const real x42 = (x23 - x24 + R_body_xz * x34) * minus_direction_front_left_x;
+    const real x43 = x42 - (x25 + sin_roll * x34) * minus_direction_front_left_y;
+    const real x44 = K(35000.0) * (K(0.515278801843318) - length_front_left) - p->p_skyhook * v_mount_front_left_z;
     const real tension_front_left = p->p_damper_front * ((v[3] - v_mount_front_left_z) * minus_direction_front_left_z
-        + x59) - x60;
+        + x43) - x44;
     const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
     const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
     const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
@@ -1767,22 +1737,63 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real force_on_mount_front_left_z = R_body_zz * minus_force_front_left_z
         + (R_body_xz * minus_force_front_left_x - sin_roll * minus_force_front_left_y);
 
+    /* Spring rear_left */
+    const real x52 = K(1.7) * cos_pitch;
+    const real x53 = K(1.7) * omega_body_y;
+    const real x54 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x55 = R_body_xy * x54;
+    const real x56 = cos_roll * x54;
+    const real x57 = R_body_zy * x54;
+    const real span_rear_left_x = K(1.7) + (x16 - x52);
+    const real x59 = p_heaving_z + K(1.7) * sin_pitch;
+    const real x60 = x53 + x33;
+    const real v_mount_rear_left_z = x26 + x57 + R_body_zz * x60;
+    const real minus_span_rear_left_z = q[5] - (x17 + x59);
+    const real length_rear_left = EG_SQRT(x30 + span_rear_left_x * span_rear_left_x
+        + minus_span_rear_left_z * minus_span_rear_left_z);
+    const real x64 = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = span_rear_left_x * x64;
+    const real minus_direction_rear_left_y = minus_span_front_left_y * x64;
+    const real minus_direction_rear_left_z = minus_span_rear_left_z * x64;
+    const real x68 = (x23 - x55 - R_body_xz * x60) * direction_rear_left_x;
+    const real x69 = x68 + (x56 - sin_roll * x60) * minus_direction_rear_left_y;
+    const real x70 = K(38000.0) * (K(0.48744057724957557) - length_rear_left) - p->p_skyhook * v_mount_rear_left_z;
+    const real tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z
+        - x69) - x70;
+    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
+    const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
+    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
+    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real force_on_mount_rear_left_y = R_body_zy * minus_force_rear_left_z
+        - (R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y);
+    const real force_on_mount_rear_left_z = R_body_zz * minus_force_rear_left_z
+        - (R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y);
+
     /* Spring front_right */
-    const real x68 = v_body_z - x20;
-    const real x69 = x21 - x68;
-    const real v_mount_front_right_z = x28 + x34 - R_body_zz * x69;
-    const real minus_span_front_right_z = q[4] + (x12 - x48);
-    const real length_front_right = EG_SQRT(x31 + minus_span_front_right_x * minus_span_front_right_x
+    const real x78 = minus_v_pitching_x + x18;
+    const real x79 = cos_pitch * x78;
+    const real x80 = sin_pitch * x78;
+    const real minus_span_front_right_x = K(1.4) - (x15 - x16);
+
+    /* Spring rear_right */
+    const real span_rear_right_x = K(1.7) - (x16 + x52);
+
+    /* Spring front_right */
+    const real x83 = v_body_z - x19;
+    const real x84 = x20 - x83;
+    const real v_mount_front_right_z = x27 + x80 - R_body_zz * x84;
+    const real minus_span_front_right_z = q[4] + (x17 - x32);
+    const real length_front_right = EG_SQRT(x30 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x73 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x73;
-    const real direction_front_right_y = minus_span_front_left_y * x73;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x73;
-    const real x77 = (x25 - x33 - R_body_xz * x69) * minus_direction_front_right_x;
-    const real x78 = x77 - (x26 + sin_roll * x69) * direction_front_right_y;
-    const real x79 = K(35000.0) * (K(0.515278801843318) - length_front_right) - p->p_skyhook * v_mount_front_right_z;
+    const real x88 = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * x88;
+    const real direction_front_right_y = minus_span_front_left_y * x88;
+    const real minus_direction_front_right_z = minus_span_front_right_z * x88;
+    const real x92 = (x24 - x79 - R_body_xz * x84) * minus_direction_front_right_x;
+    const real x93 = x92 - (x25 + sin_roll * x84) * direction_front_right_y;
+    const real x94 = K(35000.0) * (K(0.515278801843318) - length_front_right) - p->p_skyhook * v_mount_front_right_z;
     const real tension_front_right = p->p_damper_front * ((v[4]
-        - v_mount_front_right_z) * minus_direction_front_right_z - x78) - x79;
+        - v_mount_front_right_z) * minus_direction_front_right_z - x93) - x94;
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
@@ -1793,100 +1804,85 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real force_on_mount_front_right_z = R_body_zz * minus_force_front_right_z
         + (R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y);
 
-    /* Spring rear_left */
-    const real x87 = p_heaving_z + K(1.7) * sin_pitch;
-    const real x88 = x37 + x49;
-    const real v_mount_rear_left_z = x27 + x41 + R_body_zz * x88;
-    const real minus_span_rear_left_z = q[5] - (x12 + x87);
-    const real length_rear_left = EG_SQRT(x31 + span_rear_left_x * span_rear_left_x
-        + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x92 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x92;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x92;
-    const real minus_direction_rear_left_z = minus_span_rear_left_z * x92;
-    const real x96 = (x24 - x39 - R_body_xz * x88) * direction_rear_left_x;
-    const real x97 = x96 + (x40 - sin_roll * x88) * minus_direction_rear_left_y;
-    const real x98 = K(38000.0) * (K(0.48744057724957557) - length_rear_left) - p->p_skyhook * v_mount_rear_left_z;
-    const real tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z
-        - x97) - x98;
-    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
-    const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
-    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
-    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
-    const real force_on_mount_rear_left_y = R_body_zy * minus_force_rear_left_z
-        - (R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y);
-    const real force_on_mount_rear_left_z = R_body_zz * minus_force_rear_left_z
-        - (R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y);
-
     /* Spring rear_right */
-    const real x106 = x37 + x68;
-    const real v_mount_rear_right_z = x34 + x41 + R_body_zz * x106;
-    const real minus_span_rear_right_z = q[6] + (x12 - x87);
-    const real length_rear_right = EG_SQRT(x31 + span_rear_right_x * span_rear_right_x
+    const real x102 = x53 + x83;
+    const real v_mount_rear_right_z = x80 + x57 + R_body_zz * x102;
+    const real minus_span_rear_right_z = q[6] + (x17 - x59);
+    const real length_rear_right = EG_SQRT(x30 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x110 = K(1.0) / length_rear_right;
-    const real direction_rear_right_x = span_rear_right_x * x110;
-    const real direction_rear_right_y = minus_span_front_left_y * x110;
-    const real minus_direction_rear_right_z = minus_span_rear_right_z * x110;
-    const real x114 = (x33 - x39 - R_body_xz * x106) * direction_rear_right_x;
-    const real x115 = x114 - (x40 - sin_roll * x106) * direction_rear_right_y;
-    const real x116 = K(38000.0) * (K(0.48744057724957557) - length_rear_right) - p->p_skyhook * v_mount_rear_right_z;
+    const real x106 = K(1.0) / length_rear_right;
+    const real direction_rear_right_x = span_rear_right_x * x106;
+    const real direction_rear_right_y = minus_span_front_left_y * x106;
+    const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
+    const real x110 = (x79 - x55 - R_body_xz * x102) * direction_rear_right_x;
+    const real x111 = x110 - (x56 - sin_roll * x102) * direction_rear_right_y;
+    const real x112 = K(38000.0) * (K(0.48744057724957557) - length_rear_right) - p->p_skyhook * v_mount_rear_right_z;
     const real tension_rear_right = p->p_damper_rear * ((v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z
-        - x115) - x116;
+        - x111) - x112;
     const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
     const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
-    const real x121 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real x117 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
     const real force_on_mount_rear_right_y = R_body_zy * minus_force_rear_right_z
         - (R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y);
     const real force_on_mount_rear_right_z = R_body_zz * minus_force_rear_right_z
         - (R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y);
 
     /* Applied forces at joint roll */
-    const real x124 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
+    const real x120 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
         + (force_on_mount_rear_left_z + force_on_mount_rear_right_z));
-    const real x125 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
-        + (force_on_mount_rear_left_y + force_on_mount_rear_right_y)) + x124);
-
-    /* Inertia forces of link body at rest of its joints */
-    const real x126 = K(400.0) * x47 - K(60.0) * x47 + K(0.75) * force_on_mount_front_left_z;
+    const real x121 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
+        + (force_on_mount_rear_left_y + force_on_mount_rear_right_y)) + x120);
 
     /* Acceleration of joint heave */
-    const real x127 = x125 - (K(14715.0) + sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
-        - (minus_force_on_mount_rear_left_x + x121)));
-    vdot[0] = K(0.0006666666666666666) * x127;
+    const real x122 = x121 - (K(14715.0) + sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
+        - (minus_force_on_mount_rear_left_x + x117)));
+    vdot[0] = K(0.0006666666666666666) * x122;
 
-    /* Acceleration of joint roll */
-    const real x128 = K(0.75) * force_on_mount_front_right_z - K(0.75) * force_on_mount_rear_left_z
-        + (K(0.75) * force_on_mount_rear_right_z - x126);
-    vdot[2] = -(K(0.002173913043478261) * x128);
-    const real x129 = K(1.7) * force_on_mount_rear_right_z + (K(120.0) * (v[2] * minus_omega_body_z)
+    /* Effort front_left */
+    const real x123 = K(2.0) * t;
+    const real x124 = K(1.0) - EG_EXP(-(x123 * x123));
+
+    /* Effort front_right */
+    const real x125 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
+    const real x126 = K(190000.0) * u[0] * x124 - (K(578.7900000000001)
+        + K(190000.0) * (q[3] - K(0.024281831918505945)));
+    const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[0] + x125 * u[2]));
+    const real x128 = x124 * (K(190000.0) * u[1]) - (K(578.7900000000001)
+        + K(190000.0) * (q[5] - K(0.020534378607809847)));
+    const real x129 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
+
+    /* Centripetal and Coriolis acceleration of link body */
+    const real x130 = omega_body_y * minus_omega_body_z;
+    const real x131 = K(1.7) * force_on_mount_rear_right_z + (K(120.0) * (v[2] * minus_omega_body_z)
         - K(1.4) * force_on_mount_front_left_z);
-    const real x130 = K(1.7) * force_on_mount_rear_left_y - K(0.75) * minus_force_on_mount_rear_left_x;
-    const real x131 = K(800.0) * (v[2] * omega_body_y) + (K(1.4) * force_on_mount_front_left_y
+    const real x132 = K(1.7) * force_on_mount_rear_left_y - K(0.75) * minus_force_on_mount_rear_left_x;
+    const real x133 = K(800.0) * (v[2] * omega_body_y) + (K(1.4) * force_on_mount_front_left_y
         - K(0.75) * force_on_mount_front_left_x);
-    const real x132 = K(1.7) * force_on_mount_rear_right_y + K(0.75) * x121 - x131;
+    const real x134 = K(1.7) * force_on_mount_rear_right_y + K(0.75) * x117 - x133;
 
     /* Bias force at joint roll */
-    const real x133 = sin_roll * (K(1.4) * force_on_mount_front_right_y + K(0.75) * force_on_mount_front_right_x
-        - x130 - x132);
-    const real x134 = K(190000.0) * u[0] * x45 - (K(578.7900000000001)
-        + K(190000.0) * (q[3] - K(0.024281831918505945)));
-    const real x135 = x45 * (K(190000.0) * (p->p_coherence * u[0] + x46 * u[2]));
-    const real x136 = x45 * (K(190000.0) * u[1]) - (K(578.7900000000001)
-        + K(190000.0) * (q[5] - K(0.020534378607809847)));
-    const real x137 = x45 * (K(190000.0) * (p->p_coherence * u[1] + x46 * u[3]));
+    const real x135 = sin_roll * (K(1.4) * force_on_mount_front_right_y + K(0.75) * force_on_mount_front_right_x
+        - x132 - x134);
 
     /* Elimination of the mass matrix from the tips to the root */
-    const real x138 = cos_roll * (K(1.4) * force_on_mount_front_right_z - K(1.7) * force_on_mount_rear_left_z - x129)
-        + x133;
-    vdot[1] = -(K(1.0) / (K(2160.0) + sin_roll * (K(340.0) * sin_roll)) * x138);
-    vdot[3] = -(K(0.01694915254237288) * (minus_force_front_left_z - x134));
+    const real x136 = cos_roll * (K(1.4) * force_on_mount_front_right_z - K(1.7) * force_on_mount_rear_left_z - x131)
+        + x135;
+    vdot[1] = -(K(1.0) / (K(2160.0) + sin_roll * (K(340.0) * sin_roll)) * x136);
+    vdot[3] = -(K(0.01694915254237288) * (minus_force_front_left_z - x126));
     vdot[4] = -(K(0.01694915254237288) * (minus_force_front_right_z
-        - (x135 - (K(578.7900000000001) + K(190000.0) * (q[4] - K(0.024281831918505945))))));
-    vdot[5] = -(K(0.01694915254237288) * (minus_force_rear_left_z - x136));
+        - (x127 - (K(578.7900000000001) + K(190000.0) * (q[4] - K(0.024281831918505945))))));
+    vdot[5] = -(K(0.01694915254237288) * (minus_force_rear_left_z - x128));
     vdot[6] = -(K(0.01694915254237288) * (minus_force_rear_right_z
-        - (x137 - (K(578.7900000000001) + K(190000.0) * (q[6] - K(0.020534378607809847))))));
+        - (x129 - (K(578.7900000000001) + K(190000.0) * (q[6] - K(0.020534378607809847))))));
+
+    /* Inertia forces of link body at rest of its joints */
+    const real x137 = K(400.0) * x130 - K(60.0) * x130 + K(0.75) * force_on_mount_front_left_z;
+
+    /* Acceleration of joint roll */
+    const real x138 = K(0.75) * force_on_mount_front_right_z - K(0.75) * force_on_mount_rear_left_z
+        + (K(0.75) * force_on_mount_rear_right_z - x137);
+    vdot[2] = -(K(0.002173913043478261) * x138);
 }
 
 void active_vehicle_residual(const active_vehicle_parameters *p, real t, const real *q, const real *v, const real *a,
