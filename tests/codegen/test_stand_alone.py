@@ -7,6 +7,7 @@ import platform
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -135,6 +136,13 @@ def top() -> eomgen.Scene:
     return builder.joint("pivot", "spherical", "base", "top", initial={"velocity": [0, 150, -4.6]}).build()
 
 
+def cart_on_spring() -> eomgen.Scene:
+    """Return a scene with so few products that each of their sums is taken in two."""
+    builder = eomgen.SceneBuilder("cart_on_spring").body("cart", 2.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 0.2})
+    return builder.effort("spring", "rail", "-q.rail - 2 * q.rail**3").build()
+
+
 @pytest.mark.slow
 def test_a_stepper_defines_the_group_functions_that_it_calls(tmp_path: Path) -> None:
     families = {type(method_named(name)): name for name in reversed(method_names()) if "index3" not in name}
@@ -170,3 +178,23 @@ def test_sums_of_series_stay_in_registers_of_any_width_with_equal_bits(tmp_path:
             printed[width] = run(program, "0.01", "20").stdout
     assert len(printed[2].splitlines()) == 3
     assert len(set(printed.values())) == 1
+
+
+@pytest.mark.parametrize("scene", [cart_on_spring, top])
+def test_sums_of_series_have_the_bits_of_vectors_where_compilers_have_none(
+    scene: Callable[[], eomgen.Scene], tmp_path: Path
+) -> None:
+    eomgen.generate(scene(), tmp_path / "c", method="taylor")
+    step = next((tmp_path / "c").glob("*_step.c"))
+    printed = []
+    for number in range(2):
+        sources = sorted(str(path) for path in (tmp_path / "c").glob("*.c"))
+        program = tmp_path / f"program{number}"
+        words = [shutil.which("cc") or "gcc", *STRICT, "-O1", "-ffp-contract=off", *sources, "-o", str(program), "-lm"]
+        subprocess.run(words, check=True, capture_output=True)
+        printed.append(run(program, "0.01", "20").stdout)
+        text = step.read_text(encoding="utf-8")
+        assert text.count("#if defined(__GNUC__)") == 1 - number
+        step.write_text(text.replace("#if defined(__GNUC__)", "#if 0"), encoding="utf-8")
+    assert len(printed[0].splitlines()) == 3
+    assert printed[0] == printed[1]

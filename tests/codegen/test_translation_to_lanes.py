@@ -122,6 +122,53 @@ static void f(work *w)
     w->n[3] = (w->x[0] > K(1.0)) + 2 * !(w->n[0] > 1);
 }
 """,
+    "a choice by a common number, whose cases run on, into memory of the caller": """
+static void sums(int k, const real *x, real *out)
+{
+    real sum = K(0.5);
+    switch (k) {
+    case 4: sum = sum + x[3];
+    case 3: sum = sum + x[2] * K(2.0);
+    case 2: sum = sum * x[1];
+    default: ;
+    }
+    out[0] = sum + x[0];
+}
+static void f(work *w)
+{
+    int k;
+    for (k = 1; k < 6; ++k) {
+        real part[2];
+        sums(k, w->x, part);
+        w->x[5] = w->x[5] + part[0];
+    }
+    if (w->x[1] > K(0.5)) {
+        real part[1];
+        sums(3, w->x, part);
+        w->x[4] = part[0];
+    }
+}
+""",
+    "memory of the caller in which lanes that are not there have numbers": """
+static void change(const real *x, real *out)
+{
+    out[0] = out[0] + x[1];
+    if (x[3] > K(0.0))
+        out[1] = x[2];
+}
+static void filled(const real *x, real *out) { change(x, out); }
+static void f(work *w)
+{
+    real kept[2];
+    kept[0] = w->x[0];
+    kept[1] = w->x[1];
+    filled(w->x, kept);
+    if (w->x[2] > K(0.1))
+        filled(w->x + 2, kept);
+    w->x[3] = kept[0];
+    w->x[4] = kept[1];
+}
+""",
     "loops": """
 static int steps(real start, real end, work *w)
 {
@@ -354,7 +401,8 @@ def test_each_lane_does_what_the_text_does(case: str, tmp_path: Path) -> None:
     [
         ("static void f(work *w) { const real *x = w->x[0] > K(0.0) ? w->x : w->x + 1; w->x[2] = x[0]; }", "address"),
         ("static void f(work *w) { int i = w->x[0] > K(1.0); const real *x = w->x + i; w->x[2] = x[0]; }", "address"),
-        ("static void f(work *w) { switch (w->n[0]) { case 1: w->n[1] = 2; } }", "a statement Switch"),
+        ("static void f(work *w) { switch (w->n[0]) { case 1: w->n[1] = 2; } }", "a choice of its own"),
+        ("static void f(work *w) { int k = 1; switch (k) { case 1: w->n[1] = 2; break; } }", "a case that ends"),
         ("static void f(work *w) { w->x[0] = sin(w->x[0]); }", "a call of sin"),
     ],
 )

@@ -18,7 +18,7 @@ from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.errors import ModelError, Problem
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS
+from eomgen.symbolic.series import KEPT, LEFT, ORDER, PREVIOUS, RIGHT, SUMS, Series, SeriesTerm
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import OBSERVED, Discontinuity, System
 
@@ -139,8 +139,9 @@ def series_functions(
 ) -> tuple[tuple[ProgramFunction, ...], dict[str, Any], tuple[Discontinuity, ...]]:
     """Return ``series_start``, ``series_next``, ``extent``, the driver's data, and the times at which a series ends.
 
-    The driver's data are sizes, ``products``, ``kept``, ``previous``, and ``room`` of a row of products, and ``kinds``:
-    which components of q and of v are angles, and which are lengths.
+    The driver's data are sizes, ``products``, ``kept``, ``previous``, and ``room`` of a row of products; ``factors``,
+    the places of both factors of each product, and ``kinds``: which components of q and of v are angles, and which are
+    lengths.
 
     Raises ModelError if the motion has no Taylor series.
     """
@@ -179,9 +180,20 @@ def series_functions(
         "kept": len(series.kept),
         "previous": len(series.previous),
         "room": room,
+        "factors": _factors(series),
         "kinds": kinds(system),
     }
     return tuple(functions), needed, breakpoints
+
+
+def _factors(series: Series) -> list[list[tuple[str, int]]]:
+    """Return the places of both factors of each product: a side and a number. Factors that are one quantity have one
+    place, the first, so that the coefficients are read once."""
+    places: dict[SeriesTerm, tuple[str, int]] = {}
+    for side, terms in ((LEFT, series.left), (RIGHT, series.right)):
+        for number, term in enumerate(terms):
+            places.setdefault(term, (side, number))
+    return [[places[left], places[right]] for left, right in zip(series.left, series.right, strict=True)]
 
 
 def extent_function(system: System, curve_numbers: dict[int, int]) -> list[ProgramFunction]:

@@ -20,6 +20,10 @@ WRITTEN_OUT = (300, 100)
 _WHOLE, _PART = 1000, 200
 
 
+#: Products of a series up to which each sum of products has a text of its own, and the sums stay in registers.
+FEW_PRODUCTS = 40
+
+
 class StepperProgram(Protocol):
     """Facts asked of a Program."""
 
@@ -38,6 +42,13 @@ class StepperProgram(Protocol):
     @property
     def series(self) -> tuple[ProgramFunction, ...]: ...
     def function(self, name: str) -> ProgramFunction: ...
+
+
+def row_of_factors(program: StepperProgram) -> str:
+    """Return the text of the distance of the coefficients of a factor: whole vectors, except in lanes."""
+    method = program.method
+    padded = method["room"] != method["products"]
+    return f"{program.prefix.upper()}_ROOM" if padded else str(method["room"])
 
 
 def stepper_names(program: StepperProgram) -> dict[str, Any]:
@@ -98,6 +109,8 @@ def stepper_names(program: StepperProgram) -> dict[str, Any]:
             "series": {item.name: item for item in program.series},
             "norm": calls.norm,
             "kinds_compared": kinds,
+            "room": row_of_factors(program),
+            "few_products": FEW_PRODUCTS,
         }
     return names
 
@@ -445,7 +458,8 @@ class FunctionCalls:
 
     def series(self, function: ProgramFunction) -> str:
         """Return the call of a function of the recurrence."""
-        sizes, room = self.program.sizes, self.program.method["room"]
+        sizes, method = self.program.sizes, self.program.method
+        room = row_of_factors(self.program)
         texts = {"p": "p", "t": "work->begin + work->begin_low", "t_k": "&t_k", "order": "order"}
         for block in ("q", "v", "z"):
             texts |= {block: f"work->{block}", f"{block}_1": f"work->{block}_rate"}
@@ -454,10 +468,11 @@ class FunctionCalls:
             texts[f"{block}_next"] = f"work->{block}_row + (k + 1) * {sizes[block]}"
         for name in ("left", "right", "kept"):
             texts |= {name: f"work->{name}", f"{name}_0": f"work->{name}", f"{name}_k": f"work->{name} + k * {room}"}
-        size = self.program.method.get("previous", 0)
+        size = method.get("previous", 0)
         texts |= {"previous_0": "work->previous", "previous_k": f"work->previous + k * {size}"}
         texts["previous"] = f"work->previous + (k - 1) * {size}"
-        texts |= {name: f"work->{name}" for name in ("u", "followed", "sums", "held", "extent")}
+        texts |= {name: f"work->{name}" for name in ("u", "followed", "held", "extent")}
+        texts["sums"] = "sums" if method["products"] <= FEW_PRODUCTS else "work->sums"
         arguments = [*function.inputs, *(output.argument for output in function.outputs)]
         return f"{self.program.prefix}_{function.name}({', '.join(texts[name] for name in arguments)});"
 

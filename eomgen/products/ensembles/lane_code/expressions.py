@@ -392,7 +392,8 @@ class Expressions(ABC):
             place = Place(value.text, value.type, None)
         else:
             place = self.place(node.name)
-        region = place.region if isinstance(place.type, Array) else None
+        own = isinstance(node.name, c_ast.ID) and self._is_own(node.name.name)
+        region = place.region if own or isinstance(place.type, Array) else None
         index = self.value(node.subscript)
         kind = element(place.type)
         if place.lanes and isinstance(index.type, UniformInteger) and isinstance(kind, Real | LaneIntegers):
@@ -520,9 +521,22 @@ class Expressions(ABC):
                 self._learn(routine, parameter, value.type.to, item)
             if isinstance(kind, Pointer) and not value.null:
                 routine.given.add(parameter)
+                if not self._is_private(item):
+                    routine.outside.add(parameter)
             texts.append(self.to(value, kind, node) if not isinstance(kind, Pointer) else value.text)
         null = isinstance(routine.result, Pointer) and not routine.gives
         return Value(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result), null)
+
+    def _is_own(self, name: str) -> bool:
+        """Return whether a name is a pointer among the parameters to memory of the lanes that come here alone."""
+        return name not in self.routine.outside and any(name == each for each, _ in self.routine.parameters)
+
+    def _is_private(self, node: Any) -> bool:
+        """Return whether an argument is memory in which other lanes than those that are here have no numbers."""
+        variable = self.find(node.name) if isinstance(node, c_ast.ID) else None
+        if variable is None or variable.region is not self.region:
+            return False
+        return isinstance(variable.type, Array) or self._is_own(node.name)
 
     def _learn(self, routine: Routine, parameter: str, kind: Type, node: Any) -> None:
         known = routine.elements.get(parameter)

@@ -147,6 +147,8 @@ class RoutineText(Expressions):
                 self._line(self.call(node).text + ";")
             case c_ast.If():
                 return self._if(node)
+            case c_ast.Switch():
+                self._switch(node)
             case c_ast.For():
                 self._for(node)
             case c_ast.While():
@@ -240,8 +242,10 @@ class RoutineText(Expressions):
     def _store(self, target: Any, value: Any, node: Any) -> None:
         place = self.place(target)
         if isinstance(place.type, Pointer):
-            if not value.null and isinstance(target, c_ast.ID):
-                self.routine.given.add(target.name)
+            if isinstance(target, c_ast.ID):
+                self.routine.outside.add(target.name)
+                if not value.null:
+                    self.routine.given.add(target.name)
             if not self._within_loops_of(place.region):
                 raise no_lanes(f"the pointer {written(target)}, set where lanes part company", node)
             value = value.as_pointer() if isinstance(value.type, Array) else value
@@ -372,6 +376,22 @@ class RoutineText(Expressions):
         if otherwise:
             self._under(node.iffalse, otherwise, otherwise)
         return True
+
+    def _switch(self, node: Any) -> None:
+        """Write a choice by a number that all lanes have in common, whose cases run on into the next."""
+        chosen = self.value(node.cond)
+        if not isinstance(chosen.type, UniformInteger):
+            raise no_lanes(f"a choice of its own in each lane: {written(node.cond)}", node)
+        self._line(f"switch ({chosen.text}) {{")
+        self.variables.append({})
+        for case in node.stmt.block_items:
+            self._line("default:;" if isinstance(case, c_ast.Default) else f"case {written(case.expr)}:;")
+            for item in case.stmts:
+                if isinstance(item, c_ast.Break | c_ast.Continue | c_ast.Return):
+                    raise no_lanes("a case that ends", item)
+                self._statement(item)
+        self.variables.pop()
+        self._line("}")
 
     def _under(self, node: Any, mask: str, name: str = "") -> None:
         """Write a block for the lanes of a mask, if there are any."""

@@ -175,6 +175,7 @@ class Routine:
     elements : types of the targets of pointers among the parameters, from the callers
     widened : tables with a copy per lane, because a function takes these tables and tables of lanes
     given : pointers among the parameters that some caller passes; other pointers are null
+    outside : pointers among the parameters to memory in which lanes that do not come here have numbers
     counters : whole numbers that are only counters of loops
     gives : the pointer that is returned, if one is, may be other than null
     """
@@ -186,6 +187,7 @@ class Routine:
     elements: dict[str, Type] = field(default_factory=dict)
     widened: set[str] = field(default_factory=set)
     given: set[str] = field(default_factory=set)
+    outside: set[str] = field(default_factory=set)
     counters: frozenset[str] = frozenset()
     gives: bool = False
 

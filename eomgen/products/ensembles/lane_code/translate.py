@@ -61,7 +61,9 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
         raise UntranslatableConstruct(f"no function {', '.join(missing)}")
     for name, null in roots.items():
         routine = source.routines[name]
-        routine.given |= {each for each, kind in routine.parameters if isinstance(kind, Pointer) and each not in null}
+        pointers = {each for each, kind in routine.parameters if isinstance(kind, Pointer)}
+        routine.outside |= pointers
+        routine.given |= pointers - set(null)
     for _ in range(_MOST_ROUNDS):
         before = _known(source)
         made = _reached(source, roots, outputs)
@@ -81,11 +83,12 @@ def _reached(source: LaneSource, roots: Collection[str], outputs: Mapping[str, l
     return made
 
 
-def _known(source: LaneSource) -> list[tuple[str, frozenset[str], list[tuple[str, Type]]]]:
+def _known(source: LaneSource) -> list[tuple[str, frozenset[str], frozenset[str], list[tuple[str, Type]]]]:
     return [
         (
             name,
             frozenset(routine.varying | routine.given | routine.widened | ({"return"} if routine.gives else set())),
+            frozenset(routine.outside),
             sorted(routine.elements.items(), key=itemgetter(0)),
         )
         for name, routine in source.routines.items()
@@ -201,6 +204,7 @@ void eomgen_lanes_groups(const double *parameters, const double *settings, const
 void eomgen_lanes_state(const double *state, double *flat);
 """
 _NUMBERS = """\
+#define EOMGEN_IN_LANES
 typedef double eomgen_real;
 #ifdef EOMGEN_SHORT_NAMES
 typedef double real;
