@@ -151,10 +151,8 @@ class RoutineText(Expressions):
                 self._switch(node)
             case c_ast.For():
                 self._for(node)
-            case c_ast.While():
-                self._loop(node.cond, None, node.stmt)
-            case c_ast.DoWhile():
-                self._loop(node.cond, None, node.stmt, late=True)
+            case c_ast.While() | c_ast.DoWhile():
+                self._loop(node.cond, None, node.stmt, late=isinstance(node, c_ast.DoWhile))
             case c_ast.Return():
                 self._return(node)
                 return False
