@@ -528,11 +528,11 @@ class Expressions(ABC):
         return Value(f"{name}({', '.join([self.mask(), *texts])})", in_lanes(routine.result), null)
 
     def _is_own(self, name: str) -> bool:
-        """Return whether a name is a pointer among the parameters to memory of the lanes that come here alone."""
+        """Return whether a name is a pointer among the parameters to memory of the active lanes alone."""
         return name not in self.routine.outside and any(name == each for each, _ in self.routine.parameters)
 
     def _is_private(self, node: Any) -> bool:
-        """Return whether an argument is memory in which other lanes than those that are here have no numbers."""
+        """Return whether an argument is memory with numbers of the active lanes alone."""
         variable = self.find(node.name) if isinstance(node, c_ast.ID) else None
         if variable is None or variable.region is not self.region:
             return False

@@ -175,7 +175,7 @@ class Routine:
     elements : types of the targets of pointers among the parameters, from the callers
     widened : tables with a copy per lane, because a function takes these tables and tables of lanes
     given : pointers among the parameters that some caller passes; other pointers are null
-    outside : pointers among the parameters to memory in which lanes that do not come here have numbers
+    outside : pointers among the parameters to memory with numbers of lanes that are not active, too
     counters : whole numbers that are only counters of loops
     gives : the pointer that is returned, if one is, may be other than null
     """
