@@ -59,45 +59,62 @@ class Chart {
     return rangeOf(low, high);
   }
 
-  draw(series, { from, to, cursor = null, marks = [] }) {
+  placeX(x) {
+    const [low, high] = this.shown.x;
+    return this.left + ((x - low) / (high - low)) * (this.right - this.left);
+  }
+
+  placeY(y) {
+    const [low, high] = this.shown.y;
+    return this.bottom - ((y - low) / (high - low)) * (this.bottom - this.top);
+  }
+
+  draw(series, { from, to }) {
     this.size();
     const ink = this.canvas.getContext("2d");
+    const x = this.view ? this.view.x : [from, to > from ? to : from + 1];
+    this.frame(ink, series.curves, x, this.view && this.view.y ? this.view.y : this.fitted(series, ...x));
+    this.inside(ink, () => {
+      series.curves.forEach(({ value, count = series.count, x = series.x }, number) => this.trace(ink, number, { value, x }, 0, count));
+      if (!this.dragged) return;
+      ink.fillStyle = "rgba(90, 140, 230, 0.18)";
+      ink.fillRect(this.dragged[0], this.top, this.dragged[1] - this.dragged[0], this.bottom - this.top);
+    });
+  }
+
+  /** Draw all around the curves: axes with their marks, the title, names of curves. */
+  frame(ink, curves, [lowX, highX], [lowY, highY]) {
     ink.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     ink.clearRect(0, 0, this.width, this.height);
     ink.font = "11px system-ui, sans-serif";
-    const legend = this.legend(ink, series.curves);
+    const legend = this.legend(ink, curves);
     const [right, top, bottom] = [this.width - 10, 28 + 14 * (legend.at(-1).row + 1), this.height - (this.across ? 32 : 20)];
-    const [lowX, highX] = this.view ? this.view.x : [from, to > from ? to : from + 1];
-    const [lowY, highY] = this.view && this.view.y ? this.view.y : this.fitted(series, lowX, highX);
     const up = ticksOf(lowY, highY, (bottom - top) / 34);
     const heights = up.ticks.map((y) => marked(y, up.step, Math.max(Math.abs(lowY), Math.abs(highY))));
     const left = Math.max(52, 12 + Math.max(0, ...heights.map((text) => ink.measureText(text).width)));
     Object.assign(this, { left, right, top, bottom, shown: { x: [lowX, highX], y: [lowY, highY] } });
-    const placeX = (x) => left + ((x - lowX) / (highX - lowX)) * (right - left);
-    const placeY = (y) => bottom - ((y - lowY) / (highY - lowY)) * (bottom - top);
     ink.fillStyle = this.colours.soft;
     ink.strokeStyle = this.colours.line;
     ink.lineWidth = 1;
     ink.textBaseline = "middle";
     ink.textAlign = "right";
+    ink.beginPath();
     up.ticks.forEach((y, k) => {
-      ink.beginPath();
-      ink.moveTo(left, placeY(y));
-      ink.lineTo(right, placeY(y));
-      ink.stroke();
-      ink.fillText(heights[k], left - 5, placeY(y));
+      ink.moveTo(left, this.placeY(y));
+      ink.lineTo(right, this.placeY(y));
+      ink.fillText(heights[k], left - 5, this.placeY(y));
     });
     ink.textAlign = "center";
     ink.textBaseline = "top";
     const along = ticksOf(lowX, highX, (right - left) / 70);
     for (const x of along.ticks) {
-      ink.beginPath();
-      ink.moveTo(placeX(x), bottom);
-      ink.lineTo(placeX(x), bottom + 3);
-      ink.stroke();
+      const place = this.placeX(x);
+      ink.moveTo(place, bottom);
+      ink.lineTo(place, bottom + 3);
       const text = marked(x, along.step, Math.max(Math.abs(lowX), Math.abs(highX))) + (this.along && x === along.ticks.at(-1) ? ` ${this.along}` : "");
-      ink.fillText(text, Math.min(placeX(x), this.width - 2 - ink.measureText(text).width / 2), bottom + 5);
+      ink.fillText(text, Math.min(place, this.width - 2 - ink.measureText(text).width / 2), bottom + 5);
     }
+    ink.stroke();
     if (this.across) ink.fillText(this.across, (left + right) / 2, bottom + 18);
     ink.textAlign = "left";
     ink.textBaseline = "alphabetic";
@@ -105,52 +122,58 @@ class Chart {
     ink.font = "600 12px system-ui, sans-serif";
     ink.fillText(this.unit ? `${this.title} (${this.unit})` : this.title, 8, 14);
     this.names(ink, legend);
+  }
+
+  /** Draw within the axes. */
+  inside(ink, paint) {
     ink.save();
     ink.beginPath();
-    ink.rect(left, top, right - left, bottom - top);
+    ink.rect(this.left, this.top, this.right - this.left, this.bottom - this.top);
     ink.clip();
-    for (const mark of marks) {
-      ink.strokeStyle = this.colours.line;
-      ink.setLineDash([2, 3]);
-      ink.beginPath();
-      ink.moveTo(placeX(mark), top);
-      ink.lineTo(placeX(mark), bottom);
-      ink.stroke();
-    }
-    series.curves.forEach(({ value, count = series.count, x = series.x }, number) => {
-      ink.strokeStyle = CURVES[number % CURVES.length];
-      ink.setLineDash(number >= 3 ? [6, 3] : []);
-      ink.lineWidth = 1.7;
-      ink.lineJoin = "round";
-      ink.beginPath();
-      let begun = false;
-      for (let k = 0; k < count; k++) {
-        const y = value(k);
-        if (!Number.isFinite(y)) {
-          begun = false;
-          continue;
-        }
-        const place = [placeX(x(k)), placeY(y)];
-        if (begun) ink.lineTo(...place);
-        else ink.moveTo(...place);
-        begun = true;
-      }
-      ink.stroke();
-    });
-    ink.setLineDash([]);
-    if (cursor !== null) {
-      ink.strokeStyle = this.colours.soft;
-      ink.lineWidth = 1;
-      ink.beginPath();
-      ink.moveTo(placeX(cursor), top);
-      ink.lineTo(placeX(cursor), bottom);
-      ink.stroke();
-    }
-    if (this.dragged) {
-      ink.fillStyle = "rgba(90, 140, 230, 0.18)";
-      ink.fillRect(this.dragged[0], top, this.dragged[1] - this.dragged[0], bottom - top);
-    }
+    paint();
     ink.restore();
+  }
+
+  /** Draw places of a curve from the first to before the end: of those in a column of pixels the first, the lowest, the
+   * highest and the last, which look as all. `begun` is the length of the curve before; returns the one after. */
+  trace(ink, number, { x, value }, first, end, begun = 0) {
+    ink.strokeStyle = CURVES[number % CURVES.length];
+    ink.setLineDash(number >= 3 ? [6, 3] : []);
+    ink.lineDashOffset = begun;
+    ink.lineWidth = 1.7;
+    ink.lineJoin = "round";
+    ink.lineCap = number >= 3 ? "butt" : "round";
+    ink.beginPath();
+    let [length, at, column] = [begun, null, null]; // column: places [x, y, k] of its first, lowest, highest and last
+    const go = (place) => {
+      if (at) ink.lineTo(place[0], place[1]);
+      else ink.moveTo(place[0], place[1]);
+      if (at) length += Math.hypot(place[0] - at[0], place[1] - at[1]);
+      at = place;
+    };
+    const close = () => {
+      if (!column) return;
+      const [one, low, high, last] = column;
+      for (const place of low[2] < high[2] ? [one, low, high, last] : [one, high, low, last]) if (place !== at) go(place);
+      column = null;
+    };
+    for (let k = first; k < end; k++) {
+      const y = value(k);
+      if (!Number.isFinite(y)) {
+        close();
+        at = null;
+        continue;
+      }
+      const place = [this.placeX(x(k)), this.placeY(y), k];
+      if (column && Math.floor(place[0] * this.ratio) !== Math.floor(column[0][0] * this.ratio)) close();
+      if (!column) column = [place, place, place, place];
+      if (place[1] < column[1][1]) column[1] = place;
+      if (place[1] > column[2][1]) column[2] = place;
+      column[3] = place;
+    }
+    close();
+    ink.stroke();
+    return length;
   }
 
   /** Places of the names of the curves, in as many rows as they need, three at most; names without room are counted. */

@@ -10,8 +10,9 @@ function readStyle() {
   style.dark = rgbOf(style.sky)[0] < 128;
 }
 
-/** Frames of a trace that are in sight; a motion without end leaves a trace of the last seconds. */
-const LONGEST = scene.live ? 600 : Infinity;
+/** Frames of a trace that are in sight, and widths of the canvas that it is long: a motion without end leaves a trace of the
+ * last seconds, and a fast one draws over itself. */
+const [LONGEST, WIDEST] = scene.live ? [600, 4] : [Infinity, Infinity];
 
 const css = (rgb, alpha) => `rgba(${rgb.map((value) => Math.round(value)).join(", ")}, ${alpha})`;
 /** A colour that stands out from the background: on a dark one black is grey. */
@@ -57,6 +58,7 @@ function drawGround(centre) {
   const snap = (direction) => Math.round(dot(foot, direction) / spacing) * spacing;
   const origin = plus(plus(times(snap(camera.x), camera.x), times(snap(camera.y), camera.y)), times(level, up));
   const reach = 14;
+  const lots = new Map(); // lines of one width and brightness are one path, which is filled faster than a path for each
   ink.lineCap = "butt";
   for (const [along, other] of [[camera.x, camera.y], [camera.y, camera.x]]) {
     for (let k = -reach; k <= reach; k++) {
@@ -64,13 +66,29 @@ function drawGround(centre) {
       const major = Math.round(dot(side, other) / spacing) % 5 === 0;
       for (let m = -reach; m < reach; m++) {
         const far = Math.hypot(k, m + 0.5) / reach;
+        if (far >= 1) continue;
         const ends = camera.segment(plus(side, times(m * spacing, along)), plus(side, times((m + 1) * spacing, along)));
-        if (far >= 1 || !ends) continue;
-        line(ends, style.line, major ? 1.5 : 1, (1 - far * far) * (major ? 1 : 0.7));
+        if (!ends) continue;
+        const lot = 2 * Math.ceil(16 * (1 - far * far)) + (major ? 1 : 0);
+        if (!lots.has(lot)) lots.set(lot, []);
+        lots.get(lot).push(ends);
         seen ||= ends.some(([x, y]) => x > 0 && y > 0 && x < camera.width && y < camera.height);
       }
     }
   }
+  ink.strokeStyle = style.line;
+  for (const [lot, lines] of lots) {
+    const major = lot % 2 === 1;
+    ink.globalAlpha = ((lot >> 1) / 16) * (major ? 1 : 0.7);
+    ink.lineWidth = major ? 1.5 : 1;
+    ink.beginPath();
+    for (const [from, to] of lines) {
+      ink.moveTo(from[0], from[1]);
+      ink.lineTo(to[0], to[1]);
+    }
+    ink.stroke();
+  }
+  ink.globalAlpha = 1;
   return seen;
 }
 
@@ -262,9 +280,12 @@ function draw() {
     if (point.trace) {
       const path = traceOf(point);
       const last = placed(pose(point.carrier), point.position);
-      for (let k = Math.max(0, 12 * Math.floor((frame - LONGEST) / 12)); k < frame; k += 12) {
+      let length = 0;
+      for (let k = 12 * Math.floor((frame - 1) / 12); k >= Math.max(0, frame - LONGEST) && length < WIDEST * camera.width; k -= 12) {
         const piece = path.slice(FINE * k, FINE * Math.min(k + 12, frame) + 1).map((place) => camera.project(place));
-        if (piece.every((place) => place[2] > camera.near)) add(piece[0][2], piece[0], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
+        if (!piece.every((place) => place[2] > camera.near)) continue;
+        add(piece[0][2], piece[0], () => line(piece, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));
+        length += piece.reduce((sum, [x, y], j) => (j ? sum + Math.hypot(x - piece[j - 1][0], y - piece[j - 1][1]) : 0), 0);
       }
       const ends = camera.segment(path[FINE * frame], last);
       if (ends) add(ends[0][2], ends[0], () => line(ends, css(shaded(colour, style.dark ? 1.25 : 0.9), 1), 1.6, 0.85));

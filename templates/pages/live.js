@@ -15,6 +15,7 @@ let before = null;
 const columns = live.plots.flatMap((plot) => plot.curves);
 const values = columns.map(() => new Float64Array(KEPT));
 const happened = []; // events: [number, time]
+let edition = 0; // changes when stored frames get other places
 
 // -- history ------------------------------------------------------------------------------------------------------------
 
@@ -23,6 +24,7 @@ function forget() {
   moments = new Float64Array(KEPT);
   poses = new Float32Array(KEPT * 7 * carriers);
   [count, happened.length] = [0, 0];
+  edition += 1;
   traces.clear();
   remember();
   start = moments[0];
@@ -37,6 +39,7 @@ function remember() {
     poses.copyWithin(0, half * 7 * carriers);
     for (const column of values) column.copyWithin(0, half);
     count = half;
+    edition += 1;
     start = moments[0];
     traces.clear();
   }
@@ -327,29 +330,24 @@ function fillCharts() {
     place.setAttribute("role", "img");
     place.setAttribute("aria-label", `${plot.title} over time`);
     byId("plots").append(place);
-    charts.push({ chart: new Chart(place, { title: plot.title, unit: plot.unit, along: "s" }), plot, first });
+    charts.push({ chart: new GrowingChart(place, { title: plot.title, unit: plot.unit, along: "s" }), plot, first });
     first += plot.curves.length;
   }
   byId("plots").hidden = charts.length === 0;
 }
 
+/** Parts of the plots' length by which they move on, so that a moving plot is seldom drawn anew. */
+const HOPS = 10;
+
 function drawCharts() {
-  const to = Math.max(end, live.t + live.duration);
+  const hop = live.duration / HOPS;
+  const to = live.t + live.duration + hop * Math.max(0, Math.ceil((end - live.t - live.duration) / hop - 1e-9));
   const from = Math.max(start, to - live.duration);
-  let skipped = 0;
-  while (skipped + 1 < count && moments[skipped + 1] < from) skipped += 1;
-  const thinned = Math.max(1, Math.floor((count - skipped) / 1500));
-  const last = count - 1;
   const marks = happened.map(([, time]) => time).slice(-60);
   for (const { chart, plot, first } of charts) {
-    const at = (k) => Math.min(skipped + k * thinned, last);
-    const series = {
-      count: Math.floor((last - skipped) / thinned) + 1 + ((last - skipped) % thinned ? 1 : 0),
-      x: (k) => moments[at(k)],
-      curves: plot.curves.map(({ name }, number) => ({ name, value: (k) => values[first + number][at(k)] })),
-    };
+    const curves = plot.curves.map(({ name }, number) => ({ name, value: (k) => values[first + number][k] }));
     Object.assign(chart.colours, { ink: style.ink, soft: style.soft, line: style.line });
-    chart.draw(series, { from, to, cursor: state.time, marks });
+    chart.draw({ first: frameAt(from)[0], count, x: (k) => moments[k], curves }, { from, to, cursor: state.time, marks, edition });
   }
 }
 

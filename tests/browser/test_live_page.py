@@ -110,9 +110,9 @@ const fill = CanvasRenderingContext2D.prototype.fillText;
 CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
   const width = this.measureText(text).width;
   const first = x - { left: 0, start: 0, center: width / 2, right: width }[this.textAlign];
-  const { clientWidth, clientHeight } = this.canvas;
+  const { canvas } = this;
   told.names.push(text);
-  if (first < 0 || first + width > clientWidth || y < 0 || y > clientHeight) told.cut.push([text, first, y]);
+  if (first < 0 || first + width > canvas.width || y < 0 || y > canvas.height) told.cut.push([text, first, y]);
   fill.call(this, text, x, y);
 };
 play(false);
@@ -135,6 +135,56 @@ def test_no_text_of_a_plot_is_cut_and_every_curve_is_named(width: int, browser: 
     assert told["title"] == "four_bar"
     assert told["marks"] == [-40, -20, 0, 20, 40]  # one number alone gives no size
     assert "1.0 s" in told["names"] or "1 s" in told["names"]
+
+
+GROWN = """
+const told = { charts: [] };
+play(false);
+restart();
+const pixels = ({ canvas: { width, height }, canvas }) => {
+  const copy = new OffscreenCanvas(width, height).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(canvas, 0, 0);
+  return copy.getImageData(0, 0, width, height).data;
+};
+for (let k = 0; k < 150; k++) {
+  state.time = advance(state.time + 1 / 60, 1e9);
+  show();
+}
+let places = 0;
+const go = CanvasRenderingContext2D.prototype.lineTo;
+CanvasRenderingContext2D.prototype.lineTo = function (x, y) { places += 1; go.call(this, x, y); };
+for (const { chart, plot, first } of charts) {
+  const grown = pixels(chart);
+  chart.key = "";
+  places = 0;
+  drawCharts();
+  const anew = pixels(chart);
+  let [differ, inked] = [0, 0];
+  for (let k = 0; k < anew.length; k += 4) {
+    inked += anew[k + 3] > 0;
+    differ += [0, 1, 2, 3].some((j) => Math.abs(anew[k + j] - grown[k + j]) > 64);
+  }
+  const seen = plot.curves.flatMap((_, j) => [...values[first + j].subarray(frameAt(chart.shown.x[0])[0] + 1, count)]);
+  const [low, high] = chart.shown.y;
+  told.charts.push({ differ, inked, places, most: 4 * plot.curves.length * chart.width + 100,
+    within: seen.every((y) => y > low && y < high), x: chart.shown.x, stored: count, curves: plot.curves.length });
+}
+told.end = end;
+"""
+
+
+@pytest.mark.slow
+def test_a_chart_that_grew_looks_as_one_drawn_at_once(browser: Browser, tmp_path: Path) -> None:
+    model, solution = run_of("four_bar", 1.0)
+    page = model.live(tmp_path / "charts.html", solution=solution)
+    told = answer(browser, page, GROWN + REPORT)
+    assert len(told["charts"]) > 4
+    for chart in told["charts"]:
+        assert chart["inked"] > 1000 and chart["differ"] < 0.01 * chart["inked"]
+        assert chart["within"]
+        assert chart["places"] < chart["most"]
+        np.testing.assert_allclose(np.diff(chart["x"]), solution.t[-1], rtol=1e-9)
+        assert chart["x"][1] - 0.1 * solution.t[-1] <= told["end"] <= chart["x"][1] + 1e-9
 
 
 @pytest.mark.slow

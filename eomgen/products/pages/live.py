@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from eomgen.base.calls import checked_call
-from eomgen.base.files import write_text
+from eomgen.base.files import check_writable, write_text
 from eomgen.compiled.functions import compiled_or_same
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
@@ -32,7 +32,12 @@ if TYPE_CHECKING:
 _PICTURES, _CURVES, _PLOTS = 121, 6, 8
 #: Numbers of statuses with which an event ends the motion.
 _STOPS = (20,)
-_OF_LIVE = {"curves": "html/curves.js", "motion": "pages/motion.js", "live": "pages/live.js"}
+_OF_LIVE = {
+    "curves": "html/curves.js",
+    "growing_chart": "pages/growing_chart.js",
+    "motion": "pages/motion.js",
+    "live": "pages/live.js",
+}
 _STYLE = "pages/live.css"
 
 
@@ -79,6 +84,8 @@ def live(
     'four_bar_live.html'
     """
     target = None if path is None else check_name(Path(path))
+    if target is not None:
+        check_writable(target)
     check_supported(model.library.layout, model.name)
     text = live_page(model, simulate(model) if solution is None else solution)
     if target is None:
