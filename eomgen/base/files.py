@@ -69,30 +69,55 @@ _ENDINGS = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html", ".csv", ".json", "
 
 def make_folder(path: Path) -> Path:
     """Return a folder that exists. Raises FileError, for new folders with the ending of a file as well."""
-    if path.suffix.lower() in _ENDINGS and not path.exists():
-        fault = f"a folder is needed, and {path.suffix} is the ending of a file"
-        raise FileError(Problem(str(path), fault, f"the folder {path.with_suffix('')}, which the files are written to"))
+    _check_kind(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        if path.is_file():
-            raise FileError(Problem(str(path), "this is a file, and a folder is needed", "another folder")) from None
         raise FileError(
             Problem(str(path), f"the folder cannot be made: {error.strerror or error}", "another folder")
         ) from None
     return path
 
 
-def check_writable(path: Path) -> None:
-    """Raise FileError if a file could not be written, before the work whose result the file takes."""
-    import tempfile  # noqa: PLC0415  # before long work only
+def _check_kind(folder: Path) -> None:
+    """Raise FileError for a file, and for a new folder with the ending of a file."""
+    if folder.is_file():
+        raise FileError(Problem(str(folder), "this is a file, and a folder is needed", "another folder"))
+    if folder.suffix.lower() in _ENDINGS and not folder.exists():
+        fault = f"a folder is needed, and {folder.suffix} is the ending of a file"
+        hint = f"the folder {folder.with_suffix('')}, which the files are written to"
+        raise FileError(Problem(str(folder), fault, hint))
 
+
+def check_writable(path: Path, *, folder_is_made: bool = False) -> None:
+    """Raise FileError if a file could not be written, before the work whose result the file takes.
+
+    Parameters
+    ----------
+    folder_is_made : bool
+        Whether the folder of the file, if it is missing, is made before the file is written.
+    """
     if path.exists() and not path.is_file():
         kind = "a folder" if path.is_dir() else "no regular file"
         raise FileError(Problem(str(path), f"this is {kind}, and a file is to be written", "the name of a new file"))
+    _check_place(path, path, folder_is_made)
+
+
+def check_folder(path: Path) -> None:
+    """Raise FileError if files could not be written into a folder, which may be missing yet."""
+    _check_kind(path)
+    _check_place(path, path / "result", True)
+
+
+def _check_place(path: Path, file: Path, folder_is_made: bool) -> None:
+    """Raise FileError that names a path if a new file cannot be made, of a folder that is made in the nearest above."""
+    folder = file.parent
+    while folder_is_made and not folder.exists() and folder != folder.parent:
+        folder = folder.parent
     try:
-        with tempfile.NamedTemporaryFile("wb", dir=path.parent, prefix=f".{path.name}."):
+        with temporary_file(folder / file.name) as stream:
             pass
+        Path(stream.name).unlink()
     except OSError as error:
         fault = f"cannot be written ({error.strerror or error})"
         raise FileError(Problem(str(path), fault, "another folder, or permission to write there")) from None

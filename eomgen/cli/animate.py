@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.cli.options import debug_option, run_options, scene_options
+from eomgen.cli.options import debug_option, file_to_write, run_options, scene_options
 from eomgen.cli.printing import say
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
+@click.option("--out", "path", required=True, metavar="FILE.html", callback=file_to_write, help="Page to write.")
 @run_options
 @scene_options
 @debug_option
@@ -30,9 +30,9 @@ def animate(scene: str, path: str, **options: Any) -> int:
     from eomgen.results.animation import check_name  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     target = check_name(Path(path))
-    make_folder(target.parent)
     _check_scene(Path(scene))
     solution = _stored(scene) if scene.endswith(".npz") else run(read_scene(scene, options), options)[1]
+    make_folder(target.parent)
     written = solution.animate(target)
     say(f"{solution.message}\nwritten to {written}, {written.stat().st_size / 1e6:.2g} MB: open it in a browser")
     return outcome_code(solution)

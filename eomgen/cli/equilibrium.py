@@ -17,6 +17,7 @@ from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
     any_kind_option,
     debug_option,
+    file_to_write,
     initial_option,
     input_option,
     json_option,
@@ -184,13 +185,25 @@ _ROWS = 12
 
 @click.command()
 @click.option(
-    "--out", "path", default=None, metavar="FILE", help="Write the result to this .json file, a path also as .csv."
+    "--out",
+    "path",
+    default=None,
+    metavar="FILE",
+    callback=file_to_write,
+    help="Write the result to this .json file, a path also as .csv.",
 )
 @click.option(
     "--path", "along", default=None, metavar="NAME=FROM:TO", help="Follow equilibria while a parameter goes to a value."
 )
 @click.option("--over", multiple=True, metavar="COLUMN", help="Column to draw the parameter over; may be repeated.")
-@click.option("--plot", "figure", default=None, metavar="FILE.png", help="Draw the shape at rest, or the path.")
+@click.option(
+    "--plot",
+    "figure",
+    default=None,
+    metavar="FILE.png",
+    callback=file_to_write,
+    help="Draw the shape at rest, or the path.",
+)
 @click.option("--all", "whole", is_flag=True, help="Print every coordinate, also of beams' nodes.")
 @click.option("--buckling", default=None, metavar="NAME[=AT]", help="Linear buckling loads about a preload.")
 @time_option
@@ -206,7 +219,8 @@ def equilibrium(
     scene: str, path: str | None, time: float, any_kind: bool, whole: bool, as_json: bool, **options: Any
 ) -> int:
     """Find the equilibrium of a SCENE near the initial state, with the base held in the position at a time."""
-    from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
+    from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     figure = options.pop("figure")
     request = PathRequest.read(options.pop("along"), options.pop("over"), figure, options.pop("buckling"), path)
@@ -215,6 +229,9 @@ def equilibrium(
     described = read_scene(scene, options)
     with building(described.name):
         model = pipeline.build(described, real="double", profile=options.pop("profile"))
+    for file in (path, figure):
+        if file is not None:
+            make_folder(Path(file).parent)
     if request is not None:
         return request.answer(model, options["initial"], options["parameters"], time, options["inputs"], as_json)
     given = options["initial"], options["parameters"], time, options["inputs"]
@@ -224,8 +241,6 @@ def equilibrium(
     data = _described(model, result, p, options["inputs"], options["initial"])
     files = [] if figure is None else [_drawn(model, result, p, options["initial"], Path(figure))]
     if path is not None:
-        from eomgen.base.files import write_text  # noqa: PLC0415
-
         write_text(Path(path), json_text(data) + "\n")
     if as_json:
         print_json(data)

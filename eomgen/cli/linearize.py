@@ -19,6 +19,7 @@ from eomgen.cli.options import (
     any_kind_option,
     assignments,
     debug_option,
+    folder_to_write,
     initial_option,
     input_option,
     json_option,
@@ -216,7 +217,12 @@ _POINTS = 600
 @initial_option
 @input_option
 @click.option(
-    "--out", "folder", default=None, metavar="DIR", help="Write modes, matrices and figures to this folder, too."
+    "--out",
+    "folder",
+    default=None,
+    metavar="DIR",
+    callback=folder_to_write,
+    help="Write modes, matrices and figures to this folder, too.",
 )
 @click.option(
     "--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios."

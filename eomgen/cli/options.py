@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from importlib import import_module
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import click
@@ -280,7 +281,7 @@ def folder_option(command: Command) -> Command:
         required=True,
         metavar="DIR",
         help="Folder to write to; it is made if it is missing.",
-        callback=_folder,
+        callback=folder_to_write,
     )(command)
 
 
@@ -331,9 +332,25 @@ def in_units(
     }
 
 
-def _folder(context: click.Context, parameter: click.Parameter, value: str) -> str:
-    if not value.strip():
-        raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
+def folder_to_write(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+    """Return the folder of an option for results: it is refused before the work whose results it cannot take."""
+    if value is not None:
+        from eomgen.base.files import check_folder  # noqa: PLC0415  # if files are written
+
+        if not value.strip():
+            raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
+        check_folder(Path(value))
+    return value
+
+
+def file_to_write(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
+    """Return the file of an option for a result: it is refused before the work whose result it cannot take."""
+    if value is not None:
+        from eomgen.base.files import check_writable  # noqa: PLC0415  # if files are written
+
+        if not value.strip():
+            raise UsageError(Problem(parameter.opts[0], "the name of the file is empty", "the name of a new file"))
+        check_writable(Path(value), folder_is_made=True)
     return value
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from eomgen.cli.options import completed_files, debug_option, json_option
+from eomgen.cli.options import completed_files, debug_option, folder_to_write, json_option
 from eomgen.cli.printing import print_json, say
 from eomgen.errors import Problem, UsageError
 
@@ -18,6 +18,7 @@ from eomgen.errors import Problem, UsageError
     "folder",
     default=None,
     metavar="DIR",
+    callback=folder_to_write,
     help="Folder to write to; it is made if it is missing.  [default: the folder of the solution]",
 )
 @click.argument("solution", metavar="SOLUTION", shell_complete=completed_files)

@@ -13,6 +13,7 @@ from eomgen.cli.options import (
     assignments,
     check_assigned,
     debug_option,
+    file_to_write,
     in_units,
     initial_option,
     json_option,
@@ -29,7 +30,16 @@ if TYPE_CHECKING:
 
 
 @click.command()
-@click.option("-o", "--output", "--out", "file", default=None, metavar="FILE", help="The file; NAME.fmu by default.")
+@click.option(
+    "-o",
+    "--output",
+    "--out",
+    "file",
+    default=None,
+    metavar="FILE",
+    callback=file_to_write,
+    help="The file; NAME.fmu by default.",
+)
 @click.option("--version", default="3", show_default=True, metavar="VERSION", help="Of FMI: 2 or 3, as 2.0 or 3.0.")
 @click.option(
     "--type",

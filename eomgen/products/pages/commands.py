@@ -8,14 +8,14 @@ from typing import Any
 import click
 
 from eomgen.base.progress import terminal_bar
-from eomgen.cli.options import completed_files, debug_option, run_options, scene_options
+from eomgen.cli.options import completed_files, debug_option, file_to_write, run_options, scene_options
 from eomgen.cli.printing import say
 from eomgen.cli.running import outcome_code, read_scene, run, say_notes
 from eomgen.errors import Problem, UsageError
 
 
 @click.command()
-@click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
+@click.option("--out", "path", required=True, metavar="FILE.html", callback=file_to_write, help="Page to write.")
 @run_options
 @scene_options
 @debug_option
@@ -30,9 +30,9 @@ def live(scene: str, path: str, **options: Any) -> int:
     from eomgen.results.animation import check_name  # noqa: PLC0415
 
     target = check_name(Path(path))
-    make_folder(target.parent)
     model, solution = run(read_scene(scene, options), options)
     say(f"{solution.message}\nthe model is compiled for browsers, in up to a minute the first time")
+    make_folder(target.parent)
     page = written(model, target, solution=solution)
     say(f"written to {page}, {page.stat().st_size / 1e3:.0f} kB: a page for a browser")
     return outcome_code(solution)
@@ -44,7 +44,7 @@ next(option for option in live.params if option.name == "profile").default = "re
 
 @click.command()
 @click.argument("sources", nargs=-1, required=True, metavar="SCENE|DIR...", shell_complete=completed_files)
-@click.option("--out", "path", required=True, metavar="FILE.html", help="Page to write.")
+@click.option("--out", "path", required=True, metavar="FILE.html", callback=file_to_write, help="Page to write.")
 @click.option("--check", "checks", is_flag=True, help="Check all closed forms of the scene, as eomgen check.")
 @click.option("--animation/--no-animation", default=True, show_default=True, help="Show the motion.")
 @debug_option
@@ -60,7 +60,6 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
     from eomgen.results.solution import Solution  # noqa: PLC0415
 
     target = check_name(Path(path))
-    make_folder(target.parent)
     runs, model, text = [], None, ""
     for source in sources:
         files = _stored_runs(Path(source))
@@ -82,6 +81,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
 
         outcome = check(model.scene)
     page = report_page(runs, model, text=text, checks=outcome, animation=animation)
+    make_folder(target.parent)
     write_text(target, page)
     say(f"written to {target}, {len(page.encode()) / 1e3:.0f} kB: a page for a browser")
     return max(outcome_code(run.solution) for run in runs)

@@ -14,6 +14,7 @@ from eomgen.cli.options import (
     assignments,
     debug_option,
     derivable_stepper_options,
+    folder_to_write,
     in_units,
     initial_option,
     input_option,
@@ -44,7 +45,12 @@ _of_check = arguments_of("eomgen.products.studies:check")
 @_of_check("--seed", type=int, metavar="N")
 @_of_check("--only", multiple=True, metavar="FORM")
 @click.option(
-    "--out", "folder", default=None, metavar="DIR", help="Write the data and draw the errors over the steps there."
+    "--out",
+    "folder",
+    default=None,
+    metavar="DIR",
+    callback=folder_to_write,
+    help="Write the data and draw the errors over the steps there.",
 )
 @scene_options
 @json_option
@@ -133,7 +139,14 @@ _of_savings = arguments_of("eomgen.products.studies.savings:savings")
 @click.option("--method", default=None, help="Whose steps are timed; the scene's by default.")
 @_of_savings("--rounds", type=int, metavar="N")
 @_of_savings("--only", multiple=True, metavar="VARIANT")
-@click.option("--out", "folder", default=None, metavar="DIR", help="Write savings.csv and savings.json there.")
+@click.option(
+    "--out",
+    "folder",
+    default=None,
+    metavar="DIR",
+    callback=folder_to_write,
+    help="Write savings.csv and savings.json there.",
+)
 @scene_options
 @json_option
 @debug_option
@@ -152,12 +165,9 @@ def savings(
     base that moves in all six ways, absolute coordinates, and all of that. Every variant is built in an empty cache, so
     this takes a while.
     """
-    from eomgen.base.files import make_folder  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415
+    from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies.savings import savings as measured  # noqa: PLC0415
 
-    if folder is not None:
-        make_folder(Path(folder))
     described = load_scene(scene, **reading)
     say_notes(described)
     say_stand_in(described, method, "steps are timed with")
@@ -228,7 +238,14 @@ _of_identify = arguments_of("eomgen.products.studies:identify")
 @_of_identify("--by", type=click.Choice(["run", "torque"]))
 @_of_identify("--confidence", type=float, metavar="P")
 @click.option("--t-start", type=float, default=None, metavar="S", help="Of the runs; the first time by default.")
-@click.option("--out", "folder", default=None, metavar="DIR", help="Folder for the table, residuals and figures.")
+@click.option(
+    "--out",
+    "folder",
+    default=None,
+    metavar="DIR",
+    callback=folder_to_write,
+    help="Folder for the table, residuals and figures.",
+)
 @derivable_stepper_options
 @input_option
 @set_option

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.files import check_writable
+from eomgen.base.files import make_folder
 from eomgen.base.messages import counted, listed
 from eomgen.base.progress import terminal_bar
 from eomgen.cli.options import (
@@ -19,7 +19,9 @@ from eomgen.cli.options import (
     assignments,
     debug_option,
     end_option,
+    file_to_write,
     folder_option,
+    folder_to_write,
     in_units,
     input_option,
     json_option,
@@ -228,7 +230,14 @@ _NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAM
 @_of_tune("--budget", type=float, metavar="S")
 @set_option
 @input_option
-@click.option("--out", "file", default=None, metavar="FILE.toml", help="Write the scene with the settings there.")
+@click.option(
+    "--out",
+    "file",
+    default=None,
+    metavar="FILE.toml",
+    callback=file_to_write,
+    help="Write the scene with the settings there.",
+)
 @scene_options
 @json_option
 @debug_option
@@ -249,8 +258,6 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
     if (options["error"] is None) == (options["real_time"] is None):
         raise UsageError(Problem("tune", "either --error is demanded or a cycle of --real-time", "--error 1e-4"))
-    if file is not None:
-        check_writable(Path(file))
     with _status(described.name) as progress:
         result = tuned(
             scene,
@@ -276,6 +283,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
         _print_real_time(result)
     say(result.why)
     if file is not None:
+        make_folder(Path(file).parent)
         say(f"written: {result.save(file)}")
     return 0 if not isinstance(result, Tuned) or result.met else NumericalError.exit_code
 
@@ -343,7 +351,9 @@ _names_option = partial(click.option, default=None, callback=names_of, metavar="
 
 
 @click.command()
-@click.option("--out", "folder", default=None, metavar="DIR", help="Folder for table, JSON and picture.")
+@click.option(
+    "--out", "folder", default=None, metavar="DIR", callback=folder_to_write, help="Folder for table, JSON and picture."
+)
 @_names_option("--ladders", help="step, stiffness, length, ...; all by default.")
 @_names_option("--methods", help="In place of all methods that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
@@ -362,8 +372,6 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     from eomgen.products.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
 
     reading = {name: options.pop(name) for name in SCENE_OPTIONS}
-    if folder is not None and not folder.strip():
-        raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
     for name in ("budget", "limit"):
         if not options[name] > 0.0:
             fault = f"{options[name]:g} is not a positive number of seconds"
