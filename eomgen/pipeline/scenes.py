@@ -68,7 +68,8 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
 
 
 def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
-    """Return an error of constraints with the lengths and curves of the named constraints, and with doubts on units."""
+    """Return an error of constraints with the place of the first named one, which is the farthest from being met, with
+    lengths and curves of the named ones, and with doubts on units."""
     from eomgen.scene.document.out_of_scale import numbers_of_constraints  # noqa: PLC0415  # of few scenes
 
     doubts = [note.partition("; ")[0] for note in scene.notes if "without a unit" in note or "radians" in note]
@@ -81,13 +82,18 @@ def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     defined = "no finite derivative" not in str(error)
     values = {item.name: item.value for item in scene.parameters} if defined else None
     said = numbers_of_constraints(named, values)
-    if not said and not doubts:
-        return error
     first, *rest = error.problems
-    fault, _, hint = str(first).partition("; try: ")
-    clauses = [fault, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
-    hint += "; numbers without a unit are in m and in rad" if defined else ""
-    return ModelError([Problem("", "; ".join(clauses), hint), *rest])
+    place = first.where
+    if place == "constraints":
+        keys = {item.name: f"constraints.{item.name}" for item in scene.constraints}
+        keys |= {item.name: f"joints.{item.name}" for item in scene.joints}
+        names = [name for name in re.findall(r"(?<=[:,;] )[^:,;]+(?=: )", first.what) if keys.get(name) in scene.source]
+        place = f"{scene.source[keys[names[0]]]} ({keys[names[0]]})" if names else place
+    if not said and not doubts:
+        return ModelError([Problem(place, first.what, first.hint), *rest])
+    clauses = [first.what, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
+    hint = first.hint + ("; numbers without a unit are in m and in rad" if defined else "")
+    return ModelError([Problem(place, "; ".join(clauses), hint), *rest])
 
 
 def _unconnected(scene: Scene) -> bool:

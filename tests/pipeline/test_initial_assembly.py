@@ -104,6 +104,22 @@ def test_a_loop_that_cannot_close_is_refused_by_name(coordinates: str) -> None:
     assert "lengths and axes that fit" in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("coordinates", "key"), [("joint", "constraints.rocker_pin"), ("absolute", "joints.crank_pin")]
+)
+def test_a_loop_of_a_file_that_cannot_close_is_refused_with_its_line(
+    coordinates: str, key: str, tmp_path: Path
+) -> None:
+    text = (EXAMPLES / "four_bar" / "scene.toml").read_text(encoding="utf-8")
+    text = text.replace("ground = { value = 0.4", "ground = { value = 4")
+    file = tmp_path / "scene.toml"
+    file.write_text(text.replace('name = "four_bar"', f'name = "f"\ncoordinates = "{coordinates}"'), encoding="utf-8")
+    line = file.read_text(encoding="utf-8").splitlines().index(f"[{key}]") + 1
+    with pytest.raises(ModelError) as caught:
+        eomgen.derive(eomgen.load(file))
+    assert caught.value.problems[0].where == f"{file.name}:{line} ({key})"
+
+
 @pytest.mark.slow_except("1e-09-joint")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 @pytest.mark.parametrize("tilt", [1e-9, 1e-8, 1e-7])
