@@ -12,7 +12,7 @@ from typing import IO
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.files import nearby, write_file, write_text
+from eomgen.base.files import FEWER_ROWS, nearby, write_file, write_text
 from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
 
@@ -50,7 +50,7 @@ def write_table(path: Path, names: Sequence[str], columns: Array, *, numbered: s
         text.flush()
         text.detach()
 
-    write_file(path, 24 * columns.size, fill)
+    write_file(path, 24 * columns.size, fill, FEWER_ROWS)
 
 
 def write_rows(path: Path, rows: Iterable[Sequence[object]]) -> None:

@@ -30,8 +30,9 @@ if TYPE_CHECKING:
     from zipfile import ZipFile
 
 
-def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> None:
-    """Write a file of about ``needed`` bytes by a function of the file's stream. Raises FileError."""
+def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object], fewer: str = "") -> None:
+    """Write a file of about ``needed`` bytes by a function of the file's stream; ``fewer`` is a remedy that makes the
+    file smaller. Raises FileError."""
     temporary: Path | None = None
     try:
         with temporary_file(path) as stream:
@@ -44,7 +45,7 @@ def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object]) -> 
         if not isinstance(error, OSError):
             raise
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
-        hint = "another disk, or a larger record_every" if full else "another folder, or permission to write there"
+        hint = f"another disk{fewer}" if full else "another folder, or permission to write there"
         fault = f"cannot be written ({error.strerror or error}); about {needed} bytes are needed"
         raise FileError(Problem(str(path), fault, hint)) from None
 
@@ -63,6 +64,8 @@ def write_bytes(path: Path, data: bytes) -> None:
     write_file(path, len(data), fill)
 
 
+#: Remedy for files with rows of a run that are too large.
+FEWER_ROWS = ", or a larger record_every"
 #: Endings of files that are written into folders.
 _ENDINGS = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html", ".csv", ".json", ".npz", ".mat", ".parquet")
 
@@ -179,7 +182,7 @@ def nearby(path: Path, otherwise: str = "another path", endings: Collection[str]
 _METADATA = "metadata"
 
 
-def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str, Any]) -> None:
+def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str, Any], fewer: str = "") -> None:
     """Write arrays and metadata to an ``.npz`` file.
 
     Parameters
@@ -187,6 +190,7 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
     path : of the file; an existing file is replaced
     arrays : by name, of numbers, without object arrays
     metadata : JSON types
+    fewer : as of ``write_file``
 
     Raises
     ------
@@ -195,7 +199,8 @@ def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str,
     """
     text = np.array(json.dumps(metadata, sort_keys=True))
     needed = sum(array.nbytes for array in arrays.values()) + text.nbytes
-    write_file(path, needed, lambda stream: np.savez(stream, allow_pickle=False, **{**arrays, _METADATA: text}))
+    contents = {**arrays, _METADATA: text}
+    write_file(path, needed, lambda stream: np.savez(stream, allow_pickle=False, **contents), fewer)
 
 
 def read_arrays(

@@ -16,7 +16,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import UnknownName
 from eomgen.base.csv_tables import write_table
-from eomgen.base.files import read_arrays, write_arrays, write_bytes
+from eomgen.base.files import FEWER_ROWS, read_arrays, write_arrays, write_bytes
 from eomgen.base.messages import shown
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import FileError, Problem, UsageError
@@ -137,7 +137,9 @@ def write_all(
     outcome = {name: getattr(solution, name) for name in _OUTCOME} | {"stats": dict(solution.stats)}
     outcome["findings"] = [finding.described() for finding in solution.findings]
     scenery = {"scenery": seen.scenery, _POSED: list(poses)} if seen else {}
-    write_arrays(path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()})
+    write_arrays(
+        path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()}, FEWER_ROWS
+    )
 
 
 def write_columns(solution: RecordedSolution, path: Path) -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 from pathlib import Path
 
 import click
 import pytest
 
 import eomgen
+from eomgen.base.files import write_file
 from eomgen.cli import commands, main
 
 
@@ -63,3 +65,12 @@ def test_folders_of_results_are_made(tmp_path: Path, capsys: pytest.CaptureFixtu
     place = tmp_path / "new" / "rest.json"
     assert main(["equilibrium", str(scene), "--out", str(place)]) == 0, capsys.readouterr().err
     assert place.is_file()
+
+
+def test_a_full_disk_under_a_page_is_no_matter_of_rows(tmp_path: Path) -> None:
+    def full(_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(eomgen.FileError, match=r"about 9 bytes are needed; try: another disk$"):
+        write_file(tmp_path / "page.html", 9, full)
+    assert list(tmp_path.iterdir()) == []

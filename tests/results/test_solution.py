@@ -83,7 +83,8 @@ def test_a_full_disk_is_named_and_the_old_file_stays(tmp_path: Path, monkeypatch
     with pytest.raises(
         eomgen.FileError,
         match=(
-            r"run\.npz: cannot be written \(No space left on device\); about \d{4,} bytes are needed; try: another disk"
+            r"run\.npz: cannot be written \(No space left on device\); about \d{4,} bytes are needed; try: another"
+            r" disk, or a larger record_every"
         ),
     ):
         run.save(path)
