@@ -340,9 +340,10 @@ function fillCharts() {
 const HOPS = 10;
 
 function drawCharts() {
-  const hop = live.duration / HOPS;
-  const to = live.t + live.duration + hop * Math.max(0, Math.ceil((end - live.t - live.duration) / hop - 1e-9));
-  const from = Math.max(start, to - live.duration);
+  const length = live.duration || 1; // of a run that ends at its start one second
+  const hop = length / HOPS;
+  const to = live.t + length + hop * Math.max(0, Math.ceil((end - live.t - length) / hop - 1e-9));
+  const from = Math.max(start, to - length);
   const marks = happened.map(([, time]) => time).slice(-60);
   for (const { chart, plot, first } of charts) {
     const curves = plot.curves.map(({ name }, number) => ({ name, value: (k) => values[first + number][k] }));

@@ -188,6 +188,14 @@ def test_a_chart_that_grew_looks_as_one_drawn_at_once(browser: Browser, tmp_path
 
 
 @pytest.mark.slow
+def test_charts_of_a_run_without_a_step_are_a_second_long(browser: Browser, tmp_path: Path) -> None:
+    model, _ = run_of("bouncing_ball", 3.0)
+    page = model.live(tmp_path / "still.html", solution=model.simulate(0.0))
+    script = "play(false); drawCharts(); const told = charts.map(({ chart }) => chart.shown.x);"
+    assert answer(browser, page, script + REPORT) == [[0, 1], [0, 1]]
+
+
+@pytest.mark.slow
 def test_a_page_that_plays_keeps_the_time_of_its_model(browser: Browser, tmp_path: Path) -> None:
     model, solution = run_of("bouncing_ball", 3.0)
     page = model.live(tmp_path / "ball.html", solution=solution)
