@@ -117,6 +117,8 @@ def _check_place(path: Path, file: Path, folder_is_made: bool) -> None:
     folder = file.parent
     while folder_is_made and not folder.exists() and folder != folder.parent:
         folder = folder.parent
+    if folder.is_file():
+        raise FileError(Problem(str(folder), "this is a file, and a folder is needed", "another folder"))
     try:
         with temporary_file(folder / file.name) as stream:
             pass

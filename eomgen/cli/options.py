@@ -333,7 +333,7 @@ def in_units(
 
 
 def folder_to_write(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
-    """Return the folder of an option for results: it is refused before the work whose results it cannot take."""
+    """Return the folder of an option for results. Raises FileError before the work if the folder cannot take any."""
     if value is not None:
         from eomgen.base.files import check_folder  # noqa: PLC0415  # if files are written
 
@@ -344,7 +344,7 @@ def folder_to_write(context: click.Context, parameter: click.Parameter, value: s
 
 
 def file_to_write(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
-    """Return the file of an option for a result: it is refused before the work whose result it cannot take."""
+    """Return the file of an option for a result. Raises FileError before the work if the file cannot be written."""
     if value is not None:
         from eomgen.base.files import check_writable  # noqa: PLC0415  # if files are written
 

@@ -83,16 +83,14 @@ def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     values = {item.name: item.value for item in scene.parameters} if defined else None
     said = numbers_of_constraints(named, values)
     first, *rest = error.problems
-    place = first.where
-    if place == "constraints":
-        keys = {item.name: f"constraints.{item.name}" for item in scene.constraints}
-        keys |= {item.name: f"joints.{item.name}" for item in scene.joints}
-        names = [name for name in re.findall(r"(?<=[:,;] )[^:,;]+(?=: )", first.what) if keys.get(name) in scene.source]
-        place = f"{scene.source[keys[names[0]]]} ({keys[names[0]]})" if names else place
-    if not said and not doubts:
-        return ModelError([Problem(place, first.what, first.hint), *rest])
-    clauses = [first.what, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
-    hint = first.hint + ("; numbers without a unit are in m and in rad" if defined else "")
+    fault = str(first).removeprefix(f"{first.where}: ").partition("; try: ")[0]
+    keys = {item.name: f"joints.{item.name}" for item in scene.joints}
+    keys |= {item.name: f"constraints.{item.name}" for item in scene.constraints}
+    named_keys = [keys.get(name, "") for name in re.findall(r"(?<=[:,;] )[^:,;]+(?=: )", fault)]
+    key = next((key for key in named_keys if key in scene.source), "")
+    place = f"{scene.source[key]} ({key})" if key and first.where == "constraints" else first.where
+    hint = first.hint + ("; numbers without a unit are in m and in rad" if defined and (said or doubts) else "")
+    clauses = [fault, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
     return ModelError([Problem(place, "; ".join(clauses), hint), *rest])
 
 

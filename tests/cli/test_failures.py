@@ -271,7 +271,7 @@ def test_input_and_output(scene_file: Path, tmp_path: Path, capsys: pytest.Captu
     code, _, message = _run(["info", str(tmp_path / "nowhere.toml")], capsys)
     assert code == 7 and message.startswith("input/output error: ") and "nowhere.toml" in message
     code, _, message = _run(["simulate", str(scene_file), "--out", str(scene_file / "out")], capsys)
-    assert code == 7 and "the folder cannot be made: Not a directory" in message
+    assert code == 7 and "scene.toml: this is a file, and a folder is needed" in message
     occupied = tmp_path / "occupied"
     occupied.mkdir()
     (occupied / "thesis.txt").write_text("mine")

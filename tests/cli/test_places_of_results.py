@@ -38,7 +38,7 @@ def test_a_place_that_takes_no_results_is_refused_as_the_words_are_read(
     assert not new.parent.exists()
     assert option.callback(context, option, None) is None
     (tmp_path / "file").write_text("no folder", encoding="utf-8")
-    with pytest.raises(eomgen.FileError, match=r"cannot be written \(Not a directory\)"):
+    with pytest.raises(eomgen.FileError, match=r"file: this is a file, and a folder is needed"):
         option.callback(context, option, str(tmp_path / "file" / "below" / f"result{ending}"))
     with pytest.raises(eomgen.UsageError, match=r"the name of the (file|folder) is empty"):
         option.callback(context, option, " ")
@@ -55,9 +55,7 @@ def test_the_place_is_looked_at_before_the_scene(tmp_path: Path, capsys: pytest.
     for verb in ("live", "report", "animate"):
         place = tmp_path / "file" / "page.html"
         assert main([verb, str(tmp_path / "missing.toml"), "--out", str(place)]) == eomgen.FileError.exit_code
-        assert capsys.readouterr().err.startswith(
-            f"input/output error: {place}: cannot be written (Not a directory); try: "
-        )
+        assert capsys.readouterr().err.startswith(f"input/output error: {place.parent}: this is a file, and a folder")
 
 
 def test_folders_of_results_are_made(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
