@@ -84,14 +84,18 @@ def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     said = numbers_of_constraints(named, values)
     first, *rest = error.problems
     fault = str(first).removeprefix(f"{first.where}: ").partition("; try: ")[0]
-    keys = {item.name: f"joints.{item.name}" for item in scene.joints}
-    keys |= {item.name: f"constraints.{item.name}" for item in scene.constraints}
-    named_keys = [keys.get(name, "") for name in re.findall(r"(?<=[:,;] )[^:,;]+(?=: )", fault)]
-    key = next((key for key in named_keys if key in scene.source), "")
-    place = f"{scene.source[key]} ({key})" if key and first.where == "constraints" else first.where
+    place = _place_of(fault, scene) if first.where == "constraints" else first.where
     hint = first.hint + ("; numbers without a unit are in m and in rad" if defined and (said or doubts) else "")
     clauses = [fault, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
     return ModelError([Problem(place, "; ".join(clauses), hint), *rest])
+
+
+def _place_of(fault: str, scene: Scene) -> str:
+    """Return the file, line and key of the first constraint that a sentence names; "constraints" without a file."""
+    keys = {item.name: f"joints.{item.name}" for item in scene.joints}
+    keys |= {item.name: f"constraints.{item.name}" for item in scene.constraints}
+    named = [keys.get(name, "") for name in re.findall(r"(?<=[:,;] )[^:,;]+(?=: )", fault)]
+    return next((f"{scene.source[key]} ({key})" for key in named if key in scene.source), "constraints")
 
 
 def _unconnected(scene: Scene) -> bool:
