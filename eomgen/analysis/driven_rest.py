@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from eomgen.analysis.state_warnings import SceneMeasures, off_axis_hint
 from eomgen.base.arrays import Array
@@ -204,10 +205,10 @@ def _given(measures: SceneMeasures) -> dict[str, Any]:
     return {"t": measures.t, "parameters": measures.p, "base": measures.base}
 
 
-def held_base(model: CompiledModel, p: Array, t: float) -> Array | None:
-    """Return the state of the base, held in its pose at t, (19,); None for a base at rest."""
+def held_base(model: CompiledModel, p: Array, t: ArrayLike) -> Array | None:
+    """Return the state of the base, held in its pose at t, (..., 19); None for a base at rest."""
     if "base" not in model.functions:
         return None
     base = model.base(t, parameters=p)
-    base[7:] = 0.0
+    base[..., 7:] = 0.0
     return base

@@ -19,6 +19,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array
 
 from eomgen.analysis.driven_rest import held_base
@@ -215,8 +216,10 @@ def _fixed_to_base(model: CompiledModel) -> set[str]:
 
 #: Step of central differences by the load factor, relative to the scale of the factor.
 _STEP = 1e-5
-#: Load factors whose parameters, inputs and base are kept: of a point, and of its differences.
-_FACTORS = 8
+#: A factor and both ends of the differences, in steps, which are evaluated in one batch.
+_ENDS = np.array([0.0, 1.0, -1.0])
+#: Load factors whose parameters, inputs and base are kept: a path asks again for the factors of its points at its end.
+_FACTORS = 512
 
 
 @dataclass(frozen=True)
@@ -259,9 +262,14 @@ class LoadParameter:
 
     def at(self, s: float) -> tuple[Array, float, Inputs]:
         """Return parameters, time and inputs with the number set to s."""
+        p, t, u = self.at_each(s)
+        return p, float(np.asarray(t)), u
+
+    def at_each(self, s: float | Array) -> tuple[Array, ArrayLike, Inputs]:
+        """Return parameters, time and inputs with the number set to each of numbers s (...)."""
         if self.name in self.model.parameters:
-            p = self.parameters.copy()
-            p[list(self.model.parameters).index(self.name)] = s
+            p = np.tile(self.parameters, (*np.shape(s), 1))
+            p[..., list(self.model.parameters).index(self.name)] = s
             return p, self.t, self.u
         if self.name in self.model.inputs:
             given = dict(self.u) if isinstance(self.u, Mapping) else {}
@@ -297,20 +305,35 @@ def loaded_statics(
         return {"t": t, "parameters": p, "base": held_base(model, p, t), "u": inputs}
 
     @lru_cache(maxsize=_FACTORS)
-    def terms(s: float) -> TermsAt:
-        return model.evaluator.at(**given(s))
+    def terms(s: float) -> tuple[TermsAt, TermsAt]:
+        if varied is None:
+            at = model.evaluator.at(**given(s))
+            return at, at
+        p, t, inputs = varied.at_each(s + _ENDS * (_STEP * reach))
+        around = model.evaluator.at(t, p, inputs, held_base(model, p, t))
+        return around.row(0), around
 
-    def terms_at(s: float) -> TermsAt:
-        return terms(0.0 if varied is None else s)
+    def terms_at(s: float, *, around: bool = False) -> TermsAt:
+        return terms(0.0 if varied is None else s)[around]
+
+    known: list[tuple[LoadedState, tuple[Array, Array, Array]]] = []  # a correction asks for both
+
+    def around(rest: LoadedState) -> tuple[Array, Array, Array]:
+        """Return residual, constraint and rates at rest and at both ends of the differences by the factor."""
+        if not known or not _same(known[0][0], rest):
+            at, ends = terms_at(rest.s, around=True), 1 if varied is None else len(_ENDS)
+            residual, constraint, rates = (np.zeros((ends, size)) for size in (model.nv, rows, model.nz))
+            residual[:] = at("residual", q=rest.q, v=v, a=still, z=rest.z, lam=rest.multipliers)[0]
+            if holonomic:
+                constraint[:, :holonomic] = at("constraint", q=rest.q)[0]
+            if model.nz:
+                rates[:] = at("internal_rate", q=rest.q, v=v, z=rest.z)[0]
+            known[:] = [(rest, (residual, constraint, rates))]
+        return known[0][1]
 
     def balance(rest: LoadedState) -> Balance:
-        at = terms_at(rest.s)
-        (residual,) = at("residual", q=rest.q, v=v, a=still, z=rest.z, lam=rest.multipliers)
-        constraint = np.zeros(rows)
-        if holonomic:
-            (constraint[:holonomic],) = at("constraint", q=rest.q)
-        rates = at("internal_rate", q=rest.q, v=v, z=rest.z)[0] if model.nz else np.zeros(0)
-        return Balance(residual, constraint, rates)
+        residual, constraint, rates = around(rest)
+        return Balance(residual[0], constraint[0], rates[0])
 
     last: list[tuple[LoadedState, Tangents]] = []  # the direction of a path and the signs of its stiffness are of one
 
@@ -327,20 +350,17 @@ def loaded_statics(
         result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
         return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
 
-    def mass(rest: LoadedState) -> csc_array:
+    def mass(rest: LoadedState) -> Matrix:
         if "mass" in model.functions:
-            return csc_array(terms_at(rest.s)("mass", q=rest.q)[0])
+            (M,) = terms_at(rest.s)("mass", q=rest.q)
+            return M if whole else csc_array(M)
         return sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s)).M
 
     def by_factor(rest: LoadedState) -> Balance:
         if varied is None:
             return Balance(np.zeros(model.nv), np.zeros(rows), np.zeros(model.nz))
-        step = _STEP * reach
-        more, less = (
-            balance(LoadedState(rest.q, rest.multipliers, rest.z, rest.s + sign * step)) for sign in (1.0, -1.0)
-        )
-        parts = ("residual", "constraint", "rates")
-        return Balance(*((getattr(more, part) - getattr(less, part)) / (2.0 * step) for part in parts))
+        residual, constraint, rates = ((part[1] - part[2]) / (2.0 * _STEP * reach) for part in around(rest))
+        return Balance(residual, constraint, rates)
 
     def strains(s: float) -> ElementStrains | None:
         if not model.description.element_stiffness or "poses" not in model.functions:

@@ -275,31 +275,28 @@ def _columns(
     outputs."""
     columns: dict[str, Array] = {}
     units: dict[str, str] = {}
-    rows: list[dict[str, Array]] = []
-    for rest in rests:
-        p, t, u = varied.at(rest.s)
-        given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
-        row: dict[str, Array] = {}
-        if "outputs" in model.functions:
-            still = np.zeros(model.nv)
-            named = model.outputs(rest.q, still, still, u=u, z=rest.z, multipliers=rest.multipliers, **given)
-            row |= {name: np.atleast_1d(value) for name, value in named.items()}
-        if "poses" in model.functions:
-            row["poses"] = model.evaluate("poses", rest.q, **given)["pose"][:, 4:]
-        rows.append(row)
-    kinds = {str(item["name"]): str(item["unit"]) for item in model.library.layout["outputs"]}
-    for name, unit in kinds.items():
-        stacked = [row[name] for row in rows if name in row]
-        size = len(stacked[0]) if stacked else 0
-        for k in range(size):
-            label = name if size == 1 else f"{name}[{k}]"
-            columns[label], units[label] = np.array([values[k] for values in stacked]), unit
+    if not rests:
+        return columns, units, ()
+    p, t, u = varied.at_each(np.array([rest.s for rest in rests]))
+    given: dict[str, Any] = {"t": t, "parameters": p, "base": held_base(model, p, t)}
+    q, z, multipliers = (np.array([getattr(rest, name) for rest in rests]) for name in ("q", "z", "multipliers"))
+    if "outputs" in model.functions:
+        still = np.zeros(model.nv)
+        values = model.outputs(q, still, still, u=u, z=z, multipliers=multipliers, **given)
+        for item in model.library.layout["outputs"]:
+            name, unit, size = str(item["name"]), str(item["unit"]), int(item["size"])
+            column = np.broadcast_to(np.reshape(values[name], (-1, size)), (len(rests), size))
+            for k in range(size):
+                label = name if size == 1 else f"{name}[{k}]"
+                columns[label], units[label] = column[:, k].copy(), unit
     outputs = tuple(columns)
-    places = [row["poses"] for row in rows if "poses" in row]
-    for number, body in enumerate(model.bodies if places else ()):
-        for axis, letter in enumerate("xyz"):
-            label = f"{body}.{letter}"
-            columns[label], units[label] = np.array([place[number, axis] for place in places]), "m"
+    if "poses" in model.functions:
+        poses = model.evaluate("poses", q, **given)["pose"]
+        places = np.broadcast_to(poses, (len(rests), *poses.shape[-2:]))[..., 4:]
+        for number, body in enumerate(model.bodies):
+            for axis, letter in enumerate("xyz"):
+                label = f"{body}.{letter}"
+                columns[label], units[label] = places[:, number, axis].copy(), "m"
     return columns, units, outputs
 
 

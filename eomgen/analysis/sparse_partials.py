@@ -151,7 +151,14 @@ def sparse_partials(
         result = _of_iteration(model, model.evaluate("iteration", **state), shapes)
     else:
         result = {name: csc_array(block) for name, block in _whole(model, state, _WHOLE).items()}
-    return SparsePartials(**{name: result.get(name, csc_array(shape)) for name, shape in shapes.items()})
+    return SparsePartials(
+        **{name: result[name] if name in result else _nothing(*shape) for name, shape in shapes.items()}
+    )
+
+
+@lru_cache(maxsize=64)
+def _nothing(rows: int, columns: int) -> csc_array:
+    return csc_array((rows, columns))
 
 
 def whole_partials(model: CompiledModel, at: Callable[[str], tuple[Array, ...]]) -> dict[str, Array]:
@@ -180,7 +187,7 @@ def whole_partials(model: CompiledModel, at: Callable[[str], tuple[Array, ...]])
         blocks = {name: np.zeros(shapes[name]) for name in shapes.keys() & entries.keys()}
         for name, block in blocks.items():
             np.add.at(block, tuple(places[name]), entries[name])
-    return {name: np.asarray(blocks.get(name, np.zeros(shape)), dtype=float) for name, shape in shapes.items()}
+    return {name: blocks[name] if name in blocks else np.zeros(shape) for name, shape in shapes.items()}
 
 
 def _places(model: CompiledModel) -> dict[str, Places]:

@@ -254,6 +254,8 @@ class ResultMemory:
 DRIVERS = ("base", "inputs", "base_rates", "input_rates", "joint_angles")
 
 
+#: Axes of arrays from which a batch has several.
+_SEVERAL_AXES = 3
 #: Operations of a piece at least: some milliseconds, of which the start of a thread takes a tenth; lanes take a quarter
 #: of the time, and 30 us between two pieces are a tenth of a large batch.
 _SHARE, _SHARE_OF_LANES = 10_000_000, 40_000_000
@@ -271,6 +273,7 @@ class Functions:
         self.library = library
         self.sizes: dict[str, int] = dict(library.layout["sizes"])
         self._layouts = {function["name"]: function for function in library.layout["functions"]}
+        self._output_names: dict[str, list[str]] = {}
         self._numbers = {name: number for number, name in enumerate(self._layouts)}
         self._shapes = {
             name: [tuple(output["shape"]) for output in function["outputs"]] for name, function in self._layouts.items()
@@ -305,7 +308,9 @@ class Functions:
 
     def output_names(self, name: str) -> list[str]:
         """Return the names of a function's outputs."""
-        return [str(output["name"]) for output in self._layouts[name]["outputs"]]
+        if name not in self._output_names:
+            self._output_names[name] = [str(output["name"]) for output in self._layouts[name]["outputs"]]
+        return self._output_names[name]
 
     def __call__(self, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
         """Evaluate a function.
@@ -333,8 +338,10 @@ class Functions:
         ]
         if self._complex:
             arrays = [array.astype(self.library.dtype) for array in arrays]
-        elif all(array.ndim == 1 and array.flags.c_contiguous for array in arrays):
-            return self._single(name, arrays)
+        elif all(array.ndim < _SEVERAL_AXES and array.flags.c_contiguous for array in arrays):
+            few = self._few(name, arrays)
+            if few is not None:
+                return self._at_once(name, arrays, few)
         leading = {array.shape[:-1] for array in arrays if array.ndim > 1}
         try:
             shape = leading.pop() if len(leading) == 1 else np.broadcast_shapes(*leading)
@@ -378,7 +385,7 @@ class Functions:
     def _batch(self, name: str, inputs: list[Array], results: list[Array], count: int) -> None:
         """Evaluate a batch in pieces; threads share a large one. C releases the interpreter, and each sample has the
         same bits in any batch, and in lanes."""
-        operations = max(1, int(self._layouts[name]["operations"]))
+        operations = self._operations(name)
         work = count * operations
         choice = chosen()
         one_by_one = self._holding(name)
@@ -414,9 +421,7 @@ class Functions:
         count : number of all samples
         """
         one_by_one = self._holding(name)
-        companion = LaneCompanions.of(one_by_one).expect(
-            name, max(1, int(self._layouts[name]["operations"])), count, chosen()
-        )
+        companion = LaneCompanions.of(one_by_one).expect(name, self._operations(name), count, chosen())
         if companion is None:
             return one_by_one
         sizes = [math.prod(shape) for shape in self._shapes[name]]
@@ -426,15 +431,30 @@ class Functions:
         ]
         return LaneCompanions.of(one_by_one).judged(companion, name, inputs, sizes, chosen()) or one_by_one
 
-    def _single(self, name: str, arrays: list[Array]) -> tuple[Array, ...]:
-        """Evaluate one sample, as in a caller's inner loop, so without the bookkeeping of batches."""
+    def _few(self, name: str, arrays: list[Array]) -> int | None:
+        """Return the number of samples along the first axes if there are few, 0 if there are no such axes, else
+        None."""
+        rows = {len(array) for array in arrays if array.ndim > 1}
+        if len(rows) != 1:
+            return None if rows else 0
+        count = rows.pop()
+        return count if 1 < count < LEAST and count * self._operations(name) < 2 * _SHARE else None
+
+    def _at_once(self, name: str, arrays: list[Array], count: int) -> tuple[Array, ...]:
+        """Evaluate one sample (0), or few along the first axes, as in a caller's inner loop, so without the bookkeeping
+        of batches."""
         ffi, doubles, pointers, longs = self._types
-        results = tuple(np.empty(shape) for shape in self._shapes[name])
+        leading = (count,) if count else ()
+        results = tuple(np.empty((*leading, *shape)) for shape in self._shapes[name])
         inputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in arrays])
         outputs = ffi.new(pointers, [ffi.from_buffer(doubles, array) for array in results])
+        strides = ffi.new(longs, [array.shape[1] if array.ndim > 1 else 0 for array in arrays])
         library = self._holding(name) if self.library.lacking else self.library
-        library.lib.eomgen_call(self._numbers[name], 1, inputs, ffi.new(longs, len(arrays)), outputs)
+        library.lib.eomgen_call(self._numbers[name], count or 1, inputs, strides, outputs)
         return results
+
+    def _operations(self, name: str) -> int:
+        return max(1, int(self._layouts[name]["operations"]))
 
     def _holding(self, name: str) -> Library:
         """Return the library that has a function, which is made now if runs do not call the function."""

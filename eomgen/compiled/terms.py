@@ -328,8 +328,8 @@ class Terms:
 
 
 class TermsAt:
-    """Terms at one time, with parameters, inputs and a base that are checked once, for searches that call them at many
-    states: checks and the scene's laws of time take longer than a small term.
+    """Terms at one time, or at several at once, with parameters, inputs and a base that are checked once, for searches
+    that call them at many states: checks and the scene's laws of time take longer than a small term.
 
     Parameters
     ----------
@@ -353,6 +353,15 @@ class TermsAt:
         state : all further blocks of the term, as q, v, a, z and lam: arrays of doubles (..., size)
         """
         return self._functions(term, {**self._values, **state})
+
+    def row(self, number: int) -> TermsAt:
+        """Return the terms at one of several times, sets of parameters, inputs or bases."""
+        result = TermsAt.__new__(TermsAt)
+        result._functions = self._functions
+        result._values = {
+            name: value if value.ndim == (name != "t") else value[number] for name, value in self._values.items()
+        }
+        return result
 
 
 class EvaluatedModel(Protocol):

@@ -8,7 +8,9 @@ Strains of stiff elements are extrapolated as in ``StiffStrains``.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import Protocol
 
 import numpy as np
@@ -90,6 +92,8 @@ class Balance:
 
     @property
     def joined(self) -> Array:
+        if not len(self.constraint) and not len(self.rates):
+            return self.residual
         return np.concatenate([self.residual, self.constraint, self.rates])
 
 
@@ -115,7 +119,7 @@ class LoadedStatics:
     reach : scale of the load factor
     balance(rest), tangents(rest), by_factor(rest) : unbalanced quantities, their partials, their derivative by s
     followed(q, s) : q with counted turns adapted to the poses strains(s) : of stiff elements; None if there are none
-    mass(rest) : (nv, nv) sparse
+    mass(rest) : (nv, nv)
     """
 
     factors: Sequence[Factor]
@@ -126,7 +130,12 @@ class LoadedStatics:
     by_factor: Callable[[LoadedState], Balance]
     followed: Callable[[Array, float], Array]
     strains: Callable[[float], StiffStrains | None]
-    mass: Callable[[LoadedState], csc_array]
+    mass: Callable[[LoadedState], Matrix]
+
+    @cached_property
+    def measure(self) -> Array:
+        """(nv,) weights of squares of displacements in lengths of paths."""
+        return 1.0 / (self.sizes**2 * max(len(self.sizes), 1))
 
 
 @dataclass(frozen=True)
@@ -153,18 +162,21 @@ class CorrectedPoint:
 def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
     """Return the weights of squares of unknowns in lengths of paths: zero of multipliers."""
     nv = len(statics.sizes)
-    of_q = 1.0 / (statics.sizes**2 * max(nv, 1))
-    return np.concatenate([of_q, np.zeros(len(rest.multipliers) + len(rest.z))])
+    result = np.zeros(nv + len(rest.multipliers) + len(rest.z))
+    result[:nv] = statics.measure
+    return result
 
 
 def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> Direction | None:
     """Return the direction of the path at rest, turned as ``before``; None if the matrix is singular."""
-    solved = _solved(statics, rest, statics.tangents(rest), before, np.append(np.zeros(len(before.unknowns)), 1.0))
+    right = np.zeros(len(before.unknowns) + 1)
+    right[-1] = 1.0
+    solved = _solved(statics, rest, statics.tangents(rest), before, right)
     if solved is None:
         return None
     unknowns, s = solved[:-1], float(solved[-1])
-    length = float(np.sqrt(unknowns @ (weights(statics, rest) * unknowns) + (s / statics.reach) ** 2))
-    return Direction(unknowns / length, s / length) if length > 0.0 and np.isfinite(length) else None
+    length = math.sqrt(unknowns @ (weights(statics, rest) * unknowns) + (s / statics.reach) ** 2)
+    return Direction(unknowns / length, s / length) if length > 0.0 and math.isfinite(length) else None
 
 
 def held_factor(statics: LoadedStatics, rest: LoadedState, sign: float = 1.0) -> Direction:
@@ -189,7 +201,7 @@ def corrected(
             tangents, balance = statics.tangents(rest), statics.balance(rest).joined
         except np.linalg.LinAlgError:
             return CorrectedPoint(rest, displacement, count, "the equations cannot be evaluated there")
-        if not np.all(np.isfinite(balance)):
+        if not np.isfinite(balance).all():
             return CorrectedPoint(rest, displacement, count, "forces are not finite there")
         strains = statics.strains(rest.s)
         if strains is not None:
@@ -200,13 +212,15 @@ def corrected(
             forces = np.einsum("eij,ej->ei", strains.stiffness, predicted - d)
             added = strains.geometric(rest.q, d, derivative, forces)
             tangents = replace(tangents, K=plus(tangents.K, added))
-        solved = _solved(statics, rest, tangents, plane, np.append(-balance, 0.0))
-        if solved is None or not np.all(np.isfinite(solved)):
+        right = np.zeros(len(balance) + 1)
+        np.negative(balance, out=right[:-1])
+        solved = _solved(statics, rest, tangents, plane, right)
+        if solved is None:
             return CorrectedPoint(rest, displacement, count, "the tangent stiffness is singular there")
         step = solved[:nv]
         if strains is not None:
             predicted = d + (derivative @ step).reshape(d.shape)
-        size = float(np.max(np.abs(step) / statics.sizes, initial=0.0))
+        size = float((np.abs(step) / statics.sizes).max(initial=0.0))
         if size > 10.0:
             return CorrectedPoint(rest, displacement, count, "corrections grow")
         rest, displacement = _moved(statics, rest, solved[:-1], float(solved[-1])), displacement + step
@@ -240,18 +254,23 @@ def _solved(
     statics: LoadedStatics, rest: LoadedState, tangents: Tangents, plane: Direction, right: Array
 ) -> Array | None:
     """Return the solution of the bordered equations; None if the equations are singular."""
-    fixed = not right[-1] and not np.any(plane.unknowns)  # the load factor stays, so its derivative does not count
-    by_factor = np.zeros(len(right) - 1) if fixed else statics.by_factor(rest).joined
-    row = np.append(weights(statics, rest) * plane.unknowns, plane.s / statics.reach**2)
-    nv, end = len(statics.sizes), len(row) - 1
+    fixed = not right[-1] and not plane.unknowns.any()  # the load factor stays, so its derivative does not count
+    nv, end = len(statics.sizes), len(right) - 1
+    row = np.zeros(end + 1)
+    np.multiply(statics.measure, plane.unknowns[:nv], out=row[:nv])
+    row[end] = plane.s / statics.reach**2
     blocks = tangents.K, tangents.B, tangents.Rz, tangents.Fq, tangents.Fz
     if isinstance(tangents.K, np.ndarray):
-        K, B, Rz, Fq, Fz = (whole(block) for block in blocks)
         bordered, inner = np.zeros((end + 1, end + 1)), nv + len(rest.multipliers)
-        bordered[:nv, :nv], bordered[nv:inner, :nv], bordered[:nv, nv:inner] = K, B, B.T
-        bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
-        bordered[:end, end], bordered[end] = by_factor, row
+        bordered[:nv, :nv], bordered[end] = tangents.K, row
+        if end > nv:
+            B, Rz, Fq, Fz = (whole(block) for block in blocks[1:])
+            bordered[nv:inner, :nv], bordered[:nv, nv:inner] = B, B.T
+            bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
+        if not fixed:
+            bordered[:end, end] = statics.by_factor(rest).joined
         return _solved_whole(bordered, right)
+    by_factor = np.zeros(end) if fixed else statics.by_factor(rest).joined
     parts = [slice(0, nv), slice(nv, nv + len(rest.multipliers)), slice(nv + len(rest.multipliers), end)]
     of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
     last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]
@@ -290,12 +309,12 @@ def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
 def _solved_whole(matrix: Array, right: Array) -> Array | None:
     """Return the solution of ``solve_scaled`` for a whole matrix."""
     sizes = np.abs(matrix)
-    rows, columns = _inverse_roots(np.max(sizes, axis=1)), _inverse_roots(np.max(sizes, axis=0))
+    rows, columns = _inverse_roots(sizes.max(axis=1)), _inverse_roots(sizes.max(axis=0))
     scaled = rows[:, np.newaxis] * matrix * columns
     for shift in (0.0, _SHIFT):
         _, _, solution, fault = dgesv(scaled + shift * np.eye(len(rows)) if shift else scaled, rows * right)
         result: Array = columns * solution
-        if not fault and np.all(np.isfinite(result)):
+        if not fault and np.isfinite(result).all():
             return result
     return None
 
@@ -306,4 +325,5 @@ def columns_of(matrix: csc_array) -> NDArray[np.intp]:
 
 
 def _inverse_roots(sizes: Array) -> Array:
-    return 1.0 / np.sqrt(np.where(sizes > 0.0, sizes, 1.0))
+    sizes[~(sizes > 0.0)] = 1.0
+    return 1.0 / np.sqrt(sizes)

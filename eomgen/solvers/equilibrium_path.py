@@ -6,6 +6,7 @@ compared with the step, and the path does not turn much meanwhile, so that no st
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -20,7 +21,6 @@ from eomgen.solvers.bordered_newton import (
     corrected,
     direction,
     held_factor,
-    weights,
 )
 
 #: Corrections that a step is meant to need.
@@ -153,7 +153,7 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     onwards = direction(statics, rest, along)
     if onwards is None:
         return "the tangent stiffness is singular there"
-    if _cosine(statics, rest, along, onwards) < _COSINE:
+    if _cosine(statics, along, onwards) < _COSINE:
         return "the path turns too sharply"
     return PathPoint(rest, onwards, point.way + length, result.corrections, left if ends else way)
 
@@ -167,20 +167,16 @@ def point_within(statics: LoadedStatics, first: PathPoint, second: PathPoint, wa
 
 
 def _length(statics: LoadedStatics, corrected: CorrectedPoint, start: LoadedState, rest: LoadedState) -> float:
-    of_q = weights(statics, rest)[: len(statics.sizes)]
-    return float(
-        np.sqrt(corrected.displacement @ (of_q * corrected.displacement) + ((rest.s - start.s) / statics.reach) ** 2)
-    )
+    change = corrected.displacement
+    return math.sqrt(change @ (statics.measure * change) + ((rest.s - start.s) / statics.reach) ** 2)
 
 
 def _off(statics: LoadedStatics, corrected: CorrectedPoint, along: Direction, way: float) -> float:
     """Return the length of all corrections together."""
+    change: Array = corrected.displacement - way * along.unknowns[: len(statics.sizes)]
+    return math.sqrt(change @ (statics.measure * change))
+
+
+def _cosine(statics: LoadedStatics, one: Direction, other: Direction) -> float:
     nv = len(statics.sizes)
-    change: Array = corrected.displacement - way * along.unknowns[:nv]
-    of_q = weights(statics, corrected.rest)[:nv]
-    return float(np.sqrt(change @ (of_q * change)))
-
-
-def _cosine(statics: LoadedStatics, rest: LoadedState, one: Direction, other: Direction) -> float:
-    measure = weights(statics, rest)
-    return float(one.unknowns @ (measure * other.unknowns) + one.s * other.s / statics.reach**2)
+    return float(one.unknowns[:nv] @ (statics.measure * other.unknowns[:nv]) + one.s * other.s / statics.reach**2)

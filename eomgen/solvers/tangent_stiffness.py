@@ -161,7 +161,7 @@ class TangentStiffness:
             result.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
         return result
 
-    def next_to_zero(self, count: int, mass: csc_array | None = None) -> tuple[Array, Array]:
+    def next_to_zero(self, count: int, mass: Matrix | None = None) -> tuple[Array, Array]:
         """Return the real eigenvalues of K x = k W x under the constraints that are nearest to zero, and the
         eigenvectors x (nv, n).
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -18,8 +18,11 @@ from scipy.special import ellipe, ellipk
 
 import eomgen
 from eomgen.cli import main
+from eomgen.compiled.functions import Functions
 from eomgen.errors import NumericalError, UsageError
 from eomgen.pipeline.model import Model
+from eomgen.solvers import equilibrium_path
+from eomgen.solvers.bordered_newton import CorrectedPoint
 from eomgen.solvers.equilibrium_path import PathPoint, follow
 from tests.models.cosserat import ROLL_UP, beam_scene
 from tests.oracles.evaluation import Array
@@ -383,3 +386,30 @@ def test_a_start_that_cannot_rest_is_said(snap: Model) -> None:
     del scene["springs"]
     with pytest.raises(NumericalError, match=r"no equilibrium was found at load = 1, where the path is to start"):
         eomgen.build(scene, profile="quick").equilibrium_path("load", 2.0, 1.0)
+
+
+def test_a_path_takes_three_calls_for_a_correction(snap: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Inputs, residuals at the load factor and at both ends of differences, and partials; the columns take two calls
+    for all points."""
+    calls: list[str] = []
+    corrections: list[int] = []
+    evaluated, corrected = Functions.__call__, equilibrium_path.corrected
+
+    def counted(functions: Functions, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
+        calls.append(name)
+        return evaluated(functions, name, blocks)
+
+    def counted_corrections(*arguments: Any) -> CorrectedPoint:
+        result = corrected(*arguments)
+        corrections.append(result.corrections)
+        return result
+
+    monkeypatch.setattr(Functions, "__call__", counted)
+    monkeypatch.setattr(equilibrium_path, "corrected", counted_corrections)
+    path = snap.equilibrium_path("load", 20.0, stability=False)
+    asked = sum(corrections) + len(corrections)  # each with the direction at its end
+    assert path.success
+    assert calls.count("partials") + calls.count("iteration") <= asked
+    assert calls.count("residual") <= asked
+    assert calls.count("outputs") + calls.count("poses") <= 4
+    assert len(calls) <= 3 * asked + 12
