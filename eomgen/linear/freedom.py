@@ -93,7 +93,7 @@ class Partials:
         shapes |= {f"Y{letter}": (outputs, size) for letter, size in columns.items()}
         shapes |= dict.fromkeys(("J", "Z", "Aq", "Av"), (rows, nv))
         partials = {
-            name: np.array(blocks.get(name, np.zeros(shape)), dtype=float).reshape(shape)
+            name: np.asarray(blocks[name], dtype=float).reshape(shape) if name in blocks else np.zeros(shape)
             for name, shape in shapes.items()
         }
         return Partials(**partials, holonomic=holonomic)
@@ -130,6 +130,12 @@ class Freedom:
         """Whether there are as many independent velocities as coordinates."""
         return len(self.coordinates) == len(self.velocities)
 
+    @property
+    def unconstrained(self) -> bool:
+        """Whether x are changes of all coordinates, and y their rates."""
+        still = not any(matrix.any() for matrix in (self.T, self.U, self.V, self.W, self.W_rate))
+        return still and all(_is_identity(matrix) for matrix in (self.R, self.S, self.N))
+
 
 @dataclass(frozen=True)
 class Measures:
@@ -150,6 +156,11 @@ class Measures:
     Z: Array
     Av: Array
     Aq: Array
+
+    @property
+    def of_velocities(self) -> bool:
+        """Whether w has the changes of v."""
+        return _is_identity(self.P) and not any(matrix.any() for matrix in (self.Z, self.Av, self.Aq))
 
     @staticmethod
     def components(factors: Sequence[Factor], v: Array, a: Array) -> Measures:
@@ -172,6 +183,11 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
         Constraint rows depend on each other in this state.
     """
     J, nv = partials.J, len(partials.M)
+    if not len(J) and measures.of_velocities:
+        every, zero = np.eye(nv), np.zeros((nv, nv))
+        names = tuple(range(nv))
+        W, W_rate = (-bracket_matrix(measures.factors, w) if w.any() else zero for w in (measures.v, measures.a))
+        return Freedom(names, names, every, every, zero, zero, zero, every, W, W_rate)
     count = len(measures.P)
     met = nv - count
     basis = _solved(np.concatenate([J[:met], measures.P]), np.eye(nv)[:, met:])
@@ -230,9 +246,14 @@ def _ones(matrix: Array | Complex) -> NDArray[np.intp] | None:
     return columns if np.all(matrix[np.arange(len(matrix)), columns] == 1.0) else None
 
 
+def _is_identity(matrix: Array) -> bool:
+    n = len(matrix)
+    return matrix.shape == (n, n) and np.count_nonzero(matrix) == n and bool(np.all(np.diagonal(matrix) == 1.0))
+
+
 def _solved(matrix: Array, right: Array) -> Array:
     """Return matrix^-1 right. Raises ModelError if the matrix has no inverse."""
-    if np.array_equal(matrix, np.eye(len(matrix))):  # trees, whose measures are their velocities
+    if _is_identity(matrix):  # trees, whose measures are their velocities
         return right
     try:
         return np.asarray(np.linalg.solve(matrix, right), dtype=float)

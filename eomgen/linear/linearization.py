@@ -28,6 +28,7 @@ from eomgen.linear.notebook import linearization_html
 from eomgen.linear.plots import plot_response
 from eomgen.linear.random_response import densities, root_mean_squares, white_noise_road
 from eomgen.linear.sampling import SampledPart, over_a_period
+from eomgen.linear.second_order_modes import MANY, second_order_modes
 from eomgen.linear.spectra import (
     Excitation,
     PowerSpectrum,
@@ -36,7 +37,7 @@ from eomgen.linear.spectra import (
     check_excitation,
     check_weighted,
 )
-from eomgen.linear.state_space import FirstOrderForm, StateSpace, first_order, spelled
+from eomgen.linear.state_space import FirstOrderForm, StateSpace, first_order, has_diagonal_inertia, spelled
 
 
 @dataclass(frozen=True)
@@ -287,6 +288,10 @@ class Linearization:
         array([ 1.25, 11.02])
         """
         with one_thread_of_algebra(len(self.partials.M)):
+            if len(self.partials.M) >= MANY and not self.names.states and self.free.unconstrained:
+                p = self.partials
+                has_diagonal_inertia(p.M, self.velocities)
+                return second_order_modes(p.M, p.C, p.K, self.names.components)
             m = self._first_order
             return modes(m.A, m.R_all, self.names.components, np.diag(self.partials.M))
 

@@ -43,7 +43,7 @@ def restored(T: Array, vectors: Complex) -> Complex:
 
 #: Rounding errors are this many times the bound's unit.
 _MARGIN = 16.0
-_EPSILON = float(np.finfo(float).eps)
+EPSILON = float(np.finfo(float).eps)
 
 
 @checked_calls()
@@ -215,46 +215,53 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
     inertias : (nv,) diagonal of the inertia matrix
     """
     if not len(A):
-        nothing = np.zeros(0)
         empty = np.zeros((len(coordinates), 0), complex)
-        return Modes(
-            nothing.astype(complex),
-            nothing,
-            nothing,
-            nothing,
-            nothing,
-            empty,
-            np.zeros((0, 0), complex),
-            tuple(coordinates),
-            np.sqrt(np.abs(inertias)),
+        weights = np.sqrt(np.abs(inertias))
+        return modes_of(
+            np.zeros(0, complex), np.zeros(0), empty, np.zeros((0, 0), complex), tuple(coordinates), weights
         )
     balanced, back = balance(A)
     values, right, cosines = _decomposed(balanced)
-    with np.errstate(divide="ignore", over="ignore"):
-        condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(_EPSILON))
-    uncertainty = _MARGIN * _EPSILON * np.linalg.norm(balanced) * condition
-    kept = [int(k) for k in np.argsort(np.abs(values), kind="stable") if values[k].imag >= 0.0]
-    kept.sort(
-        key=lambda k: (0.0 if abs(values[k]) <= uncertainty[k] else round(float(abs(values[k])), 12), values[k].real)
-    )
-    values, original, uncertainty = values[kept], restored(back, right[:, kept]), uncertainty[kept]
+    uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
+    kept = ordered(values, uncertainty)
+    kept = kept[values[kept].imag >= 0.0]
+    original = restored(back, right[:, kept])
     shapes = times(of_coordinates, original)
     largest = np.argmax(np.abs(shapes), axis=0)
     of_largest = shapes[largest, np.arange(len(kept))]
     states = original[np.argmax(np.abs(original), axis=0), np.arange(len(kept))]
     # modes of internal states do not move bodies
     unit = np.where(np.abs(of_largest) > 1e-9 * np.abs(states), of_largest, states)
+    weights = np.sqrt(np.abs(inertias))
+    return modes_of(values[kept], uncertainty[kept], shapes / unit, original / unit, tuple(coordinates), weights)
+
+
+def modes_of(
+    values: Complex,
+    uncertainty: Array,
+    shapes: Complex,
+    state_shapes: Complex,
+    coordinates: tuple[str, ...],
+    weights: Array,
+) -> Modes:
+    """Return modes with the frequencies and damping ratios of their eigenvalues."""
     size = np.abs(values)
     zero = size <= uncertainty
     ratio = np.where(zero, 0.0, -values.real / np.where(zero, 1.0, size))
-    return Modes(
-        values,
-        size,
-        size / (2.0 * np.pi),
-        ratio,
-        uncertainty,
-        shapes / unit,
-        original / unit,
-        tuple(coordinates),
-        np.sqrt(np.abs(inertias)),
-    )
+    frequency = size / (2.0 * np.pi)
+    return Modes(values, size, frequency, ratio, uncertainty, shapes, state_shapes, coordinates, weights)
+
+
+def uncertainties(norm: float, cosines: Array) -> Array:
+    """Return the rounding errors of the eigenvalues of a matrix of a norm, by |y^H x| of the eigenvectors, (n,)."""
+    with np.errstate(divide="ignore", over="ignore"):
+        condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(EPSILON))
+    return np.asarray(_MARGIN * EPSILON * norm * condition)
+
+
+def ordered(values: Complex, uncertainty: Array) -> NDArray[np.intp]:
+    """Return the order of eigenvalues: zeros first, then by size, equal ones by decay."""
+    first = np.argsort(np.abs(values), kind="stable")
+    sizes = np.abs(values[first])
+    sizes = np.where(sizes <= uncertainty[first], 0.0, [round(size, 12) for size in sizes.tolist()])
+    return np.asarray(first[np.lexsort((values[first].real, sizes))])

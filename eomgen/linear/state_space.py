@@ -405,14 +405,24 @@ def _number(kind: str, name: str, known: Sequence[str]) -> int:
 
 def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
     """Return M^-1 right. Raises ModelError naming the directions without inertia."""
+    if not len(M):
+        return right
+    if has_diagonal_inertia(M, names):
+        return right / np.diagonal(M)[:, np.newaxis]
+    return np.asarray(scipy.linalg.solve(M, right, assume_a="pos"))
+
+
+def has_diagonal_inertia(M: Array, names: Sequence[str]) -> bool:
+    """Return whether an inertia matrix is diagonal, as of free bodies. Raises ModelError naming the directions without
+    inertia."""
     diagonal = np.diagonal(M)
-    alone = np.count_nonzero(M) == np.count_nonzero(diagonal)  # bodies that are free
-    if alone and len(M) and np.min(diagonal) > 1e-14 * np.max(diagonal):
-        return right / diagonal[:, np.newaxis]
-    values, vectors = np.linalg.eigh(0.5 * (M + M.T)) if len(M) else (np.zeros(0), np.zeros((0, 0)))
-    if len(M) and values[0] <= 1e-14 * values[-1]:
+    alone = np.count_nonzero(M) == np.count_nonzero(diagonal)
+    if alone and np.min(diagonal, initial=np.inf) > 1e-14 * np.max(diagonal, initial=0.0):
+        return True
+    values, vectors = np.linalg.eigh(0.5 * (M + M.T))
+    if values[0] <= 1e-14 * values[-1]:
         direction = np.abs(vectors[:, 0])
         along = ", ".join(name for name, size in zip(names, direction, strict=True) if size > 0.1 * np.max(direction))
         fault = f"the inertia matrix is singular along {along}, so there is no linear model of second order"
         raise ModelError(Problem("linearization", fault, "mass or inertia for motion along it"))
-    return np.asarray(scipy.linalg.solve(M, right, assume_a="pos")) if len(M) else right
+    return False

@@ -1,0 +1,209 @@
+"""Modes of M x'' + C x' + K x = 0 with many coordinates, part by part.
+
+Coordinates that are not coupled are decomposed each by itself, equal parts once. A large part with symmetric M and K is
+written in the modes that it has without damping: K becomes diagonal, and with proportional damping (Caughey and
+O'Kelly, J. Appl. Mech. 32 (1965) 583) so does C. If damping couples some of these modes only, as within the modes of
+one symmetry of a structure, smaller matrices remain; entries of C that are rounding of the transformation do not
+couple. The change of basis is orthogonal in the metric of M, so errors are as small as in a decomposition of the whole
+matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.sparse import csr_array, diags_array
+from scipy.sparse.csgraph import connected_components
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
+from eomgen.linear.modes import EPSILON, Modes, balance, modes_of, ordered, restored, uncertainties
+
+#: Coordinates from which on models are taken by parts, and up to which a part is decomposed as a whole.
+MANY, _FEW = 100, 20
+#: Part of a matrix, in units of its rounding, below which entries do not couple modes and a skew part is none: half of
+#: the stated uncertainty.
+_ROUNDING = 8.0
+Numbers = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Modes of coordinates that are not coupled to others, with imaginary parts that are not negative.
+
+    Attributes
+    ----------
+    values : (n,)
+    vectors : (coordinates, n) changes of the coordinates
+    cosines : (n,) |y^H x| of the eigenvectors
+    size : Frobenius norm of the matrix that was decomposed
+    """
+
+    values: Complex
+    vectors: Complex
+    cosines: Array
+    size: float
+
+
+def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str]) -> Modes:
+    """Return the modes of M x'' + C x' + K x = 0; M (n, n) regular.
+
+    Parameters
+    ----------
+    coordinates : names of the components of x
+    """
+    n = len(M)
+    parts: list[tuple[Numbers, _Part]] = []
+    for places in _uncoupled(M, C, K):
+        known: dict[bytes, list[int]] = {}
+        blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
+        contents = np.concatenate([block.reshape(len(places), -1) for block in blocks], axis=1)
+        for number, content in enumerate(contents):
+            known.setdefault(content.tobytes(), []).append(number)
+        for equal in known.values():
+            parts.append((places[equal], _decomposed(*(block[equal[0]] for block in blocks))))
+    values, cosines = (
+        np.concatenate([np.tile(getattr(part, name), len(places)) for places, part in parts])
+        for name in ("values", "cosines")
+    )
+    norm = float(np.sqrt(sum(len(places) * part.size**2 for places, part in parts)))
+    uncertainty = uncertainties(norm, cosines)
+    order = ordered(values, uncertainty)
+    columns = np.empty(len(values), np.intp)
+    columns[order] = np.arange(len(values))
+    states = np.zeros((2 * n, len(values)), complex)
+    first = 0
+    for places, part in parts:
+        last = first + len(places) * len(part.values)
+        of_part = columns[first:last].reshape(len(places), 1, -1)
+        moves = part.vectors / part.vectors[np.argmax(np.abs(part.vectors), axis=0), np.arange(len(part.values))]
+        states[places[:, :, np.newaxis], of_part] = moves
+        states[n + places[:, :, np.newaxis], of_part] = moves * part.values
+        first = last
+    inertias = np.sqrt(np.abs(np.diagonal(M)))
+    return modes_of(values[order], uncertainty[order], states[:n], states, tuple(coordinates), inertias)
+
+
+def _uncoupled(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
+    """Yield the coordinates of parts that are not coupled, (parts, size), by size."""
+    coupled = (M != 0.0) | (C != 0.0) | (K != 0.0)
+    count, labels = connected_components(csr_array(coupled), directed=False)
+    order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels, minlength=count)
+    starts = np.cumsum(sizes) - sizes
+    for size in np.unique(sizes).tolist():
+        yield order[starts[sizes == size][:, np.newaxis] + np.arange(size)]
+
+
+def _decomposed(M: Array, C: Array, K: Array) -> _Part:
+    """Return the modes of one part."""
+    if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
+        return part
+    n = len(M)
+    A = np.zeros((2 * n, 2 * n))
+    A[:n, n:] = np.eye(n)
+    A[n:] = np.linalg.solve(M, -np.concatenate([K, C], axis=1))
+    balanced, back = balance(A)
+    values, vectors, cosines = eigenvectors(balanced)
+    kept = values.imag >= 0.0
+    return _Part(values[kept], restored(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced)))
+
+
+def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
+    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,)."""
+    solution: Any = scipy.linalg.eig(A, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = solution
+    return values, right, np.abs(np.sum(left.conj() * right, axis=0))
+
+
+def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:
+    """Return the modes of one part by groups of undamped modes that damping couples; None if M or K is not symmetric,
+    M not positive definite, or all modes are coupled."""
+    rounding, inverse = _ROUNDING * EPSILON, _inverse_root(M)
+    if inverse is None:
+        return None
+    stiffness = inverse @ K @ inverse.T
+    for matrix in (M, stiffness):
+        if not np.linalg.norm(matrix - matrix.T) <= rounding * np.linalg.norm(matrix):
+            return None
+    squares, directions = np.linalg.eigh(0.5 * (stiffness + stiffness.T))
+    directions = inverse.T @ directions
+    damping = directions.T @ C @ directions
+    pace = float(np.mean(squares**2)) ** 0.25  # which makes the rows of [[0, pace], [-squares/pace, -C]] alike
+    if not pace:
+        return None
+    size = float(np.sqrt(len(M) * pace**2 + np.sum(squares**2) / pace**2 + np.sum(damping**2)))
+    groups = _coupled(damping, rounding * size)
+    if len(groups) == 1:
+        return None
+    alone = np.array([group[0] for group in groups if len(group) == 1], np.intp)
+    values, numbers, cosines = _of_single_modes(squares[alone], damping[alone, alone], pace)
+    results = [(values, directions[:, alone[numbers]].astype(complex), cosines)]
+    for group in groups:
+        if len(group) > 1:
+            values, vectors, cosines = _of_coupled_modes(squares[group], damping[np.ix_(group, group)], pace)
+            results.append((values, _times(directions[:, group], vectors), cosines))
+    values, vectors, cosines = (np.concatenate(items, axis=-1) for items in zip(*results, strict=True))
+    return _Part(values, vectors, cosines, size)
+
+
+def _inverse_root(M: Array) -> Any:
+    """Return L^-1 of M = L L^T, sparse if M is diagonal; None if M is not positive definite."""
+    diagonal = np.diagonal(M)
+    if np.count_nonzero(M) == np.count_nonzero(diagonal):
+        return diags_array(1.0 / np.sqrt(diagonal)) if np.all(diagonal > 0.0) else None
+    try:
+        return np.linalg.inv(np.linalg.cholesky(M))
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _coupled(damping: Array, rounding: float) -> list[Numbers]:
+    """Return the groups of modes that are coupled by more than a rounding error of the whole matrix."""
+    sizes = np.abs(damping)
+    np.fill_diagonal(sizes, 0.0)
+    limit = rounding
+    while (left := sizes[sizes <= limit]).size and np.linalg.norm(left) > rounding:
+        limit *= 0.5
+    count, labels = connected_components(csr_array((sizes > limit).astype(float)), directed=False)
+    return [np.flatnonzero(labels == label) for label in range(count)]
+
+
+def _of_single_modes(squares: Array, damping: Array, pace: float) -> tuple[Complex, Numbers, Array]:
+    """Return eigenvalues (m,) with imaginary parts that are not negative, numbers (m,) of their modes, and |y^H x| (m,)
+    of modes that damping does not couple; as ``_of_coupled_modes``."""
+    A = np.zeros((len(squares), 2, 2))
+    A[:, 0, 1], A[:, 1, 0], A[:, 1, 1] = pace, -squares / pace, -damping
+    values, vectors = np.linalg.eig(A)
+    cosines = np.abs(np.linalg.det(vectors))  # in the plane y is across the other x
+    kept = values.imag >= 0.0
+    numbers = np.nonzero(kept)[0]
+    return values[kept].astype(complex), numbers, cosines[numbers]
+
+
+def _of_coupled_modes(squares: Array, damping: Array, pace: float) -> tuple[Complex, Complex, Array]:
+    """Return eigenvalues (m,) with imaginary parts that are not negative, vectors (n, m) and |y^H x| (m,) of modes that
+    damping couples.
+
+    Parameters
+    ----------
+    squares : (n,) of the angular frequencies without damping, (rad/s)^2
+    damping : (n, n), 1/s
+    pace : ratio of the units of velocities and coordinates, 1/s
+    """
+    n = len(squares)
+    A = np.zeros((2 * n, 2 * n))
+    A[:n, n:] = pace * np.eye(n)
+    A[n:, :n] = -np.diag(squares) / pace
+    A[n:, n:] = -damping
+    values, vectors, cosines = eigenvectors(A)
+    kept = values.imag >= 0.0
+    return values[kept], vectors[:n, kept], cosines[kept]
+
+
+def _times(left: Array, right: Complex) -> Complex:
+    """Return the product of a real and a complex matrix, without a complex copy of the real one."""
+    return np.asarray(left @ np.ascontiguousarray(right, complex).view(float)).view(complex)
