@@ -20,12 +20,12 @@ from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations
 from eomgen.lie.product import difference
+from eomgen.solvers.blocks import SOFT
 from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, whole
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.equilibrium_search import left_at_start, nearest_rest
 from eomgen.solvers.load_steps import by_load_steps
 from eomgen.solvers.statics import (
-    SOFT,
     LargestForces,
     Search,
     SearchPoint,
@@ -33,7 +33,6 @@ from eomgen.solvers.statics import (
     examine,
     onto_constraints,
     polished,
-    symmetric_spectrum,
 )
 from eomgen.solvers.tangent_stiffness import TangentStiffness
 
@@ -272,7 +271,7 @@ def _by_load_steps(
 
 def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bool:
     """Return whether forces follow the motion, so that stiffness alone does not decide stability."""
-    skew = float(np.max(np.abs(point.stiffness - point.stiffness.T), initial=0.0)) > 1e-6 * point.largest_stiffness
+    skew = point.coupled.skew > 1e-6 * point.largest_stiffness
     if skew or not model.description.exact_beams:
         return skew
     return not TangentStiffness.at(
@@ -306,7 +305,7 @@ class _Stiffness:
 
 
 def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
-    values, vectors = symmetric_spectrum(point.symmetric)
+    values, vectors = point.coupled.symmetric.spectrum()
     largest, directions = point.largest_stiffness, point.basis @ vectors
     soft = np.abs(values) <= max(1e2 * SOFT * largest, _no_stiffness(statics))
     rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), whole(statics.mass(point.q))

@@ -8,7 +8,9 @@ the axis, as a part of its length, so beyond 1 no beam is like that.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -67,10 +69,16 @@ class SceneMeasures:
 
     def length(self, q: Array) -> float:
         """Return the largest length of the scene at q, m: lengths of the description, travels; 1 m if there is none."""
-        lengths = [float(np.linalg.norm(self.vector(vector))) for vector in self.model.description.lengths]
-        lengths += [abs(float(value)) for value, unit in zip(q, self.model.q_units, strict=True) if unit == "m"]
-        finite = [length for length in lengths if np.isfinite(length)]
+        units = self.model.q_units
+        lengths = [*self._lengths, *(abs(value) for value, unit in zip(q.tolist(), units, strict=True) if unit == "m")]
+        finite = [length for length in lengths if math.isfinite(length)]
         return max(finite, default=0.0) or 1.0
+
+    @cached_property
+    def _lengths(self) -> list[float]:
+        """Lengths of the description."""
+        every = dict.fromkeys(self.model.description.lengths)
+        return [float(np.linalg.norm(self.vector(vector))) for vector in every]
 
     def gravity(self) -> float:
         """Return the acceleration of gravity, m/s^2."""

@@ -2,6 +2,7 @@
 
 __all__ = [
     "beams",
+    "blocks",
     "bordered_newton",
     "buckling",
     "consistency",

@@ -11,17 +11,16 @@ nonlinear forces over a step, and is a tenth of the step at most, so the path st
 
 from __future__ import annotations
 
-import math
 from functools import cached_property, partial
 
 import numpy as np
-from scipy.linalg import expm
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.lie.product import difference
+from eomgen.solvers.blocks import SOFT, Blocks
+from eomgen.solvers.phi_functions import SymmetricPhi, phi_of_matrix
 from eomgen.solvers.statics import (
-    SOFT,
     Search,
     SearchPoint,
     SearchTrail,
@@ -30,7 +29,6 @@ from eomgen.solvers.statics import (
     moved,
     newton_step,
     share_of_turn,
-    symmetric_spectrum,
     told_if_interrupted,
     unbalanced,
 )
@@ -106,35 +104,30 @@ class _LinearMotion:
     """
 
     point: SearchPoint
-    J: Array
+    J: Blocks
     f: Array
     scale: Array
     rate: float
 
     @property
     def fastest(self) -> float:
-        return self.point.largest_stiffness or float(np.max(np.abs(self.J), initial=0.0))
+        return self.point.largest_stiffness or self.J.largest
 
     @property
     def convex(self) -> bool:
         """Whether no direction is unstable."""
-        return bool(np.all(symmetric_spectrum(self.point.symmetric)[0] >= -SOFT * self.point.largest_stiffness))
+        return self.point.coupled.symmetric.above(-SOFT * self.point.largest_stiffness)
 
     @cached_property
-    def _spectrum(self) -> tuple[Array, Array] | None:
-        """Eigenvalues and eigenvectors of J; None if J is not symmetric (internal states, follower forces)."""
-        if np.max(np.abs(self.J - self.J.T), initial=0.0) > _ASYMMETRY * np.max(np.abs(self.J), initial=0.0):
-            return None
-        return symmetric_spectrum(self.J)
+    def _of_symmetric(self) -> SymmetricPhi | None:
+        """The functions of J; None if J is not symmetric (internal states, follower forces)."""
+        return None if self.J.skew > _ASYMMETRY * self.J.largest else SymmetricPhi(self.J)
 
     def _phi(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f, phi_k being the k-th function of exponential integrators."""
-        if self._spectrum is None or not np.all(np.isfinite(f)):
-            return _phi(self.J, f, time, order)
-        values, vectors = self._spectrum
-        with np.errstate(all="ignore"):  # unstable directions may overflow: such steps are shortened
-            result: Array = time * (vectors @ (phi(time * values, order) * (vectors.T @ f)))
-        return result
+        if self._of_symmetric is None or not np.isfinite(f).all():
+            return phi_of_matrix(self.J.whole, f, time, order)
+        return self._of_symmetric(f, time, order)
 
     def step(self, time: float) -> Array:
         """Return the change after a time; of infinite time Newton's."""
@@ -146,7 +139,7 @@ class _LinearMotion:
         """Return the addition of nonlinear forces to a change, and the rates of the changes at the end."""
         free = len(self.point.imbalance)
         there = np.concatenate([self.point.dual @ reached.acceleration, self.rate * reached.rates])
-        bent = self.scale * there - self.f - self.J @ (self.scale * change)
+        bent = self.scale * there - self.f - self.J.times(self.scale * change)
         if np.isinf(time):
             bent = bent / self.scale
             bent[free:] /= self.rate
@@ -160,9 +153,9 @@ def _linear(point: SearchPoint, slower: float) -> _LinearMotion:
     rate, scale = 2.0 * fastest / slower, point.scale
     f = np.concatenate([-point.imbalance, rate * point.rates])
     if not len(point.z):
-        return _LinearMotion(point, -point.stiffness, f, scale, rate)
+        return _LinearMotion(point, point.coupled.negative, f, scale, rate)
     J = np.block([[-point.stiffness, -by_z], [rate * rate_q, rate * rate_z]])
-    return _LinearMotion(point, scale[:, np.newaxis] * J / scale, scale * f, scale, rate)
+    return _LinearMotion(point, Blocks.of(scale[:, np.newaxis] * J / scale), scale * f, scale, rate)
 
 
 def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: float) -> SearchPoint | None:
@@ -203,38 +196,6 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
     return None
 
 
-def phi(x: Array, order: int) -> Array:
-    """Return phi_k(x) = (exp(x) - 1 - x - ... - x^(k-1)/(k-1)!)/x^k of numbers, phi_k(0) = 1/k!.
-
-    Hochbruck and Ostermann, Acta Numerica 19 (2010) 209, equation 2.11.
-    """
-    near = np.abs(x) < 1.0
-    small, large = np.where(near, x, 0.0), np.where(near, 1.0, x)
-    term = np.full(np.shape(x), 1.0 / math.factorial(order))
-    series = term
-    for k in range(order + 1, order + 18):  # the next term is below rounding
-        term = term * small / k
-        series = series + term
-    rest = np.expm1(large)
-    for k in range(1, order):
-        rest = rest - large**k / math.factorial(k)
-    return np.where(near, series, rest / large**order)
-
-
-def _phi(J: Array, f: Array, time: float, order: int) -> Array:
-    """Return time phi_k(time J) f, phi_k being the k-th function of exponential integrators, by one exponential."""
-    n = len(f)
-    matrix = np.zeros((n + order, n + order))
-    matrix[:n, :n], matrix[:n, n] = time * J, time * f
-    for k in range(n, n + order - 1):
-        matrix[k, k + 1] = 1.0
-    if not np.all(np.isfinite(matrix)):
-        return np.full(n, np.nan)
-    with np.errstate(all="ignore"):
-        result: Array = expm(matrix)[:n, -1]
-    return result
-
-
 def _gone(statics: Statics, point: SearchPoint, change: Array) -> float:
     """Return the length of a change, in lengths of the scene; rotations are judged elsewhere."""
     if not np.all(np.isfinite(change)):
@@ -247,15 +208,12 @@ def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     """Return a point a little off an unstable equilibrium, on the way down; None from a stable one."""
     if not len(point.imbalance) or len(point.rates):
         return None
-    values, vectors = symmetric_spectrum(point.symmetric)
-    unstable = -1e3 * SOFT * point.largest_stiffness
-    if values[0] >= unstable:
+    symmetric, unstable = point.coupled.symmetric, -1e3 * SOFT * point.largest_stiffness
+    if symmetric.above(unstable):
         return None
+    values, vectors = symmetric.spectrum()
     # Follower forces: the damped motion returns although the symmetric part alone would drive it away.
-    if (
-        not np.array_equal(point.stiffness, point.symmetric)
-        and np.min(np.linalg.eigvals(point.stiffness).real) >= unstable
-    ):
+    if point.coupled.skew and np.min(np.linalg.eigvals(point.stiffness).real) >= unstable:
         return None
     lowest = values <= values[0] + 1e-9 * abs(values[0])
     away = canonical_direction(point.basis @ vectors[:, lowest], statics.sizes)  # rounding decides no side

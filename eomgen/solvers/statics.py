@@ -13,19 +13,17 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
-from scipy.sparse import csc_array, csr_array
-from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie.product import Factor, update
-from eomgen.solvers.bordered_newton import Matrix, whole
+from eomgen.solvers.blocks import Blocks, congruent, inverse_root, least_solution
+from eomgen.solvers.bordered_newton import Matrix
 
 #: Largest turn of a step, rad.
 LARGEST_TURN = 0.5
@@ -33,14 +31,10 @@ LARGEST_TURN = 0.5
 BALANCED = 1e-11
 #: Violations of constraints below this part of the change by moving the scene's length are none.
 MET = 1e-10
-#: Eigenvalues of the stiffness below this part of the largest are zero: no force opposes these directions.
-SOFT = 1e-11
 #: Number of corrections after which Newton's steps no longer improve, and bound of their displacement as a part of the
 #: scene's length.
 _POLISHES, _POLISH = 5, 1e-3
 _EPSILON = float(np.finfo(float).eps)
-#: Part of nonzeros of an inertia matrix, and number of components, up to which the matrix counts as whole.
-_SPARSE, _FEW = 0.1, 64
 
 
 @dataclass(frozen=True)
@@ -97,7 +91,7 @@ class SearchPoint:
     basis : (nv, free) velocities that the constraints leave free, of unit kinetic energy each
     dual : (free, nv) maps a velocity to components along the basis
     imbalance : (free,) forces along the basis
-    stiffness : (free, free) along the basis: squared angular frequencies
+    coupled : stiffness (free, free) along the basis, squared angular frequencies, by blocks
     violation : (holonomic,) of the constraints
     correction : (nv,) increment that removes the violation to first order
     rates : (nz,) of the internal states
@@ -113,7 +107,7 @@ class SearchPoint:
     basis: Matrix
     dual: Matrix
     imbalance: Array
-    stiffness: Array
+    coupled: Blocks
     violation: Array
     correction: Array
     rates: Array
@@ -135,16 +129,16 @@ class SearchPoint:
 
     @property
     def finite(self) -> bool:
-        return all(bool(np.all(np.isfinite(part))) for part in (self.residual, self.stiffness, self.rates))
+        return self.coupled.finite and all(bool(np.isfinite(part).all()) for part in (self.residual, self.rates))
 
-    @property
-    def symmetric(self) -> Array:
-        result: Array = 0.5 * (self.stiffness + self.stiffness.T)
-        return result
+    @cached_property
+    def stiffness(self) -> Array:
+        """(free, free) along the basis: squared angular frequencies."""
+        return self.coupled.whole
 
     @cached_property
     def largest_stiffness(self) -> float:
-        return float(np.max(np.abs(self.stiffness), initial=0.0))
+        return self.coupled.largest
 
     @property
     def met(self) -> bool:
@@ -258,7 +252,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
-    inverse: Any = inverse_root(whole(M))
+    inverse: Any = inverse_root(M)
     B = B0 @ inverse.T
     violation = statics.constraint(q)
     r0 = statics.residual(q, np.zeros(len(B)), z)
@@ -286,7 +280,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         basis,
         basis.T @ M,
         basis.T @ residual,
-        whole(basis.T @ K @ basis),
+        Blocks.of(congruent(basis, K), narrow=True),
         violation,
         inverse.T @ (spread @ aimed),
         statics.rates(q, z),
@@ -297,111 +291,15 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     )
 
 
-def inverse_root(M: Array) -> Matrix:
-    """Return L^-1 of M = L L^T, sparse if M has many blocks that are not coupled, as of bodies without joints.
-
-    Raises
-    ------
-    numpy.linalg.LinAlgError
-        M is not positive definite.
-    """
-    blocks = uncoupled_blocks(M)
-    if not blocks:
-        inverse: Array = np.linalg.inv(np.linalg.cholesky(M))
-        return inverse
-    data = np.concatenate([np.linalg.inv(np.linalg.cholesky(M[block])).ravel() for block in blocks])
-    rows, columns = (
-        np.concatenate([np.broadcast_to(block[side], M[block].shape).ravel() for block in blocks]) for side in (0, 1)
-    )
-    return csc_array((data, (rows, columns)), shape=M.shape)
-
-
-def uncoupled_blocks(M: Array) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return the places of all diagonal blocks of a matrix that are not coupled, rows (blocks, size, 1) and columns
-    (blocks, 1, size) by size; none if the matrix is small, or one block."""
-    n = len(M)
-    if n <= _FEW or np.count_nonzero(M) > _SPARSE * n * n:
-        return []
-    return _blocks_of(n, np.packbits(M != 0.0).tobytes())
-
-
-@lru_cache(maxsize=8)
-def _blocks_of(n: int, packed: bytes) -> list[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return the uncoupled blocks of a matrix (n, n) by the bits of its nonzeros, which a search meets again."""
-    nonzero = np.unpackbits(np.frombuffer(packed, np.uint8), count=n * n).reshape(n, n)
-    count, labels = connected_components(csr_array(nonzero), directed=False)
-    if count == 1:
-        return []
-    order = np.argsort(labels, kind="stable")
-    sizes = np.bincount(labels)
-    starts = np.cumsum(sizes) - sizes
-    every = [order[starts[sizes == size][:, np.newaxis] + np.arange(size)] for size in sorted(set(sizes.tolist()))]
-    return [(members[:, :, np.newaxis], members[:, np.newaxis, :]) for members in every]
-
-
 def newton_step(point: SearchPoint, right: Array) -> Array:
     """Return the least changes along the basis and of z that remove imbalance and rates (``right``) to first order."""
     by_z, rate_q, rate_z = point.couplings
-    matrix = np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale if len(point.z) else point.stiffness
-    size: Array = np.max(np.abs(matrix), axis=1, initial=0.0)
+    matrix = point.coupled
+    if len(point.z):
+        matrix = Blocks.of(np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale)
+    size = matrix.largest_of_rows
     rows: Array = np.where(size > 0.0, size, 1.0)
-    return least_solution(matrix / rows[:, np.newaxis], right / rows) / point.scale
-
-
-def least_solution(matrix: Array, right: Array) -> Array:
-    """Return the least x with matrix x = right as near as possible, singular values below ``SOFT`` counted as zero.
-
-    A matrix without such singular values is eliminated, which takes a tenth of the time: the reciprocal condition in
-    the 1-norm divided by n bounds the ratio of singular values from below.
-    """
-    if len(matrix):
-        solution = _eliminated(matrix, right, float(np.max(np.linalg.norm(matrix, axis=0))))
-        if solution is not None:
-            return solution
-    blocks = uncoupled_blocks(matrix) if np.all(np.isfinite(matrix)) else []
-    if not blocks:
-        return np.asarray(np.linalg.lstsq(matrix, right, rcond=SOFT)[0])
-    result, left = np.zeros(len(matrix)), []
-    largest = np.sqrt(np.linalg.norm(matrix, 1) * np.linalg.norm(matrix, np.inf))  # at least the largest singular value
-    for rows, columns in blocks:
-        part, places = matrix[rows, columns], rows[:, :, 0]
-        solution = _eliminated(part[0], right[places[0]], largest) if len(part) == 1 else None
-        if solution is None:
-            left.append((places, np.linalg.svd(part)))
-        else:
-            result[places[0]] = solution
-    smallest = SOFT * max((float(np.max(sigma)) for _, (_, sigma, _) in left), default=0.0)
-    if len(left) < len(blocks):
-        smallest = SOFT * float(largest)
-    for places, (U, sigma, Vt) in left:
-        inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > smallest)
-        result[places] = ((right[places][:, np.newaxis] @ U) * inverse[:, np.newaxis] @ Vt)[:, 0]
-    return result
-
-
-def _eliminated(matrix: Array, right: Array, largest: float) -> Array | None:
-    """Return the solution of equations by elimination; None if a singular value may be below ``SOFT`` times a bound of
-    the largest."""
-    factors, pivots, fault = dgetrf(matrix)
-    if fault or not dgecon(factors, np.linalg.norm(matrix, 1))[0] * np.max(np.linalg.norm(matrix, axis=0)) > (
-        len(matrix) * SOFT * largest
-    ):
-        return None
-    return np.asarray(dgetrs(factors, pivots, right)[0])
-
-
-def symmetric_spectrum(matrix: Array) -> tuple[Array, Array]:
-    """Return eigenvalues (n,), increasing, and eigenvectors (n, n) of a symmetric matrix, each block by itself if
-    blocks are not coupled."""
-    blocks = uncoupled_blocks(matrix)
-    if not blocks:
-        values, vectors = np.linalg.eigh(matrix)
-        return values, vectors
-    values, vectors = np.zeros(len(matrix)), np.zeros(matrix.shape)
-    for block in blocks:
-        values[block[1][:, 0]], vectors[block] = np.linalg.eigh(matrix[block])
-    order = np.argsort(values, kind="stable")
-    return values[order], vectors[:, order]
+    return least_solution(matrix.divided(rows), right / rows) / point.scale
 
 
 def unbalanced(point: SearchPoint) -> Array:

@@ -20,7 +20,7 @@ import eomgen
 from eomgen.analysis import equilibrium
 from eomgen.cli import main
 from eomgen.lie import product
-from eomgen.solvers.equilibrium_search import phi
+from eomgen.solvers.phi_functions import phi
 from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, absolute, breaking, flyer, pendulum
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -110,3 +111,23 @@ def test_the_stepper_of_a_cable_does_not_grow_with_its_knots(tmp_path: Path) -> 
         sizes.append(len(text))
         statements.append(text.count(";"))
     assert statements[0] == statements[1] and abs(sizes[1] - sizes[0]) < 100
+
+
+def test_the_search_for_rest_of_a_net_takes_all_eigenvalues_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For the verdict on stability; steps on the way take narrow factors of matrices."""
+    sizes: list[int] = []
+    eigh = np.linalg.eigh
+
+    def counted(matrix: Array) -> Any:
+        sizes.append(matrix.shape[-1])
+        return eigh(matrix)
+
+    model = eomgen.build(EXAMPLE, profile="quick")
+    monkeypatch.setattr(np.linalg, "eigh", counted)
+    found = model.equilibrium()
+    assert found.stable
+    assert sorted(size for size in sizes if size > 60) == [300]
+    held = found.frequencies[found.frequencies > 0.0]
+    assert len(held) == 300
+    linear = model.linearize(at=found)
+    np.testing.assert_allclose(held, linear.undamped_frequencies[-300:], rtol=1e-9)

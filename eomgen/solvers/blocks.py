@@ -1,0 +1,296 @@
+"""Square matrices by their diagonal blocks that are not coupled, as of scenes of many bodies without joints: spectra,
+products, solutions, and inverse roots of inertia matrices.
+
+A matrix with few components, or with many couplings, is one block.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property, lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
+from scipy.sparse import csc_array, csr_array
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.solvers.bordered_newton import Matrix, columns_of, whole
+
+#: Eigenvalues of the stiffness below this part of the largest are zero: no force opposes these directions.
+SOFT = 1e-11
+#: Part of nonzeros of a matrix, and number of components, up to which the matrix counts as whole.
+_SPARSE, _FEW = 0.1, 64
+
+Places = NDArray[np.intp]
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """A square matrix by its diagonal blocks.
+
+    Attributes
+    ----------
+    stacks : blocks of equal size: places in rows and columns (blocks, size), and entries (blocks, size, size)
+    """
+
+    stacks: Sequence[tuple[Places, Array]]
+
+    @classmethod
+    def of(cls, matrix: Matrix, *, narrow: bool = False) -> Blocks:
+        """Return the blocks of a matrix; blocks of a sparse one in orders that make their bands ``narrow``."""
+        n = matrix.shape[0]
+        if isinstance(matrix, np.ndarray):
+            places = uncoupled_blocks(matrix)
+            if not places:
+                return cls([(np.arange(n)[np.newaxis], matrix[np.newaxis])])
+            return cls([(members, matrix[members[:, :, np.newaxis], members[:, np.newaxis, :]]) for members in places])
+        if n <= _FEW or matrix.nnz > _SPARSE * n * n:
+            return cls.of(whole(matrix))
+        matrix = csc_array(matrix)  # by rows if a product
+        members, targets = _targets(n, matrix.indices.tobytes(), matrix.indptr.tobytes(), narrow)
+        entries = np.zeros(sum(part.size * part.shape[1] for part in members))
+        entries[targets] = matrix.data
+        ends = np.cumsum([part.size * part.shape[1] for part in members])[:-1]
+        pieces = zip(members, np.split(entries, ends), strict=True)
+        return cls([(part, piece.reshape(*part.shape, part.shape[1])) for part, piece in pieces])
+
+    @cached_property
+    def single(self) -> bool:
+        """Whether the matrix is one block in its own order."""
+        places = self.stacks[0][0]
+        return len(self.stacks) == 1 == len(places) and bool(np.all(places[0] == np.arange(self.size)))
+
+    @cached_property
+    def size(self) -> int:
+        return sum(places.size for places, _ in self.stacks)
+
+    @cached_property
+    def whole(self) -> Array:
+        """(n, n) the matrix."""
+        if self.single:
+            return np.asarray(self.stacks[0][1][0])
+        result = np.zeros((self.size, self.size))
+        for places, entries in self.stacks:
+            result[places[:, :, np.newaxis], places[:, np.newaxis, :]] = entries
+        return result
+
+    @property
+    def finite(self) -> bool:
+        return all(bool(np.isfinite(entries).all()) for _, entries in self.stacks)
+
+    @cached_property
+    def largest(self) -> float:
+        """The largest magnitude of an entry."""
+        return max((float(np.abs(entries).max(initial=0.0)) for _, entries in self.stacks), default=0.0)
+
+    @cached_property
+    def largest_of_rows(self) -> Array:
+        """(n,) the largest magnitudes of entries in rows."""
+        return self.joined([np.abs(entries).max(axis=2, initial=0.0) for _, entries in self.stacks])
+
+    @cached_property
+    def skew(self) -> float:
+        """The largest magnitude of an entry of the matrix minus its transpose."""
+        parts = (np.abs(entries - np.swapaxes(entries, 1, 2)) for _, entries in self.stacks)
+        return max((float(part.max(initial=0.0)) for part in parts), default=0.0)
+
+    @cached_property
+    def symmetric(self) -> Blocks:
+        """The symmetric part."""
+        return Blocks([(places, 0.5 * (part + np.swapaxes(part, 1, 2))) for places, part in self.stacks])
+
+    @property
+    def negative(self) -> Blocks:
+        """Minus the matrix."""
+        return Blocks([(places, -entries) for places, entries in self.stacks])
+
+    def divided(self, rows: Array) -> Blocks:
+        """Return the matrix with rows divided by numbers (n,)."""
+        return Blocks([(places, entries / rows[places][:, :, np.newaxis]) for places, entries in self.stacks])
+
+    def times(self, x: Array) -> Array:
+        """Return the product with a vector (n,)."""
+        if self.single:
+            return np.asarray(self.whole @ x)
+        return self.joined([(entries @ x[places][:, :, np.newaxis])[:, :, 0] for places, entries in self.stacks])
+
+    @cached_property
+    def spectra(self) -> Sequence[tuple[Array, Array]]:
+        """Eigenvalues (blocks, size), increasing, and eigenvectors (blocks, size, size) of each stack of a symmetric
+        matrix."""
+        pairs = (np.linalg.eigh(entries) for _, entries in self.stacks)
+        return [(values, vectors) for values, vectors in pairs]
+
+    def spectrum(self) -> tuple[Array, Array]:
+        """Return eigenvalues (n,), increasing, and eigenvectors (n, n) of a symmetric matrix."""
+        if self.single:
+            values, vectors = self.spectra[0]
+            return values[0].copy(), vectors[0]
+        every, result = np.zeros(self.size), np.zeros((self.size, self.size))
+        for (places, _), (values, vectors) in zip(self.stacks, self.spectra, strict=True):
+            every[places] = values
+            result[places[:, :, np.newaxis], places[:, np.newaxis, :]] = vectors
+        order = np.argsort(every, kind="stable")
+        return every[order], result[:, order]
+
+    def above(self, value: float) -> bool:
+        """Return whether no eigenvalue of a symmetric matrix is below a value; by factors, if rounding leaves no
+        doubt."""
+        try:
+            for _, entries in self.stacks:
+                np.linalg.cholesky(entries - value * np.eye(entries.shape[1]))
+        except np.linalg.LinAlgError:
+            return all(bool(np.all(values >= value)) for values, _ in self.spectra)
+        return True
+
+    def joined(self, parts: Sequence[Array]) -> Array:
+        """Return a vector (n,) of its parts by stacks, (blocks, size)."""
+        if self.single:
+            return np.asarray(parts[0][0])
+        result = np.zeros(self.size)
+        for (places, _), part in zip(self.stacks, parts, strict=True):
+            result[places] = part
+        return result
+
+
+def uncoupled_blocks(M: Array) -> list[Places]:
+    """Return the places of all diagonal blocks of a matrix that are not coupled, (blocks, size) by size; none if the
+    matrix is small, or one block."""
+    n = len(M)
+    if n <= _FEW or np.count_nonzero(M) > _SPARSE * n * n:
+        return []
+    return _blocks_of(n, np.packbits(M != 0.0).tobytes())
+
+
+@lru_cache(maxsize=8)
+def _blocks_of(n: int, packed: bytes) -> list[Places]:
+    """Return the uncoupled blocks of a matrix (n, n) by the bits of its nonzeros, which a search meets again."""
+    nonzero = np.unpackbits(np.frombuffer(packed, np.uint8), count=n * n).reshape(n, n)
+    places = _by_size(csr_array(nonzero))
+    return [] if len(places) == 1 == len(places[0]) else places
+
+
+def _by_size(pattern: csr_array | csc_array, *, narrow: bool = False) -> list[Places]:
+    """Return the components of a pattern, (components, size) for each size, each increasing or in a narrow order."""
+    _, labels = connected_components(pattern, directed=False)
+    order = np.arange(len(labels))
+    if narrow:
+        order = reverse_cuthill_mckee(csr_array(pattern + pattern.T), symmetric_mode=True).astype(np.intp)
+    order = order[np.argsort(labels[order], kind="stable")]
+    sizes = np.bincount(labels)
+    starts = np.cumsum(sizes) - sizes
+    return [order[starts[sizes == size][:, np.newaxis] + np.arange(size)] for size in sorted(set(sizes.tolist()))]
+
+
+@lru_cache(maxsize=8)
+def _targets(n: int, indices: bytes, ends: bytes, narrow: bool) -> tuple[list[Places], Places]:
+    """Return the components of a sparse matrix by columns, and the places of its entries among the entries of the
+    components, which a search meets again."""
+    pattern = _by_columns(n, indices, ends, None)
+    members, rows, columns = _by_size(pattern, narrow=narrow), pattern.indices, columns_of(pattern)
+    first, within = np.zeros(n, np.intp), np.zeros(n, np.intp)  # place of the entry below which a row's entries are
+    wide, total = np.zeros(n, np.intp), 0
+    for part in members:
+        count, size = part.shape
+        first[part] = total + size * size * np.arange(count)[:, np.newaxis]
+        within[part], wide[part] = np.arange(size), size
+        total += count * size * size
+    return members, first[rows] + within[rows] * wide[rows] + within[columns]
+
+
+def inverse_root(M: Matrix) -> Matrix:
+    """Return L^-1 of M = L L^T, sparse if M has many blocks that are not coupled, as of bodies without joints.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        M is not positive definite.
+    """
+    if not isinstance(M, np.ndarray):
+        return _inverse_root(M.shape[0], *(part.tobytes() for part in (M.indices, M.indptr, M.data)))
+    return _root_of_blocks(Blocks.of(M))
+
+
+def _root_of_blocks(M: Blocks) -> Matrix:
+    if len(M.stacks) == 1 == len(M.stacks[0][0]):
+        inverse: Array = np.linalg.inv(np.linalg.cholesky(M.whole))
+        return inverse
+    data = np.concatenate([np.linalg.inv(np.linalg.cholesky(entries)).ravel() for _, entries in M.stacks])
+    shapes = [(places, entries.shape) for places, entries in M.stacks]
+    rows = np.concatenate([np.broadcast_to(places[:, :, np.newaxis], shape).ravel() for places, shape in shapes])
+    columns = np.concatenate([np.broadcast_to(places[:, np.newaxis, :], shape).ravel() for places, shape in shapes])
+    return csc_array((data, (rows, columns)), shape=(M.size, M.size))
+
+
+@lru_cache(maxsize=2)
+def _inverse_root(n: int, indices: bytes, ends: bytes, data: bytes) -> Matrix:
+    """Return the inverse root of a sparse matrix by columns, which a search of free bodies meets again."""
+    M = _by_columns(n, indices, ends, data)
+    M.eliminate_zeros()
+    return _root_of_blocks(Blocks.of(M))
+
+
+def _by_columns(n: int, indices: bytes, ends: bytes, data: bytes | None) -> csc_array:
+    """Return a sparse matrix by the bytes of its arrays; of ones without data."""
+    kind: Any = np.int32 if len(ends) == 4 * (n + 1) else np.int64
+    rows, starts = (np.array(np.frombuffer(part, kind)) for part in (indices, ends))
+    entries = np.ones(len(rows)) if data is None else np.array(np.frombuffer(data))
+    return csc_array((entries, rows, starts), shape=(n, n))
+
+
+def congruent(basis: Matrix, matrix: Matrix) -> Matrix:
+    """Return basis^T matrix basis; of a diagonal basis with the same pattern."""
+    n = basis.shape[0]
+    if isinstance(basis, np.ndarray) or isinstance(matrix, np.ndarray):
+        return np.asarray(basis.T @ matrix @ basis)
+    ends = np.arange(n + 1)
+    if not np.array_equal(basis.indptr, ends) or not np.array_equal(basis.indices, ends[:-1]):
+        return csc_array(basis.T @ matrix @ basis)
+    sizes = basis.data
+    return csc_array(
+        (sizes[matrix.indices] * matrix.data * sizes[columns_of(matrix)], matrix.indices, matrix.indptr),
+        shape=matrix.shape,
+    )
+
+
+def least_solution(matrix: Blocks, right: Array) -> Array:
+    """Return the least x with matrix x = right as near as possible, singular values below ``SOFT`` counted as zero.
+
+    A block without such singular values is eliminated, which takes a tenth of the time: the reciprocal condition in
+    the 1-norm divided by n bounds the ratio of singular values from below.
+    """
+    if matrix.single:
+        only = matrix.whole
+        largest = float(np.max(np.linalg.norm(only, axis=0), initial=0.0))
+        solution = _eliminated(only, right, largest) if len(only) else None
+        return np.asarray(np.linalg.lstsq(only, right, rcond=SOFT)[0]) if solution is None else solution
+    result, left = np.zeros(matrix.size), []
+    norms = [(np.abs(entries).sum(axis=1).max(), np.abs(entries).sum(axis=2).max()) for _, entries in matrix.stacks]
+    largest = float(np.sqrt(max(one for one, _ in norms) * max(other for _, other in norms)))
+    eliminated = False  # the bound is at least the largest singular value
+    for places, entries in matrix.stacks:
+        solution = _eliminated(entries[0], right[places[0]], largest) if len(entries) == 1 else None
+        if solution is None:
+            left.append((places, np.linalg.svd(entries)))
+        else:
+            eliminated, result[places[0]] = True, solution
+    smallest = SOFT * (largest if eliminated else max(float(np.max(sigma)) for _, (_, sigma, _) in left))
+    for places, (U, sigma, Vt) in left:
+        inverse = np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > smallest)
+        result[places] = ((right[places][:, np.newaxis] @ U) * inverse[:, np.newaxis] @ Vt)[:, 0]
+    return result
+
+
+def _eliminated(matrix: Array, right: Array, largest: float) -> Array | None:
+    """Return the solution of equations by elimination; None if a singular value may be below ``SOFT`` times a bound of
+    the largest."""
+    factors, pivots, fault = dgetrf(matrix)
+    if fault or not dgecon(factors, np.linalg.norm(matrix, 1))[0] * np.max(np.linalg.norm(matrix, axis=0)) > (
+        len(matrix) * SOFT * largest
+    ):
+        return None
+    return np.asarray(dgetrs(factors, pivots, right)[0])
