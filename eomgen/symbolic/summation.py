@@ -22,7 +22,8 @@ def sums_by_readiness(tape: Tape, outputs: Sequence[Ref]) -> list[Ref]:
     """Return outputs whose sums take first the terms that are ready first, recorded anew; outputs with loops or calls
     of external functions are returned as they are.
 
-    A sum that has a name, or that another operation or an output needs, too, remains one term of larger sums.
+    A sum that another operation or an output needs, too, remains one term of larger sums; a name decides nothing, since
+    the same equations have other names elsewhere, as in an FMU, and the same bits.
     """
     live = tape.live(outputs)
     if any(tape.op[node] is _MAP for node in live):
@@ -44,7 +45,7 @@ class _Order:
     def __init__(self, tape: Tape, live: Sequence[int], outputs: Sequence[Ref]) -> None:
         self.tape = tape
         self.uses = Counter(abs(ref) for node in live for ref in tape.operands(node))
-        kept = {abs(ref) for ref in outputs} | tape.names.keys()
+        kept = {abs(ref) for ref in outputs}
         self.inner = {
             abs(ref)
             for node in live

@@ -1690,8 +1690,8 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real R_body_zz = cos_pitch * cos_roll;
 
     /* Spring front_left */
-    const real x15 = K(1.4) * cos_pitch;
-    const real x16 = K(0.75) * R_body_xy;
+    const real x15 = K(0.75) * R_body_xy;
+    const real x16 = K(1.4) * sin_pitch;
     const real x17 = K(0.75) * R_body_zy;
     const real x18 = K(0.75) * minus_omega_body_z;
     const real x19 = K(0.75) * v[2];
@@ -1703,97 +1703,94 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real x25 = cos_roll * x22;
     const real x26 = sin_pitch * x21;
     const real x27 = R_body_zy * x22;
-    const real minus_span_front_left_x = K(1.4) - (x15 + x16);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
-    const real x30 = minus_span_front_left_y * minus_span_front_left_y;
+    const real x29 = minus_span_front_left_y * minus_span_front_left_y;
+
+    /* Spring front_right */
+    const real x30 = minus_v_pitching_x + x18;
+    const real x31 = cos_pitch * x30;
+    const real x32 = sin_pitch * x30;
 
     /* Position of link heaving */
     const real p_heaving_z = K(0.4) + q[0];
 
     /* Spring front_left */
-    const real x32 = p_heaving_z - K(1.4) * sin_pitch;
-    const real x33 = v_body_z + x19;
-    const real x34 = x20 - x33;
-    const real v_mount_front_left_z = x26 + x27 - R_body_zz * x34;
-    const real minus_span_front_left_z = q[3] - (x17 + x32);
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x30
-        + minus_span_front_left_z * minus_span_front_left_z);
-    const real x38 = K(1.0) / length_front_left;
-    const real minus_direction_front_left_x = minus_span_front_left_x * x38;
-    const real minus_direction_front_left_y = minus_span_front_left_y * x38;
-    const real minus_direction_front_left_z = minus_span_front_left_z * x38;
-    const real x42 = (x23 - x24 + R_body_xz * x34) * minus_direction_front_left_x;
-    const real x43 = x42 - (x25 + sin_roll * x34) * minus_direction_front_left_y;
-    const real x44 = K(35000.0) * (K(0.515278801843318) - length_front_left) - p->p_skyhook * v_mount_front_left_z;
-    const real tension_front_left = p->p_damper_front * ((v[3] - v_mount_front_left_z) * minus_direction_front_left_z
-        + x43) - x44;
-    const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
-    const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
-    const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
+    const real x34 = v_body_z + x19;
+    const real x35 = x20 - x34;
+    const real v_mount_front_left_z = x26 + x27 - R_body_zz * x35;
+    const real x37 = K(1.4) - K(1.4) * cos_pitch;
+    const real span_front_left_x = x15 - x37;
+    const real span_front_left_z = x17 - (x16 - (p_heaving_z - q[3]));
+    const real length_front_left = EG_SQRT(span_front_left_z * span_front_left_z
+        + (x29 + span_front_left_x * span_front_left_x));
+    const real x41 = K(1.0) / length_front_left;
+    const real direction_front_left_x = span_front_left_x * x41;
+    const real minus_direction_front_left_y = minus_span_front_left_y * x41;
+    const real direction_front_left_z = span_front_left_z * x41;
+    const real x45 = (x23 - x24 + R_body_xz * x35) * direction_front_left_x;
+    const real x46 = x45 + (x25 + sin_roll * x35) * minus_direction_front_left_y;
+    const real x47 = K(35000.0) * (K(0.515278801843318) - length_front_left) - p->p_skyhook * v_mount_front_left_z;
+    const real minus_tension_front_left = p->p_damper_front * ((v[3] - v_mount_front_left_z) * direction_front_left_z
+        + x46) + x47;
+    const real minus_force_front_left_x = direction_front_left_x * minus_tension_front_left;
+    const real force_front_left_y = minus_direction_front_left_y * minus_tension_front_left;
+    const real minus_force_front_left_z = direction_front_left_z * minus_tension_front_left;
     const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
         - sin_pitch * minus_force_front_left_z;
     const real force_on_mount_front_left_y = R_body_zy * minus_force_front_left_z
-        + (R_body_xy * minus_force_front_left_x + cos_roll * minus_force_front_left_y);
+        + (R_body_xy * minus_force_front_left_x - cos_roll * force_front_left_y);
     const real force_on_mount_front_left_z = R_body_zz * minus_force_front_left_z
-        + (R_body_xz * minus_force_front_left_x - sin_roll * minus_force_front_left_y);
+        + (R_body_xz * minus_force_front_left_x + sin_roll * force_front_left_y);
 
     /* Spring rear_left */
-    const real x52 = K(1.7) * cos_pitch;
-    const real x53 = K(1.7) * omega_body_y;
-    const real x54 = v_body_y + K(1.7) * minus_omega_body_z;
-    const real x55 = R_body_xy * x54;
-    const real x56 = cos_roll * x54;
-    const real x57 = R_body_zy * x54;
-    const real span_rear_left_x = K(1.7) + (x16 - x52);
-    const real x59 = p_heaving_z + K(1.7) * sin_pitch;
-    const real x60 = x53 + x33;
-    const real v_mount_rear_left_z = x26 + x57 + R_body_zz * x60;
-    const real minus_span_rear_left_z = q[5] - (x17 + x59);
-    const real length_rear_left = EG_SQRT(x30 + span_rear_left_x * span_rear_left_x
-        + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x64 = K(1.0) / length_rear_left;
-    const real direction_rear_left_x = span_rear_left_x * x64;
-    const real minus_direction_rear_left_y = minus_span_front_left_y * x64;
-    const real minus_direction_rear_left_z = minus_span_rear_left_z * x64;
-    const real x68 = (x23 - x55 - R_body_xz * x60) * direction_rear_left_x;
-    const real x69 = x68 + (x56 - sin_roll * x60) * minus_direction_rear_left_y;
-    const real x70 = K(38000.0) * (K(0.48744057724957557) - length_rear_left) - p->p_skyhook * v_mount_rear_left_z;
-    const real tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z
-        - x69) - x70;
-    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
-    const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
-    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
-    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real x55 = K(1.7) * sin_pitch;
+    const real x56 = K(1.7) * omega_body_y;
+    const real x57 = v_body_y + K(1.7) * minus_omega_body_z;
+    const real x58 = R_body_xy * x57;
+    const real x59 = cos_roll * x57;
+    const real x60 = R_body_zy * x57;
+    const real x61 = x56 + x34;
+    const real v_mount_rear_left_z = x26 + x60 + R_body_zz * x61;
+    const real x63 = K(1.7) - K(1.7) * cos_pitch;
+    const real span_rear_left_x = x15 + x63;
+    const real span_rear_left_z = x17 + (x55 + (p_heaving_z - q[5]));
+    const real length_rear_left = EG_SQRT(span_rear_left_z * span_rear_left_z
+        + (x29 + span_rear_left_x * span_rear_left_x));
+    const real x67 = K(1.0) / length_rear_left;
+    const real direction_rear_left_x = span_rear_left_x * x67;
+    const real minus_direction_rear_left_y = minus_span_front_left_y * x67;
+    const real direction_rear_left_z = span_rear_left_z * x67;
+    const real x71 = (x23 - x58 - R_body_xz * x61) * direction_rear_left_x;
+    const real x72 = x71 + (x59 - sin_roll * x61) * minus_direction_rear_left_y;
+    const real x73 = K(38000.0) * (K(0.48744057724957557) - length_rear_left) - p->p_skyhook * v_mount_rear_left_z;
+    const real minus_tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * direction_rear_left_z
+        + x72) + x73;
+    const real minus_force_rear_left_x = direction_rear_left_x * minus_tension_rear_left;
+    const real force_rear_left_y = minus_direction_rear_left_y * minus_tension_rear_left;
+    const real minus_force_rear_left_z = direction_rear_left_z * minus_tension_rear_left;
+    const real force_on_mount_rear_left_x = cos_pitch * minus_force_rear_left_x - sin_pitch * minus_force_rear_left_z;
     const real force_on_mount_rear_left_y = R_body_zy * minus_force_rear_left_z
-        - (R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y);
+        + (R_body_xy * minus_force_rear_left_x - cos_roll * force_rear_left_y);
     const real force_on_mount_rear_left_z = R_body_zz * minus_force_rear_left_z
-        - (R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y);
+        + (R_body_xz * minus_force_rear_left_x + sin_roll * force_rear_left_y);
 
     /* Spring front_right */
-    const real x78 = minus_v_pitching_x + x18;
-    const real x79 = cos_pitch * x78;
-    const real x80 = sin_pitch * x78;
-    const real minus_span_front_right_x = K(1.4) - (x15 - x16);
-
-    /* Spring rear_right */
-    const real span_rear_right_x = K(1.7) - (x16 + x52);
-
-    /* Spring front_right */
-    const real x83 = v_body_z - x19;
-    const real x84 = x20 - x83;
-    const real v_mount_front_right_z = x27 + x80 - R_body_zz * x84;
-    const real minus_span_front_right_z = q[4] + (x17 - x32);
-    const real length_front_right = EG_SQRT(x30 + minus_span_front_right_x * minus_span_front_right_x
-        + minus_span_front_right_z * minus_span_front_right_z);
-    const real x88 = K(1.0) / length_front_right;
-    const real minus_direction_front_right_x = minus_span_front_right_x * x88;
-    const real direction_front_right_y = minus_span_front_left_y * x88;
-    const real minus_direction_front_right_z = minus_span_front_right_z * x88;
-    const real x92 = (x24 - x79 - R_body_xz * x84) * minus_direction_front_right_x;
-    const real x93 = x92 - (x25 + sin_roll * x84) * direction_front_right_y;
-    const real x94 = K(35000.0) * (K(0.515278801843318) - length_front_right) - p->p_skyhook * v_mount_front_right_z;
+    const real x81 = v_body_z - x19;
+    const real x82 = x20 - x81;
+    const real v_mount_front_right_z = x27 + x32 - R_body_zz * x82;
+    const real minus_span_front_right_x = x15 + x37;
+    const real minus_span_front_right_z = x17 + (x16 - (p_heaving_z - q[4]));
+    const real length_front_right = EG_SQRT(minus_span_front_right_z * minus_span_front_right_z
+        + (x29 + minus_span_front_right_x * minus_span_front_right_x));
+    const real x87 = K(1.0) / length_front_right;
+    const real minus_direction_front_right_x = minus_span_front_right_x * x87;
+    const real direction_front_right_y = minus_span_front_left_y * x87;
+    const real minus_direction_front_right_z = minus_span_front_right_z * x87;
+    const real x91 = (x24 - x31 - R_body_xz * x82) * minus_direction_front_right_x;
+    const real x92 = x91 - (x25 + sin_roll * x82) * direction_front_right_y;
+    const real x93 = K(35000.0) * (K(0.515278801843318) - length_front_right) - p->p_skyhook * v_mount_front_right_z;
     const real tension_front_right = p->p_damper_front * ((v[4]
-        - v_mount_front_right_z) * minus_direction_front_right_z - x93) - x94;
+        - v_mount_front_right_z) * minus_direction_front_right_z - x92) - x93;
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
@@ -1805,28 +1802,30 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
         + (R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y);
 
     /* Spring rear_right */
-    const real x102 = x53 + x83;
-    const real v_mount_rear_right_z = x80 + x57 + R_body_zz * x102;
-    const real minus_span_rear_right_z = q[6] + (x17 - x59);
-    const real length_rear_right = EG_SQRT(x30 + span_rear_right_x * span_rear_right_x
-        + minus_span_rear_right_z * minus_span_rear_right_z);
+    const real x101 = x56 + x81;
+    const real v_mount_rear_right_z = x32 + x60 + R_body_zz * x101;
+    const real minus_span_rear_right_x = x15 - x63;
+    const real minus_span_rear_right_z = x17 - (x55 + (p_heaving_z - q[6]));
+    const real length_rear_right = EG_SQRT(minus_span_rear_right_z * minus_span_rear_right_z
+        + (x29 + minus_span_rear_right_x * minus_span_rear_right_x));
     const real x106 = K(1.0) / length_rear_right;
-    const real direction_rear_right_x = span_rear_right_x * x106;
+    const real minus_direction_rear_right_x = minus_span_rear_right_x * x106;
     const real direction_rear_right_y = minus_span_front_left_y * x106;
     const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
-    const real x110 = (x79 - x55 - R_body_xz * x102) * direction_rear_right_x;
-    const real x111 = x110 - (x56 - sin_roll * x102) * direction_rear_right_y;
+    const real x110 = (x31 - x58 - R_body_xz * x101) * minus_direction_rear_right_x;
+    const real x111 = x110 + (x59 - sin_roll * x101) * direction_rear_right_y;
     const real x112 = K(38000.0) * (K(0.48744057724957557) - length_rear_right) - p->p_skyhook * v_mount_rear_right_z;
     const real tension_rear_right = p->p_damper_rear * ((v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z
-        - x111) - x112;
-    const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
+        + x111) - x112;
+    const real minus_force_rear_right_x = minus_direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
     const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
-    const real x117 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real force_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x
+        - sin_pitch * minus_force_rear_right_z;
     const real force_on_mount_rear_right_y = R_body_zy * minus_force_rear_right_z
-        - (R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y);
+        + (R_body_xy * minus_force_rear_right_x - cos_roll * force_rear_right_y);
     const real force_on_mount_rear_right_z = R_body_zz * minus_force_rear_right_z
-        - (R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y);
+        + (R_body_xz * minus_force_rear_right_x + sin_roll * force_rear_right_y);
 
     /* Applied forces at joint roll */
     const real x120 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
@@ -1836,7 +1835,7 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
 
     /* Acceleration of joint heave */
     const real x122 = x121 - (K(14715.0) + sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
-        - (minus_force_on_mount_rear_left_x + x117)));
+        + (force_on_mount_rear_left_x + force_on_mount_rear_right_x)));
     vdot[0] = K(0.0006666666666666666) * x122;
 
     /* Effort front_left */
@@ -1856,14 +1855,14 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real x130 = omega_body_y * minus_omega_body_z;
     const real x131 = K(1.7) * force_on_mount_rear_right_z + (K(120.0) * (v[2] * minus_omega_body_z)
         - K(1.4) * force_on_mount_front_left_z);
-    const real x132 = K(1.7) * force_on_mount_rear_left_y - K(0.75) * minus_force_on_mount_rear_left_x;
-    const real x133 = K(800.0) * (v[2] * omega_body_y) + (K(1.4) * force_on_mount_front_left_y
+    const real x132 = K(1.4) * force_on_mount_front_left_y + K(0.75) * force_on_mount_rear_right_x;
+    const real x133 = K(1.7) * force_on_mount_rear_right_y - (K(800.0) * (v[2] * omega_body_y)
         - K(0.75) * force_on_mount_front_left_x);
-    const real x134 = K(1.7) * force_on_mount_rear_right_y + K(0.75) * x117 - x133;
+    const real x134 = K(1.4) * force_on_mount_front_right_y - K(1.7) * force_on_mount_rear_left_y - x133;
 
     /* Bias force at joint roll */
-    const real x135 = sin_roll * (K(1.4) * force_on_mount_front_right_y + K(0.75) * force_on_mount_front_right_x
-        - x132 - x134);
+    const real x135 = sin_roll * (K(0.75) * force_on_mount_front_right_x - K(0.75) * force_on_mount_rear_left_x + x132
+        + x134);
 
     /* Elimination of the mass matrix from the tips to the root */
     const real x136 = cos_roll * (K(1.4) * force_on_mount_front_right_z - K(1.7) * force_on_mount_rear_left_z - x131)

@@ -51,8 +51,8 @@ def _flops(system: System, functions: list[str]) -> int:
 
 #: Additions and multiplications in all functions of a model, and in those that its runs call. They may only fall.
 BUDGETS = {
-    (ARM, "rk4"): (7286, 2350),
-    (ARM, "generalized_alpha"): (7286, 6026),
+    (ARM, "rk4"): (7281, 2345),
+    (ARM, "generalized_alpha"): (7281, 6021),
     (FOUR_BAR, "generalized_alpha"): (1225, 939),
     (SERVO, "rk4"): (138, 71),
 }

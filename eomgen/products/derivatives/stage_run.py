@@ -35,6 +35,8 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States
 #: Corrections of positions at most, and the part of a step's change above which stages that are evaluated again miss
 #: the run.
 _CORRECTIONS, _MISSED = 16, 1e-7
+#: Differences below this part of the coordinates are rounding.
+_ROUNDING = 1e-13
 
 
 class PartitionedMotion(ReplayedRun):
@@ -239,7 +241,8 @@ class StageRun(TransitionRun):
         factors, before, after = self.equations.model.factors, ends.before, ends.after
         size = np.max(np.abs(np.concatenate([product.difference(factors, before.q, after.q), after.v], axis=1)), axis=1)
         off = np.concatenate([product.difference(factors, place.value, after.q), v.value - after.v], axis=1)
-        missed = np.max(np.abs(off), axis=1) > _MISSED * (size + np.finfo(float).tiny)
+        rounding = _ROUNDING * np.max(np.abs(after.q), axis=1, initial=0.0)  # all of a motion about an equilibrium
+        missed = np.max(np.abs(off), axis=1) > _MISSED * size + rounding
         if missed.any():
             t = float(after.t[int(np.argmax(missed))])
             fault = f"the step to t = {t:.9g} s passes a singular position, or changes its dependent components within"

@@ -235,7 +235,7 @@ FAILURES = [
     Failure(
         "A check whose folder is a file",
         7,
-        "input/output error: scene.toml: cannot be made (File exists); try: another folder",
+        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder",
         command="check scene.toml --only partials.K --states 1 --out scene.toml",
     ),
     Failure(

@@ -74,8 +74,8 @@ FAILURES = [
     Failure(
         "A folder that cannot be made",
         7,
-        "input/output error: /proc/nowhere/out: the folder cannot be made: No such file or directory; try: another"
-        " folder",
+        "input/output error: /proc/nowhere/out: cannot be written (No such file or directory); try: another folder, or"
+        " permission to write there",
         command="simulate scene.toml --out /proc/nowhere/out",
     ),
     Failure(

@@ -143,7 +143,7 @@ FAILURES = [
     Failure(
         "Constraints that contradict each other",
         4,
-        "model error: scene.toml:40 (constraints.rod): the positions of the constraints cannot be met together: after "
+        "model error: scene.toml:37 (constraints.rod): the positions of the constraints cannot be met together: after "
         "50 corrections still off: rod: distance by 2; rod has length = 0.5 m; try: an initial state nearer to"
         " assembly, or lengths and axes that fit; numbers without a unit are in m and in rad",
         more=(
