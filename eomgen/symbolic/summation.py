@@ -22,8 +22,8 @@ def sums_by_readiness(tape: Tape, outputs: Sequence[Ref]) -> list[Ref]:
     """Return outputs whose sums take first the terms that are ready first, recorded anew; outputs with loops or calls
     of external functions are returned as they are.
 
-    A sum that another operation or an output needs, too, remains one term of larger sums; a name decides nothing, since
-    the same equations have other names elsewhere, as in an FMU, and the same bits.
+    A sum that another operation or an output needs, too, remains one term of larger sums. Sums do not depend on names:
+    the same equations have other names in an FMU, and the same bits.
     """
     live = tape.live(outputs)
     if any(tape.op[node] is _MAP for node in live):
