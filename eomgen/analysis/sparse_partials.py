@@ -152,12 +152,12 @@ def sparse_partials(
     else:
         result = {name: csc_array(block) for name, block in _whole(model, state, _WHOLE).items()}
     return SparsePartials(
-        **{name: result[name] if name in result else _nothing(*shape) for name, shape in shapes.items()}
+        **{name: result[name] if name in result else _empty(*shape) for name, shape in shapes.items()}
     )
 
 
 @lru_cache(maxsize=64)
-def _nothing(rows: int, columns: int) -> csc_array:
+def _empty(rows: int, columns: int) -> csc_array:
     return csc_array((rows, columns))
 
 

@@ -15,7 +15,7 @@ from click.shell_completion import CompletionItem, get_completion_class
 from eomgen.base.files import example_folder, make_folder, write_bytes, write_text
 from eomgen.base.messages import nearest, shown
 from eomgen.base.version import __version__
-from eomgen.cli.options import debug_option, folder_to_write, json_option
+from eomgen.cli.options import debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.errors import FileError, Problem, UsageError
 
@@ -156,14 +156,7 @@ def new(name: str, example: str | None, as_json: bool) -> None:
 
 @click.command()
 @click.argument("names", metavar="[NAME]...", nargs=-1, shell_complete=_completed)
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Copy to folders below DIR.  [default: this folder]",
-)
+@optional_folder("Copy to folders below DIR.  [default: this folder]")
 @json_option
 @debug_option
 def examples(names: tuple[str, ...], folder: str | None, as_json: bool) -> None:

@@ -19,10 +19,10 @@ from eomgen.cli.options import (
     any_kind_option,
     assignments,
     debug_option,
-    folder_to_write,
     initial_option,
     input_option,
     json_option,
+    optional_folder,
     profile_option,
     scene_options,
     set_option,
@@ -216,14 +216,7 @@ _POINTS = 600
 @set_option
 @initial_option
 @input_option
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Write modes, matrices and figures to this folder, too.",
-)
+@optional_folder("Write modes, matrices and figures to this folder, too.")
 @click.option(
     "--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios."
 )

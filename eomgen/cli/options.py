@@ -275,14 +275,8 @@ def run_options(command: Command) -> Command:
 
 def folder_option(command: Command) -> Command:
     """Add ``--out DIR``."""
-    return click.option(
-        "--out",
-        "folder",
-        required=True,
-        metavar="DIR",
-        help="Folder to write to; it is made if it is missing.",
-        callback=folder_to_write,
-    )(command)
+    text = "Folder to write to; it is made if it is missing."
+    return click.option("--out", "folder", required=True, metavar="DIR", callback=folder_to_write, help=text)(command)
 
 
 def terms_option(command: Command) -> Command:
@@ -341,6 +335,11 @@ def folder_to_write(context: click.Context, parameter: click.Parameter, value: s
             raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
         check_folder(Path(value))
     return value
+
+
+def optional_folder(text: str) -> Callable[[Command], Command]:
+    """Return the option ``--out DIR`` of a command that needs no folder, with its text of help."""
+    return click.option("--out", "folder", default=None, metavar="DIR", callback=folder_to_write, help=text)
 
 
 def file_to_write(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:

@@ -6,21 +6,14 @@ from pathlib import Path
 
 import click
 
-from eomgen.cli.options import completed_files, debug_option, folder_to_write, json_option
+from eomgen.cli.options import completed_files, debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, say
 from eomgen.errors import Problem, UsageError
 
 
 @click.command()
 @click.option("--over", default=None, metavar="NAME", help="Draw over this column in place of the time.")
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Folder to write to; it is made if it is missing.  [default: the folder of the solution]",
-)
+@optional_folder("Folder to write to; it is made if it is missing.  [default: the folder of the solution]")
 @click.argument("solution", metavar="SOLUTION", shell_complete=completed_files)
 @click.argument("names", metavar="[NAME]...", nargs=-1)
 @json_option

@@ -9,7 +9,7 @@ from typing import Any
 import click
 
 from eomgen.base.messages import shown
-from eomgen.cli.options import completed_files, debug_option, folder_to_write, json_option
+from eomgen.cli.options import completed_files, debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, say
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.front_end import file_kinds
@@ -39,14 +39,7 @@ def schema(kind: str) -> None:
 @click.command()
 @click.argument("files", metavar="FILE...", nargs=-1, required=True, shell_complete=completed_files)
 @click.option("--check", is_flag=True, help="Write no file; the exit code is 3 if a file has former names of keys.")
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Write to files of the same names in DIR.",
-)
+@optional_folder("Write to files of the same names in DIR.")
 @json_option
 @debug_option
 def migrate(files: tuple[str, ...], check: bool, folder: str | None, as_json: bool) -> int:

@@ -14,12 +14,12 @@ from eomgen.cli.options import (
     assignments,
     debug_option,
     derivable_stepper_options,
-    folder_to_write,
     in_units,
     initial_option,
     input_option,
     json_option,
     names_of,
+    optional_folder,
     profile_option,
     scene_options,
     set_option,
@@ -44,14 +44,7 @@ _of_check = arguments_of("eomgen.products.studies:check")
 @_of_check("--states", type=int, metavar="N")
 @_of_check("--seed", type=int, metavar="N")
 @_of_check("--only", multiple=True, metavar="FORM")
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Write the data and draw the errors over the steps there.",
-)
+@optional_folder("Write the data and draw the errors over the steps there.")
 @scene_options
 @json_option
 @debug_option
@@ -139,14 +132,7 @@ _of_savings = arguments_of("eomgen.products.studies.savings:savings")
 @click.option("--method", default=None, help="Whose steps are timed; the scene's by default.")
 @_of_savings("--rounds", type=int, metavar="N")
 @_of_savings("--only", multiple=True, metavar="VARIANT")
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Write savings.csv and savings.json there.",
-)
+@optional_folder("Write savings.csv and savings.json there.")
 @scene_options
 @json_option
 @debug_option
@@ -238,14 +224,7 @@ _of_identify = arguments_of("eomgen.products.studies:identify")
 @_of_identify("--by", type=click.Choice(["run", "torque"]))
 @_of_identify("--confidence", type=float, metavar="P")
 @click.option("--t-start", type=float, default=None, metavar="S", help="Of the runs; the first time by default.")
-@click.option(
-    "--out",
-    "folder",
-    default=None,
-    metavar="DIR",
-    callback=folder_to_write,
-    help="Folder for the table, residuals and figures.",
-)
+@optional_folder("Folder for the table, residuals and figures.")
 @derivable_stepper_options
 @input_option
 @set_option

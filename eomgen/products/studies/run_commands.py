@@ -21,11 +21,11 @@ from eomgen.cli.options import (
     end_option,
     file_to_write,
     folder_option,
-    folder_to_write,
     in_units,
     input_option,
     json_option,
     names_of,
+    optional_folder,
     scene_options,
     set_option,
 )
@@ -351,9 +351,7 @@ _names_option = partial(click.option, default=None, callback=names_of, metavar="
 
 
 @click.command()
-@click.option(
-    "--out", "folder", default=None, metavar="DIR", callback=folder_to_write, help="Folder for table, JSON and picture."
-)
+@optional_folder("Folder for table, JSON and picture.")
 @_names_option("--ladders", help="step, stiffness, length, ...; all by default.")
 @_names_option("--methods", help="In place of all methods that suit the scene.")
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
