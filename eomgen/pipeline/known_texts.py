@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from math import copysign
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,10 +23,12 @@ from eomgen.codegen.folder import MANIFEST
 from eomgen.codegen.targets.c.printer import NumberTable, stays_in_text
 from eomgen.codegen.targets.c.target import fingerprint
 from eomgen.symbolic.operations import Op
+from eomgen.toolchain.number_tables import keeps_tables, with_tables
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.system.system import System
+    from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.cache import Cache
     from eomgen.toolchain.library import Library
 
@@ -39,11 +41,12 @@ _MARK = r'(?<=fingerprint\[\] = ")\w+'
 @dataclass(frozen=True)
 class KnownTexts:
     """Texts of all files of a library by name, headers first and then the numbers, which alone are compiled; names of
-    the sources without branches; and the layout."""
+    the sources without branches; the layout; and the bytes of the library, None if it has to be compiled."""
 
     files: Mapping[str, str]
     straight: Sequence[str]
     layout: Mapping[str, Any]
+    library: bytes | None
 
 
 @dataclass(frozen=True)
@@ -55,7 +58,7 @@ class Structure:
 
 
 def structure_of(
-    system: System, functions: Sequence[str], program: Program, profile: str, family: str
+    system: System, functions: Sequence[str], program: Program, key: Callable[[bytes], str], family: str
 ) -> Structure | None:
     """Return the structure of a System; None for a System whose texts have further numbers: with loops, curves, or C
     of the scene.
@@ -64,7 +67,7 @@ def structure_of(
     ----------
     functions : of the model
     program : of these functions, without statements
-    profile : whose libraries are looked for, since other profiles have other objects to compile
+    key : from a content to the key of its library in the cache, as of ``Builder``
     family : digest of the method's code and templates, if it is of another distribution
     """
     tape = system.tape
@@ -90,13 +93,13 @@ def structure_of(
         "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],
         "names": [[int(places[node]), name] for node, name in tape.names.items() if places[node]],
         "program": vars(replace(program, constants=(), notes=())),  # of which C has none
-        "code": [__version__, checkout_stamp(), tape.reciprocals, profile, family],
+        "code": [__version__, checkout_stamp(), tape.reciprocals, family],
     }
     digest = hashlib.sha256(b"structure\0" + json.dumps(recorded, default=_plain).encode())
     for column in (op, *operands):
         digest.update(column.tobytes())
     signs = [] if 1.0 in constants else [1.0]  # in tables of shared stretches
-    return Structure(digest.hexdigest(), constants + signs)
+    return Structure(key(digest.digest()), constants + signs)
 
 
 def _plain(value: Any) -> Any:
@@ -129,7 +132,7 @@ def keep_texts(cache: Cache, structure: Structure, library: Library, straight: S
     cache.put(structure.key, write)
 
 
-def known_texts(cache: Cache, structure: Structure, program: Program) -> KnownTexts | None:
+def known_texts(builder: Builder, structure: Structure, program: Program) -> KnownTexts | None:
     """Return the texts of a structure with these constants, None if the cache has no library with them; without README
     if the notes are others.
 
@@ -137,6 +140,7 @@ def known_texts(cache: Cache, structure: Structure, program: Program) -> KnownTe
     ----------
     program : as of ``structure_of``
     """
+    cache = builder.cache
     entry = cache.get(structure.key)
     if entry is None:
         return None
@@ -146,11 +150,14 @@ def known_texts(cache: Cache, structure: Structure, program: Program) -> KnownTe
         cache.quarantine(structure.key)
         return None
 
+    tables: list[tuple[Sequence[float], Sequence[float]]] = []
+
     def renewed(table: re.Match[str]) -> str:
         places = record["tables"].get(table[1])
         if places is None:
             return table[0]
         values = [copysign(structure.constants[abs(int(place)) - 1], place) for place in places]
+        tables.append(([*map(float, table[2].split(","))], values))
         return table[0].replace(table[2], NumberTable(table[1], values).rows)
 
     layout = json.loads(library.text("layout.json"))
@@ -163,4 +170,9 @@ def known_texts(cache: Cache, structure: Structure, program: Program) -> KnownTe
     mark = fingerprint({**sources, numbers: text.replace(earlier, "", 1)})
     texts |= {numbers: text.replace(earlier, mark), MANIFEST: texts[MANIFEST].replace(earlier, mark)}
     ordered = sorted(texts, key=lambda name: (name.endswith(".c"), name != numbers, name))
-    return KnownTexts({name: texts[name] for name in ordered}, record["straight"], {**layout, "notes": program.notes})
+    files = {name: texts[name] for name in ordered}
+    made = None
+    if keeps_tables(builder.compiler):
+        compiled = library.file(builder.binary).read_bytes()
+        made = with_tables(compiled.replace(earlier.encode(), mark.encode()), tables)
+    return KnownTexts(files, record["straight"], {**layout, "notes": program.notes}, made)

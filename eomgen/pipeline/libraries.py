@@ -80,9 +80,9 @@ def begin_library(
     program = to_program(system, data, functions, names=names, scheduled=False)
     ready.apart = not builder.profile.on_tape
     if ready.apart:
-        ready.structure = structure_of(system, functions, program, builder.profile.name, ready.family)
+        ready.structure = structure_of(system, functions, program, builder.key, ready.family)
     if ready.structure is not None:
-        ready.known = known_texts(builder.cache, ready.structure, program)
+        ready.known = known_texts(builder, ready.structure, program)
         if ready.known is not None:
             return program
     long = builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG
@@ -200,7 +200,7 @@ def _whole(
         made, _ = program()
         layout = {**first.layout, "digest": first.digest}
         if (known := ready.known) is not None:
-            return _built(made, builder, content, known.files.items(), layout, running, known.straight)
+            return _built_of_known(made, builder, content, known, layout, running)
         if files is None:
             files = _written(made, builder, {})
             deque(files.of_runs, maxlen=0)
@@ -238,6 +238,22 @@ def _built(
     return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight=straight)
 
 
+def _built_of_known(
+    program: Program,
+    builder: Builder,
+    content: bytes,
+    known: KnownTexts,
+    layout: Mapping[str, Any],
+    running: RunningCompilers | None,
+) -> Library:
+    """Return the library of a Program that differs from an earlier one in numbers alone."""
+    if known.library is None:
+        return _built(program, builder, content, known.files.items(), layout, running, known.straight)
+    from eomgen.codegen.targets.c.target import INTERFACE_CDEF  # noqa: PLC0415
+
+    return builder.keep(content, known.files, INTERFACE_CDEF, layout, known.library)
+
+
 def whole_library(
     program: Program,
     refusal: str,
@@ -263,7 +279,7 @@ def whole_library(
     with without_garbage_collection():
         if (known := ready.known) is not None:
             layout = {**known.layout, "stepper_refused": refusal, **marks}
-            return _built(program, builder, content, known.files.items(), layout, running, known.straight)
+            return _built_of_known(program, builder, content, known, layout, running)
         printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         # other number types convert literals while compiling, tables at each use
         apart = builder.real == "double" and tape is None

@@ -216,6 +216,11 @@ class Builder:
         )
         raise ToolchainError(fault, problem.hint)
 
+    @property
+    def binary(self) -> str:
+        """Name of the file of a library in its entry of the cache."""
+        return _LIBRARY + library_suffix()
+
     def key(self, content: bytes) -> str:
         """Return the cache key of the caller's ``content`` bytes on this machine, with these flags."""
         return library_key(content, self.compiler, self.profile, self.flags, self.mode)
@@ -236,7 +241,7 @@ class Builder:
             return None
         try:
             library = self._load(entry, self.mode)
-            _LOG.info("took the library from the cache, %s", entry.file(_LIBRARY + library_suffix()))
+            _LOG.info("took the library from the cache, %s", entry.file(self.binary))
             return library
         except (ToolchainError, OSError, ValueError, KeyError, TypeError):
             self.cache.quarantine(key)
@@ -328,12 +333,10 @@ class Builder:
                     else:
                         shutil.copyfile(known.file(_OBJECT), source.with_suffix(".o"))
                         compilation.take(source, flags)
-                output = folder / (_LIBRARY + library_suffix())
+                output = folder / self.binary
                 wrapper = partial(self._wrapper, cdef, texts.get("interface.h", ""))
                 commands = compilation.linked(sorted(sources), output, wrapper)
-            (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
-            (folder / _CDEF).write_text(cdef, encoding="utf-8")
-            (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
+            self._describe(folder, content, cdef, layout)
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
@@ -356,6 +359,32 @@ class Builder:
             self.profile.name,
         )
         _LOG.debug("commands: %s", entry.text(_COMMANDS).replace("\n", "; ").rstrip("; "))
+        return self._load(entry, self.mode)
+
+    def _describe(self, folder: Path, content: bytes, cdef: str, layout: Mapping[str, Any]) -> None:
+        (folder / _LAYOUT).write_text(json.dumps(layout), encoding="utf-8")
+        (folder / _CDEF).write_text(cdef, encoding="utf-8")
+        (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
+
+    def keep(
+        self, content: bytes, files: Mapping[str, str], cdef: str, layout: Mapping[str, Any], library: bytes
+    ) -> Library:
+        """Keep a library that is compiled already, with its sources, under these content bytes, and load the library.
+
+        Parameters
+        ----------
+        content, files, cdef, layout : as of ``build``
+        library : bytes of the shared library
+        """
+
+        def fill(folder: Path) -> None:
+            for name, text in files.items():
+                (folder / name).write_text(text, encoding="utf-8")
+            (folder / self.binary).write_bytes(library)
+            self._describe(folder, content, cdef, layout)
+
+        entry = self.cache.put(self.key(content), fill)
+        _LOG.info("changed the numbers in the library of an earlier model, %s", entry.file(self.binary))
         return self._load(entry, self.mode)
 
     def _object_key(self, name: str, texts: Mapping[str, str], flags: Sequence[str]) -> str:
@@ -560,7 +589,7 @@ class Builder:
 
     def _load(self, entry: Entry, mode: str) -> Library:
         layout = json.loads(entry.text(_LAYOUT))
-        path = entry.file(_LIBRARY + library_suffix())
+        path = entry.file(self.binary)
         ffi, lib = load_api(path) if mode == "api" else load_abi(path, entry.text(_CDEF))
         library = Library(ffi, lib, layout, mode, path)
         library.profile = self.profile.name

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import sys
 import tomllib
 from collections.abc import Callable
 from pathlib import Path
@@ -97,8 +98,9 @@ def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
         convert, "schedule", lambda *given, **options: scheduled.append(given) or schedule(*given, **options)
     )
     second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    assert compiled == ["pair_numbers.c"]
-    assert bool(scheduled) == (change is _other_start)  # texts of equal structure are known
+    known = change is _other_mass  # the texts of equal structure, and on Linux the library
+    assert compiled == ([] if known and sys.platform == "linux" else ["pair_numbers.c"])
+    assert bool(scheduled) != known
     assert second.library.digest != first.library.digest
     assert second.library.fingerprint != first.library.fingerprint
     elsewhere = built_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile="quick")
@@ -145,7 +147,7 @@ def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path)
         file.write_bytes(file.read_bytes()[:-1])
     compiled.clear()
     scene = copy.deepcopy(PENDULUM)
-    _other_mass(scene)
+    _other_start(scene)
     model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
     assert {"pair.c", "pair_step.c", "pair_numbers.c", "interface.c"} <= set(compiled)
     assert model.simulate(0.01, error_estimate=False).success
