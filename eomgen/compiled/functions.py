@@ -1,6 +1,5 @@
 """The compiled functions on NumPy arrays: leading axes of all inputs broadcast, and one C call evaluates the whole
-batch, by the model's own library or by its companion with a sample in each lane of a vector; and the memory of results,
-which is used again when no array refers to it any more.
+batch, by the model's own library or by its companion with a sample in each lane of a vector.
 
 A companion costs a compiler's time and gives the same bits two to four times as fast. So the companion is compiled in
 the background once the batches of a function have taken as long as the compilation will, and a batch goes on with the
@@ -14,7 +13,6 @@ import contextlib
 import functools
 import math
 import os
-import sys
 import threading
 import time
 import warnings
@@ -24,7 +22,7 @@ from itertools import pairwise
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import DTypeLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import Log
@@ -207,47 +205,8 @@ def _same_bits(one: Array, other: Array) -> bool:
     return bool(np.all((one.view(np.int64) == other.view(np.int64)) | (np.isnan(one) & np.isnan(other))))
 
 
-#: Bytes of results whose memory is kept: below, the heap has the memory at hand; above, NumPy asks for pages of 2 MB,
-#: which cost less to fetch than to fill.
-_LEAST, _LARGEST = 2**16, 2**23
-#: Bytes that are kept at most.
-_KEPT = 2**26
-#: References to memory that only this module holds: of the list, of a loop and of the call that counts references.
-_UNUSED = 3
-
-
-class ResultMemory:
-    """Uninitialised arrays, in the memory of dropped arrays of the same size if there is any.
-
-    The system takes pages of freed memory back, and fetching one costs as much as some ten samples of a batch; loops
-    over batches drop one result for the next. Whoever holds an array, or any view of the array, keeps the memory of the
-    array.
-    """
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._kept: list[NDArray[np.uint8]] = []
-        self._reused = getattr(sys, "_is_gil_enabled", lambda: True)()  # elsewhere references are not counted exactly
-
-    def empty(self, shape: Sequence[int], dtype: DTypeLike) -> Array:
-        """Return an uninitialised array."""
-        size = math.prod(shape) * np.dtype(dtype).itemsize
-        if not (self._reused and _LEAST <= size <= _LARGEST):
-            return np.empty(shape, dtype)
-        with self._lock:
-            return self._memory(size).view(dtype).reshape(shape)
-
-    def _memory(self, size: int) -> NDArray[np.uint8]:
-        for memory in self._kept:
-            if memory.size == size and sys.getrefcount(memory) == _UNUSED:
-                return memory
-        new = np.empty(size, np.uint8)
-        room = _KEPT - sum(memory.size for memory in self._kept) - size
-        while room < 0 and self._kept:
-            room += self._kept.pop(0).size
-        self._kept.append(new)
-        return new
-
+#: Bytes of a result from which on the memory of dropped results is used again: below, the heap has memory at hand.
+_LARGE = 2**16
 
 #: Functions that compute arguments of further functions: the functions of time alone, and the angles that the
 #: configuration's references follow.
@@ -279,7 +238,6 @@ class Functions:
             name: [tuple(output["shape"]) for output in function["outputs"]] for name, function in self._layouts.items()
         }
         self._complex = library.dtype.kind == "c"
-        self._memory = ResultMemory()
         self._runs = 0
         self._lock = threading.Lock()
         ffi = library.ffi
@@ -352,7 +310,7 @@ class Functions:
             ) from None
         count = math.prod(shape)
         flat = [_samples(array, shape, count) for array in arrays]
-        results = [self._memory.empty((count, *output), self.library.dtype) for output in self._shapes[name]]
+        results = [_uninitialised((count, *output), self.library.dtype) for output in self._shapes[name]]
         if count:
             self._batch(name, flat, results, count)
         return tuple(result.reshape((*shape, *result.shape[1:])) for result in results)
@@ -495,6 +453,14 @@ def compiled_or_same(library: Library) -> Library:
         return library
     successor.library.predecessor = library
     return successor.library
+
+
+def _uninitialised(shape: tuple[int, ...], dtype: DTypeLike) -> Array:
+    if math.prod(shape) * np.dtype(dtype).itemsize < _LARGE:
+        return np.empty(shape, dtype)
+    from eomgen.compiled.result_memory import RESULT_MEMORY  # noqa: PLC0415  # single states need no such memory
+
+    return RESULT_MEMORY.empty(shape, dtype)
 
 
 def _samples(array: Array, shape: tuple[int, ...], count: int) -> Array:

@@ -353,7 +353,7 @@ def test_statics_of_examples_are_timed(tmp_path: Path) -> None:
     assert statics.main(["--quick", "--json", str(tmp_path / "out.json")]) == 0
     jobs = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["jobs"]
     assert [job["job"] for job in jobs] == ["equilibrium", "linearize", "path t"]
-    assert all(job["calls"] > 10 and 0.0 < job["Python, %"] < 100.0 for job in jobs)
+    assert all(job["calls"] > 5 and 0.0 < job["Python, %"] < 100.0 for job in jobs)
 
 
 @pytest.mark.long

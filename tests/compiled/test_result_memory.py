@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import errno
+import gc
+import mmap
 import threading
 from pathlib import Path
 
@@ -10,8 +13,8 @@ import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.compiled import functions
-from eomgen.compiled.functions import ResultMemory
+from eomgen.compiled import result_memory
+from eomgen.compiled.result_memory import ResultMemory
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -58,16 +61,69 @@ def test_shapes_and_types_of_one_size_share_memory() -> None:
     assert address(other) == place and other.shape == (500, 21) and other.dtype == complex
 
 
-def test_no_more_is_kept_than_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(functions, "_KEPT", 3 * SIZE)
+def test_unused_memory_has_a_limit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(result_memory, "_KEPT", 3 * SIZE)
     memory = ResultMemory()
     held = [memory.empty(SHAPE, float) for _ in range(5)]
-    assert len({address(array) for array in held}) == 5 and len(memory._kept) == 3
-    held.clear()
-    assert sum(kept.size for kept in memory._kept) == 3 * SIZE
+    places = [address(array) for array in held]
+    assert len(set(places)) == 5 and not memory._unused
+    while held:
+        held.pop(0)
+    again = [memory.empty(SHAPE, float) for _ in range(3)]
+    assert [address(array) for array in again] == places[:-4:-1]  # the newest first; the oldest was given up
+    again.clear()
+    assert sum(map(len, memory._unused)) == 3 * SIZE
     memory.empty((1000, 3, 14), float)
-    assert [kept.size for kept in memory._kept] == [SIZE, 2 * SIZE]
-    assert [memory.empty((k,), float).base for k in (10, 2**21)] == [None, None]  # too small, too large to keep
+    assert sorted(map(len, memory._unused)) == [SIZE, 2 * SIZE]
+
+
+def refuse(*_: object) -> None:
+    raise OSError(errno.EINVAL, "Invalid argument")
+
+
+def test_large_memory_is_kept_if_the_system_can_take_it_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    taken: list[int] = []
+
+    class Mapping(mmap.mmap):
+        def madvise(self, option: int, *bounds: int) -> None:
+            taken.append(option)
+            super().madvise(option, *bounds)
+
+    monkeypatch.setattr(mmap, "mmap", Mapping)
+    memory, shape = ResultMemory(), (2**20,)
+    place = address(memory.empty(shape, float))
+    assert taken.count(mmap.MADV_FREE) == 1  # when the array was dropped
+    array = memory.empty(shape, float)
+    array.fill(7.0)
+    assert address(array) == place and (array == 7.0).all()
+    del array
+    monkeypatch.setattr(Mapping, "madvise", refuse)
+    array = memory.empty((2**21,), float)
+    array.fill(8.0)
+    assert (array == 8.0).all()
+    del array
+    assert [len(kept) for kept in memory._unused] == [2**23]  # not the memory that the kernel cannot take back
+    monkeypatch.setattr(result_memory, "_RECLAIMED", False)
+    assert memory.empty(shape, float).base is None
+    few = memory.empty(SHAPE, float)
+    few.fill(3.0)
+    assert (few == 3.0).all()
+
+
+def test_memory_outlives_its_owner_and_is_dropped_within_collections() -> None:
+    memory = ResultMemory()
+    array = memory.empty(SHAPE, float)
+    array.fill(5.0)
+    place, cycle = address(array), [array]
+    cycle.append(cycle)  # type: ignore[arg-type]
+    del array, cycle
+    gc.collect()
+    array = memory.empty(SHAPE, float)
+    assert address(array) == place
+    del memory
+    gc.collect()
+    array.fill(6.0)
+    assert (array == 6.0).all()
 
 
 def test_results_that_are_held_stay_as_they_are() -> None:
