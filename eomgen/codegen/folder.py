@@ -3,6 +3,7 @@ are overwritten."""
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -78,9 +79,10 @@ def _quantities(
 
 
 def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
-    """Write files to a folder, each under a temporary name first, and return the folder.
+    """Write files to a folder, all under temporary names first, and return the folder.
 
-    Files of an earlier run that are named in the manifest and no longer exist are removed.
+    Files of an earlier run that are named in the manifest and no longer exist are removed. If a file cannot be written,
+    the folder stays as it was.
 
     Raises
     ------
@@ -88,21 +90,28 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
         The folder holds something that eomgen did not write, or cannot be written.
     """
     target = Path(folder)
-    temporary: Path | None = None
+    temporaries: list[tuple[Path, str]] = []
+    made = False
     try:
         old = _earlier_files(target)
+        made = not target.exists()
         target.mkdir(parents=True, exist_ok=True)
-        # first, so that a broken folder is ours
-        for name, text in sorted(files.items(), key=lambda item: item[0] != MANIFEST):
+        for name, text in files.items():
             with temporary_file(target / name) as stream:
-                temporary = Path(stream.name)
+                temporaries.append((Path(stream.name), name))
                 stream.write(text.encode())
+        for temporary, name in temporaries:
             temporary.replace(target / name)
         for name in old - set(files):
             (target / name).unlink(missing_ok=True)
-    except OSError as error:
-        if temporary is not None:
+    except BaseException as error:
+        for temporary, _ in temporaries:
             temporary.unlink(missing_ok=True)
+        if made:
+            with contextlib.suppress(OSError):
+                target.rmdir()
+        if not isinstance(error, OSError):
+            raise
         raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder") from error
     return target
 
@@ -113,7 +122,7 @@ def _earlier_files(target: Path) -> set[str]:
         return set()
     if not target.is_dir():
         raise FileError(f"{target} is a file, not a folder", "another folder")
-    if not any(target.iterdir()):
+    if all(path.name.startswith(".") for path in target.iterdir()):  # a killed process leaves temporary files
         return set()
     try:
         manifest = json.loads((target / MANIFEST).read_text(encoding="utf-8"))

@@ -3,6 +3,8 @@ others."""
 
 from __future__ import annotations
 
+import errno
+import io
 import json
 import os
 import re
@@ -11,11 +13,13 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.files import temporary_file
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.folder import write_folder
 from eomgen.codegen.metadata import interface_layout
@@ -283,6 +287,37 @@ def test_writing_again_replaces_and_removes_its_own_files(tmp_path: Path) -> Non
     write_folder(files, folder)
     assert sorted(path.name for path in folder.iterdir()) == sorted([*files, "notes.txt"])
     assert (folder / "pendulum.c").read_text(encoding="utf-8") == files["pendulum.c"]
+
+
+class FullDisk(io.FileIO):
+    """A file that takes no bytes."""
+
+    def write(self, _: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+
+@pytest.mark.parametrize("earlier", [False, True])
+def test_a_full_disk_leaves_the_folder_as_it_was(
+    earlier: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target, files = tmp_path / "model", generate_files(to_program(pendulum()))
+    if earlier:
+        write_folder(files, target)
+    opened: list[Path] = []
+
+    def third_is_full(path: Path) -> IO[bytes] | FullDisk:
+        opened.append(path)
+        file = temporary_file(path)
+        return file if len(opened) < 3 else FullDisk(file.name, "wb")
+
+    monkeypatch.setattr("eomgen.codegen.folder.temporary_file", third_is_full)
+    with pytest.raises(FileError, match=r"cannot write .*model: No space left on device; try: another folder"):
+        write_folder(dict.fromkeys(files, "changed"), target)
+    assert len(opened) == 3
+    assert {path.name: path.read_text("utf-8") for path in tmp_path.rglob("*") if path.is_file()} == (
+        files if earlier else {}
+    )
+    assert target.exists() == earlier
 
 
 def test_a_folder_of_someone_else_is_left_alone(tmp_path: Path) -> None:
