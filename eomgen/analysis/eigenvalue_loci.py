@@ -49,6 +49,7 @@ def root_locus(
     base: ArrayLike | None = None,
     any_kind: bool = False,
     independent: Sequence[str] = (),
+    progress: Progress | bool | None = None,
 ) -> RootLocus:
     """Return the eigenvalues of linear models over values of a tunable parameter, each root followed.
 
@@ -62,11 +63,14 @@ def root_locus(
         Values of other parameters.
     at, initial, t, u, base, any_kind, independent : as of ``linearize``
         The search for an equilibrium or a steady motion starts at the previous solution.
+    progress : callable or bool, optional
+        Called with (values done, all values); True shows a bar.
 
     Returns
     -------
     RootLocus
-        ``eigenvalues`` (n, ns) in 1/s, a root in each column, and ``stability`` (n,).
+        ``eigenvalues`` (n, ns) in 1/s, a root in each column, and ``stability`` (n,). After Ctrl-C, which
+        ``interrupted`` shows, at the values so far.
 
     Raises
     ------
@@ -101,8 +105,8 @@ def root_locus(
             independent=independent,
         )
 
-    with one_thread_of_algebra(model.nv):
-        return followed_roots(parameter, array.tolist(), linearized)
+    with shown_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
+        return followed_roots(parameter, array.tolist(), linearized, report)
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:

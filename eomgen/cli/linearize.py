@@ -34,7 +34,7 @@ from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.linear.campbell_plot import CampbellView
-    from eomgen.linear.eigenvalue_loci import Campbell
+    from eomgen.linear.eigenvalue_loci import Campbell, RootLocus
     from eomgen.linear.linearization import Linearization
     from eomgen.linear.modes import Modes
     from eomgen.linear.spectra import PowerSpectrum, RideTable, RoadExcitation
@@ -281,7 +281,11 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     if diagram is not None:
         data["campbell"] = linear_files.described_campbell(diagram)
     view = None if campbell is None or diagram is None else campbell.view(diagram, band)
-    files = request.written(lin, data, Path(folder), sweep, pairs, band) if folder is not None else []
+    files = []
+    if folder is not None:
+        locus, cut = (None, "") if sweep is None else request.roots(*sweep)
+        ends = ends or cut
+        files = request.written(lin, data, Path(folder), locus, pairs, band)
     if folder is not None and diagram is not None and view is not None:
         from eomgen.linear.campbell_plot import draw_campbell  # noqa: PLC0415
 
@@ -367,12 +371,28 @@ class _Request:
             return None, wanted.interruption(None)
         return result, wanted.interruption(result) if result.interrupted else ""
 
+    def roots(self, parameter: str, values: list[float]) -> tuple[RootLocus | None, str]:
+        """Return the root locus, as much of it as was computed, and a line that reports Ctrl-C."""
+        from eomgen.base.progress import shown  # noqa: PLC0415
+        from eomgen.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
+
+        def linearized(value: float, last: Linearization | None) -> Linearization:
+            return self.linearized({parameter: value}, last)
+
+        try:
+            with shown(True, f"{self.model.name}: roots over {parameter}") as report:
+                locus = root_locus(parameter, values, linearized, report)
+        except KeyboardInterrupt:
+            return None, "interrupted before there was a root locus"
+        counted_values = f"{len(locus.values)} of {len(values)} values of {parameter}"
+        return locus, f"interrupted: the root locus has {counted_values}" if locus.interrupted else ""
+
     def written(
         self,
         lin: Linearization,
         data: dict[str, Any],
         folder: Path,
-        sweep: tuple[str, list[float]] | None,
+        locus: RootLocus | None,
         pairs: Sequence[tuple[str, str]],
         band: tuple[float, float] | None,
     ) -> list[Path]:
@@ -381,16 +401,11 @@ class _Request:
 
         from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
         from eomgen.linear import plots  # noqa: PLC0415
-        from eomgen.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
         from eomgen.results import linear_files  # noqa: PLC0415
 
         name, modes = self.model.name, lin.modes()
         frequencies = np.geomspace(*(band or modes.band), _POINTS) if pairs else np.zeros(0)
         responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
-        locus = None
-        if sweep:
-            with waiting(f"{name}: roots over {sweep[0]}"):
-                locus = root_locus(*sweep, lambda value, last: self.linearized({sweep[0]: value}, last))
         make_folder(folder)
         write_text(folder / "modes.json", json_text(data) + "\n")
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]

@@ -82,7 +82,7 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
     """Write files to a folder, all under temporary names first, and return the folder.
 
     Files of an earlier run that are named in the manifest and no longer exist are removed. If a file cannot be written,
-    the folder stays as it was.
+    the folder stays unchanged.
 
     Raises
     ------

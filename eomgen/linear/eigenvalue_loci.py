@@ -19,6 +19,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
+from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, Problem
 from eomgen.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.linear.linearization import Linearization
@@ -242,17 +243,20 @@ class RootLocus:
     values : (n,)
     eigenvalues : (n, ns) complex, 1/s; a column is one root, followed by least distance from value to value
     stability : (n,) ``stable``, ``marginal`` or ``unstable`` for each value
+    interrupted : whether Ctrl-C has ended the work early, with the first n of the values
     """
 
     parameter: str
     values: Array
     eigenvalues: Complex
     stability: tuple[str, ...]
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         first, last = f"{self.values[0]:.6g}", f"{self.values[-1]:.6g}"
         roots = f"{self.eigenvalues.shape[1]} roots at {len(self.values)} values of {self.parameter}"
-        return f"<RootLocus: {roots}, {first} to {last}; {', '.join(dict.fromkeys(self.stability))}>"
+        kinds = ", ".join(dict.fromkeys(self.stability)) + "; interrupted" * self.interrupted
+        return f"<RootLocus: {roots}, {first} to {last}; {kinds}>"
 
     def plot(self, axes: object = None) -> list[Any]:
         """Draw the upper half plane of roots, coloured by the parameter, and return matplotlib's axes, a list of one.
@@ -283,7 +287,10 @@ class RootLocus:
 
 
 def root_locus(
-    parameter: str, values: Sequence[float], linearized: Callable[[float, Linearization | None], Linearization]
+    parameter: str,
+    values: Sequence[float],
+    linearized: Callable[[float, Linearization | None], Linearization],
+    report: Progress | None = None,
 ) -> RootLocus:
     """Return the roots over values of a parameter.
 
@@ -291,32 +298,48 @@ def root_locus(
     ----------
     linearized : callable
         From a value, and the linear model at the previous value, to the linear model at this value.
+    report : called with (values done, all values)
+
+    Returns
+    -------
+    RootLocus
+        After Ctrl-C, which ``interrupted`` shows, at the values so far.
 
     Raises
     ------
     EomgenError
         Errors of ``linearized``, with the value in the message.
+    KeyboardInterrupt
+        Ctrl-C before the first value is done.
     """
-    rows: list[Complex] = []
-    stability: list[str] = []
+    points: list[tuple[Complex, str]] = []
     before: Linearization | None = None
     doubts = MergedWarnings("root locus", parameter, values)
-    for value in values:
-        try:
+    interrupted = False
+    try:
+        for number, value in enumerate(map(float, values), 1):
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
-                before = linearized(float(value), before)
-            doubts.add(float(value), caught)
+                before = linearized(value, before)
+            doubts.add(value, caught)
             roots = np.linalg.eigvals(before.state_space().A).astype(complex)
-            stability.append(before.modes().stability)
-        except EomgenError as error:
-            problems = [
-                Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
-            ]
-            raise type(error)(problems) from None
-        rows.append(_followed(rows[-1], roots) if rows else roots[np.lexsort((roots.real, np.abs(roots)))])
+            ordered = _followed(points[-1][0], roots) if points else roots[np.lexsort((roots.real, np.abs(roots)))]
+            points.append((ordered, before.modes().stability))
+            if report is not None:
+                report(number, len(values))
+    except EomgenError as error:
+        problems = [
+            Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
+        ]
+        raise type(error)(problems) from None
+    except KeyboardInterrupt:
+        if not points:
+            raise
+        interrupted = True
     doubts.warn(stacklevel=5)
-    return RootLocus(parameter, np.array(values, dtype=float), np.array(rows), tuple(stability))
+    rows, stability = zip(*points, strict=True)
+    done = np.array(values[: len(rows)], dtype=float)
+    return RootLocus(parameter, done, np.array(rows), stability, interrupted)
 
 
 def _followed(last: Complex, roots: Complex) -> Complex:

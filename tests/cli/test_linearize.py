@@ -82,6 +82,38 @@ def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
         assert last == "interrupted: the Campbell diagram has 3 of 5 values of mass and 0 crossings"
 
 
+@pytest.mark.parametrize("after", [0, 3])
+def test_an_interrupted_root_locus_is_written_as_far_as_it_came(
+    top: str, after: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    @contextlib.contextmanager
+    def bar(title: str) -> Iterator[Callable[[int, int], None]]:
+        if not after:
+            raise KeyboardInterrupt
+        assert title == "top: roots over mass"
+        yield interrupting
+
+    def interrupting(number: int, total: int) -> None:
+        assert total == 5
+        if number == after:
+            raise KeyboardInterrupt
+
+    importlib.import_module("eomgen.cli.running")  # a first import here would bind the bar of this test for good
+    monkeypatch.setattr("eomgen.base.progress.terminal_bar", bar)
+    folder = tmp_path / "out"
+    assert main(["linearize", top, "--at", "initial", "--root-locus", "mass=1:2:5", "--out", str(folder)]) == 130
+    told = capsys.readouterr()
+    assert told.out.startswith("top about the initial state at t = 0 s") and (folder / "modes.csv").is_file()
+    last = told.err.splitlines()[-1]
+    if not after:
+        assert last == "interrupted before there was a root locus" and not (folder / "root_locus.csv").exists()
+        return
+    assert last == "interrupted: the root locus has 3 of 5 values of mass" and (folder / "root_locus.png").is_file()
+    with (folder / "root_locus.csv").open(encoding="utf-8") as stream:
+        rows = list(csv.DictReader(stream))
+    assert sorted({float(row["mass"]) for row in rows}) == [1.0, 1.25, 1.5]
+
+
 @pytest.mark.parametrize(
     ("words", "called"),
     [

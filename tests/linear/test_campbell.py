@@ -465,3 +465,22 @@ def test_modes_above_the_drawn_range_are_counted(far: list[float], words: str) -
     assert [note.get_text() for note in axis.texts if " above " in note.get_text()] == ([words] if words else [])
     top = 15.0 / (2.0 * np.pi) if far else 1.08 * 1.65
     assert axis.get_ylim() == pytest.approx((0.0, top)) and axis.get_xlim() == (0.0, 10.0)
+
+
+def test_an_interrupted_root_locus_has_the_values_so_far(overhung: eomgen.Model) -> None:
+    seen: list[tuple[int, int]] = []
+
+    def interrupting(done: int, total: int) -> None:
+        seen.append((done, total))
+        if done == 2:
+            raise KeyboardInterrupt
+
+    values = [1.0, 2.0, 4.0, 8.0]
+    whole = overhung.root_locus("damping", values, at="initial", progress=lambda *_: None)
+    part = overhung.root_locus("damping", values, at="initial", progress=interrupting)
+    assert seen == [(1, 4), (2, 4)] and part.interrupted and not whole.interrupted
+    np.testing.assert_array_equal(part.eigenvalues, whole.eigenvalues[:2])
+    assert part.values.tolist() == [1.0, 2.0] and part.stability == whole.stability[:2]
+    assert repr(part).endswith("; interrupted>") and "interrupted" not in repr(whole)
+    with pytest.raises(UsageError, match="progress: 3 is neither a function nor True"):
+        overhung.root_locus("damping", values, progress=3)  # type: ignore[arg-type]
