@@ -409,6 +409,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "solvers.constraint_rows": {"solvers.sparse_rows": "rows of large systems alone are sparse"},
     "compiled.beams": {"solvers": "few models have exact beams"},
+    "compiled.functions": {"compiled.result_memory": "large batches alone use it"},
     "toolchain.cffi_build": {"toolchain.rows_ahead": "few processes compile lanes"},
     "eomgen": {
         "base.calls": "for a mistake only",
