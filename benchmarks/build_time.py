@@ -61,7 +61,6 @@ def measured(case: str, functions: str, robot: Path | None) -> dict[str, float]:
     process, from a file of a robot or a scene of ``build_scenes``."""
     laps = [time.perf_counter()]
     import eomgen
-    from eomgen.pipeline.pipeline import built_for_run
 
     if robot is None:
         from benchmarks import build_scenes
@@ -71,7 +70,12 @@ def measured(case: str, functions: str, robot: Path | None) -> dict[str, float]:
         scene = eomgen.load(robot, root="free" if case == "talos" else "fixed")
     laps.append(time.perf_counter())
     method = "generalized_alpha"
-    model = eomgen.build(scene, method=method) if functions == "all" else built_for_run(scene, method)
+    if functions == "all":
+        model = eomgen.build(scene, method=method)
+    else:
+        from eomgen.pipeline.pipeline import built_for_run  # behind eomgen.load, by which users import NumPy
+
+        model = built_for_run(scene, method)
     laps.append(time.perf_counter())
     step = scene.simulation.step
     solution = model.simulate(step, step, method=method, error_estimate=False)
