@@ -36,7 +36,8 @@ def stages(urdf: str, root: str, lock: list[str], terms: list[str], method: str,
     lap = Lap()
     from eomgen.codegen.convert import to_program
     from eomgen.codegen.metadata import interface_layout
-    from eomgen.codegen.targets.c.target import INTERFACE_CDEF, written_library
+    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+    from eomgen.codegen.targets.c.target import written_library
     from eomgen.integrators.families.register import method_named
     from eomgen.integrators.stepper_data import method_data
     from eomgen.mechanics.derive import derive

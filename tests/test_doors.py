@@ -410,6 +410,7 @@ LATE: dict[str, dict[str, str]] = {
     "solvers.constraint_rows": {"solvers.sparse_rows": "rows of large systems alone are sparse"},
     "compiled.beams": {"solvers": "few models have exact beams"},
     "compiled.functions": {"compiled.result_memory": "large batches alone use it"},
+    "compiled.model": {"solvers": "most models have no constraints"},
     "toolchain.cffi_build": {"toolchain.rows_ahead": "few processes compile lanes"},
     "eomgen": {
         "base.calls": "for a mistake only",
@@ -450,8 +451,18 @@ LATE: dict[str, dict[str, str]] = {
     "products.reliability.command": {"": "as in cli"},
     "products.studies.model_commands": {"": "as in cli"},
     "products.studies.run_commands": {"": "as in cli"},
+    "mechanics.derive": {
+        "mechanics.rates.jets": "few models have time derivatives",
+        "mechanics.terms": "terms of few models",
+    },
+    "mechanics.terms.recorders": {"mechanics.terms.further_recorders": "terms of few models"},
     "mechanics.tree.build": {"mechanics.shape_functions": "SciPy and mpmath; most scenes have no beams"},
     "mechanics.forces.distributed_loads": {"mechanics.shape_functions": "SciPy and mpmath; as above"},
+    "codegen.convert": {
+        "codegen.scheduling": "texts of a library that differs from an earlier one in numbers alone are not written",
+        "codegen.series": "few methods step by series",
+    },
+    "codegen.targets.register": {"codegen.targets.c.target": "as scheduling in codegen.convert"},
     "codegen.targets.c.target": {"codegen.targets.c.templates": "Jinja; texts of the cache are not rendered"},
     "mechanics.forces.section_loads": {"mechanics.forces.distributed_loads": "schemas; few scenes have loads on beams"},
     "pipeline.scenes": {
@@ -499,6 +510,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
     "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
+    "scene.bodies.mesh_files": {"scene.bodies.collada": "meshes are read for pictures"},
     "scene.bodies.reading": {"formula.units.conversion": "Pint; few bases follow a curve with a unit"},
     "scene.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
     "scene.signals.curves": {"formula.units.conversion": "Pint; most scenes have no units of their own"},

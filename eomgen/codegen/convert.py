@@ -9,14 +9,15 @@ time, with a sum each, which compilers turn into vectors without changing the or
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import replace
 from eomgen.base.version import __version__
 from eomgen.codegen.program import (
+    NEST_LIMIT,
+    PART_LIMIT,
     FunctionPart,
     OutputArray,
     Program,
@@ -27,63 +28,19 @@ from eomgen.codegen.program import (
     ProgramShared,
     SceneSource,
 )
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, RunLoop, Schedule, SharedText, schedule
-from eomgen.codegen.scheduling.stretches import MOST_RANGES, ranges
-from eomgen.codegen.series.functions import series_functions
-from eomgen.codegen.series.rate_functions import rate_functions
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
 from eomgen.errors import ModelError
 from eomgen.integrators.events import jump_data
 from eomgen.symbolic.external import Call
-from eomgen.symbolic.map import KERNEL_BLOCKS, Map
 from eomgen.symbolic.operations import CurveLike, Op
 from eomgen.system.signals import CONTROLLER_ARGUMENTS
 from eomgen.system.sparsity import packed_places
 from eomgen.system.system import BASE_LAYOUT, BASE_SIZE, INPUT_BLOCKS, OBSERVED, Function, Quantity, System
 from eomgen.system.terms import NONZEROS, TERMS
 
-#: Elements taken side by side if elements depend only on constants and shared values: two vectors of four doubles.
-_SIDE_BY_SIDE = 8
-
-
-def _lanes(loop: Map) -> int:
-    """Return the number of elements taken side by side: a divisor of the number of elements, 1 if elements depend on
-    other elements."""
-    alone = loop.sums and not (loop.gather or loop.last or loop.stacked)
-    return math.gcd(loop.count, _SIDE_BY_SIDE) if alone else 1
-
-
-def program_loop(run: RunLoop) -> ProgramLoop:
-    """Return the Program's loop for a Map."""
-    loop = run.loop
-    position_of = {ref: position for position, ref in enumerate(loop.gathered)}
-    slots = [ranges([position_of[ref] for ref in slot]) for slot in loop.gather]
-    tabled = [slot for slot, result in zip(loop.gather, slots, strict=True) if len(result) > MOST_RANGES]
-    results = (loop.sums, loop.last, loop.stacked)
-    # a loop within would need a workspace, which the functions of Maps have none of
-    kernel = schedule(loop.kernel, results, KERNEL_BLOCKS, part_limit=10**9, fill=False, reroll=False)
-    return ProgramLoop(
-        label=loop.label,
-        count=loop.count,
-        lanes=_lanes(loop),
-        gathered=len(loop.gathered),
-        results=0 if run.additions else loop.size,
-        constants=loop.elements,
-        index=tuple(tuple(result) if len(result) <= MOST_RANGES else () for result in slots),
-        places=tuple(tuple(position_of[slot[element]] for slot in tabled) for element in range(loop.count))
-        if tabled
-        else (),
-        shared=tuple(position_of[ref] for ref in loop.shared),
-        initial=tuple(position_of[ref] for ref in loop.initial),
-        sums=len(loop.sums),
-        stacked=len(loop.stacked),
-        statements=kernel.parts[0].statements,
-        reads=kernel.parts[0].inputs,
-        additions=run.additions,
-        outputs=run.outputs,
-    )
-
+if TYPE_CHECKING:
+    from eomgen.codegen.scheduling.scheduler import RunLoop, SharedText
 
 #: Largest number of values between the parts and loops of one function: these values are on the stack, 16 MB as
 #: doubles.
@@ -134,6 +91,9 @@ def to_program(
     series: tuple[ProgramFunction, ...] = ()
     data = dict(method or {})
     if data.get("inputs") == "series":
+        from eomgen.codegen.series.functions import series_functions  # noqa: PLC0415  # few methods step by series
+        from eomgen.codegen.series.rate_functions import rate_functions  # noqa: PLC0415  # likewise
+
         if data["max_order"] > data["order"]:
             series, sizes, breakpoints = series_functions(system, curve_numbers)
             if breakpoints:
@@ -176,7 +136,7 @@ def to_program(
         base_read=base_read,
         base_of_step=base_of_step,
         functions=made,
-        loops=tuple(map(program_loop, loops)),
+        loops=_program_loops(loops),
         shared=tuple(ProgramShared(**{**vars(text), "labels": tuple(text.labels)}) for text in shared or ()),
         initial_q=system.initial_q,
         initial_v=system.initial_v,
@@ -204,6 +164,14 @@ def to_program(
         curves=tuple(_curve(curves[key]) for key in curve_numbers),
         patterns=_patterns(system, wanted),
     )
+
+
+def _program_loops(loops: Sequence[RunLoop]) -> tuple[ProgramLoop, ...]:
+    if not loops:
+        return ()
+    from eomgen.codegen.scheduling.program_loops import program_loop  # noqa: PLC0415  # as in _function
+
+    return tuple(map(program_loop, loops))
 
 
 #: Operations of all functions from which on equal stretches are shared: compilers take eight seconds for text of their
@@ -283,6 +251,8 @@ def _base_of_step(
     refs = [law[component] for component in read]
     if any(tape.op[node] in (Op.MAP, Op.CURVE) for node in tape.live(refs)):
         return read, None
+    from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # as in _function
+
     (part,) = schedule(tape, [refs], INPUT_BLOCKS, len(tape.op) + 1, nest_limit, fill=False, reroll=False).parts
     return read, part
 
@@ -397,8 +367,11 @@ def _function(
             raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
-    result = Schedule((), 0, 0)
+    parts: tuple[FunctionPart, ...] = ()
+    workspace, operations = 0, 0
     if limits is not None:
+        from eomgen.codegen.scheduling.scheduler import schedule  # noqa: PLC0415  # known texts need no statements
+
         result = schedule(
             system.tape,
             outputs,
@@ -411,10 +384,11 @@ def _function(
             fill=name != "base",
             sample=system.sample,
         )  # the base is a struct, whose components no loop can fill
-    missing = sorted({block for part in result.parts for block in part.inputs} - set(inputs))
+        parts, workspace, operations = result.parts, result.workspace, result.operations
+    missing = sorted({block for part in parts for block in part.inputs} - set(inputs))
     if missing:
         raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")
-    check_workspace(name, result.workspace)
+    check_workspace(name, workspace)
     return ProgramFunction(
         name=name,
         description=function.description,
@@ -423,8 +397,8 @@ def _function(
             OutputArray(label, label if name == "base" else names.output(label, inputs), shape, len(refs), description)
             for label, shape, refs, description in blocks
         ),
-        parts=result.parts,
-        workspace=result.workspace,
-        operations=result.operations,
+        parts=parts,
+        workspace=workspace,
+        operations=operations,
         counts=asdict(system.counts[function.name]),
     )

@@ -17,6 +17,11 @@ from eomgen.base.data import dataclass, field
 from eomgen.system.signals import PythonFunction
 from eomgen.system.system import Quantity
 
+#: Operations per part at most; a function this long compiles in about a second.
+PART_LIMIT = 1500
+#: Largest number of operations in one statement; longer statements are harder to read, not faster.
+NEST_LIMIT = 6
+
 Expression = Union[int, tuple[Any, ...]]  # noqa: UP007  # evaluated at run time by readers of the type
 
 

@@ -1,17 +1,18 @@
-"""Initial states on the constraints: sentences on the changes of a start by the constraints, and the consistent states
-of many samples at once."""
+"""The consistent states of many samples at once."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import distinct
-from eomgen.solvers.beams import STRAINED
-from eomgen.solvers.consistency import Assembly, Chosen, ConsistentStates, ConstrainedSamples, consistent_states
+from eomgen.solvers.consistency import (
+    Chosen,
+    ConsistentStates,
+    ConstrainedSamples,
+    consistent_states,
+)
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
@@ -63,50 +64,3 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
     )
     result = consistent_states(system, q, v)
     return result._replace(q=model.evaluator.followed(result.q, t, parameters))
-
-
-#: Beginning of the sentence.
-CORRECTED = "corrected onto the constraints: "
-#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
-#: are listed.
-_TOLD, _LISTED = 1e-6, 6
-
-
-def tells_strain(sentence: str) -> bool:
-    """Return whether a sentence on a start is about beams that a loop strains."""
-    return STRAINED in sentence
-
-
-def corrected_start(
-    consistent: Assembly,
-    guess: tuple[Array, Array],
-    names: tuple[Sequence[str], Sequence[str]],
-    units: tuple[Sequence[str], Sequence[str]],
-) -> list[str]:
-    """Return one sentence on the largest changes from a guess to a consistent state; none if changes are small.
-
-    Parameters
-    ----------
-    guess, names, units : of q and of v
-    """
-    changed = []
-    held = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
-    for before, after, labels, measured, off in zip(
-        guess, (consistent.q, consistent.v), names, units, held, strict=True
-    ):
-        largest = np.maximum(np.abs(before), np.abs(after))[: len(measured)]  # references of turns have no name
-        arms = [consistent.extent if unit == "rad/s" else 1.0 for unit in measured]  # of turns that move parts by m/s
-        fastest = float(np.max(largest * arms, initial=0.0))
-        for k, (name, unit) in enumerate(zip(labels, measured, strict=True)):
-            size = consistent.extent if unit == "m" else 1.0
-            if unit in ("m/s", "rad/s"):
-                size = fastest / arms[k] if arms[k] else 0.0
-            elif unit.endswith("/s"):
-                size = max(largest[index] for index, other in enumerate(measured) if other == unit)
-            share = abs(after[k] - before[k]) / size if off and size else 0.0
-            if share > _TOLD:
-                first, second = distinct(before[k] + 0.0, after[k] + 0.0)
-                changed.append((share, f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"))
-    changed.sort(key=lambda change: -change[0])
-    more = f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
-    return [f"{CORRECTED}{', '.join(text for _, text in changed[:_LISTED])}{more}"] if changed else []

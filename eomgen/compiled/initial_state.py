@@ -1,4 +1,5 @@
-"""Initial states from arrays or from joint names, validated before a run."""
+"""Initial states from arrays or from joint names, validated before a run, and sentences on their changes by the
+constraints."""
 
 from __future__ import annotations
 
@@ -9,15 +10,17 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.messages import shown
+from eomgen.base.messages import distinct, shown
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import several_turns
+from eomgen.solvers.beams import STRAINED
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
     from eomgen.lie.product import Factor
+    from eomgen.solvers.consistency import Assembly
 
 _BLOCKS = ("q", "v", "z")
 
@@ -223,3 +226,50 @@ def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool)
         start = model.initial_at(dict(zip(model.parameters, parameters.tolist(), strict=True)))
         q, v = (np.array(part, dtype=float) for part in start)
     return InitialState(q, v, model.initial_z.copy())
+
+
+#: Beginning of the sentence.
+CORRECTED = "corrected onto the constraints: "
+#: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
+#: are listed.
+_TOLD, _LISTED = 1e-6, 6
+
+
+def tells_strain(sentence: str) -> bool:
+    """Return whether a sentence on a start is about beams that a loop strains."""
+    return STRAINED in sentence
+
+
+def corrected_start(
+    consistent: Assembly,
+    guess: tuple[Array, Array],
+    names: tuple[Sequence[str], Sequence[str]],
+    units: tuple[Sequence[str], Sequence[str]],
+) -> list[str]:
+    """Return one sentence on the largest changes from a guess to a consistent state; none if changes are small.
+
+    Parameters
+    ----------
+    guess, names, units : of q and of v
+    """
+    changed = []
+    held = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
+    for before, after, labels, units_of, off in zip(
+        guess, (consistent.q, consistent.v), names, units, held, strict=True
+    ):
+        largest = np.maximum(np.abs(before), np.abs(after))[: len(units_of)]  # references of turns have no name
+        arms = [consistent.extent if unit == "rad/s" else 1.0 for unit in units_of]  # of turns that move parts by m/s
+        fastest = float(np.max(largest * arms, initial=0.0))
+        for k, (name, unit) in enumerate(zip(labels, units_of, strict=True)):
+            size = consistent.extent if unit == "m" else 1.0
+            if unit in ("m/s", "rad/s"):
+                size = fastest / arms[k] if arms[k] else 0.0
+            elif unit.endswith("/s"):
+                size = max(largest[index] for index, other in enumerate(units_of) if other == unit)
+            share = abs(after[k] - before[k]) / size if off and size else 0.0
+            if share > _TOLD:
+                first, second = distinct(before[k] + 0.0, after[k] + 0.0)
+                changed.append((share, f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"))
+    changed.sort(key=lambda change: -change[0])
+    more = f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
+    return [f"{CORRECTED}{', '.join(text for _, text in changed[:_LISTED])}{more}"] if changed else []

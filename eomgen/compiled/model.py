@@ -30,9 +30,6 @@ from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternion
 from eomgen.compiled.functions import DRIVERS, Functions, compiled_or_same
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import ModelError, Problem, UsageError
-from eomgen.solvers.consistency import Assembly, assemble
-from eomgen.solvers.constraint_rows import ConstrainedSystem, EveryRow, elastic_components, split_sizes
-from eomgen.solvers.redundancy import check_left_out
 from eomgen.system import notebook
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS, Selection
@@ -40,6 +37,8 @@ from eomgen.toolchain.builder import LaneFiles
 from eomgen.toolchain.library import LaneLibrary, Library
 
 if TYPE_CHECKING:
+    from eomgen.solvers.consistency import Assembly
+    from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.branches import Branches
 
 Gains = Callable[[Mapping[str, float]], dict[str, float]]
@@ -504,6 +503,8 @@ class CompiledModel:
         given = zip(self.parameters.items(), p.tolist(), strict=True)
         changed = [f"{name} = {new:.6g}" for (name, old), new in given if new != old]
         if left_out and changed and self._every_row is not None:
+            from eomgen.solvers.redundancy import check_left_out  # noqa: PLC0415  # few constraints follow from others
+
             return check_left_out(self._every_row()(p), left_out, q, v, t, at=", ".join(changed))
         return []
 
@@ -613,6 +614,9 @@ def consistent(
     UsageError
         The model was built without the terms that constraints need.
     """
+    from eomgen.solvers.consistency import assemble  # noqa: PLC0415  # most models have no constraints
+    from eomgen.solvers.constraint_rows import ConstrainedSystem, elastic_components, split_sizes  # noqa: PLC0415
+
     needed = PURPOSES["initial_assembly"]
     beams = beams_at(model, t, parameters)
     able = model.having(needed)

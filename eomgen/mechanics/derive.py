@@ -13,12 +13,9 @@ from eomgen.mechanics.discontinuities import discontinuities, overshoots, validi
 from eomgen.mechanics.forces.symbols import input_signal
 from eomgen.mechanics.initial_coordinates import absolute_start, joint_start
 from eomgen.mechanics.named_constants import described, named_constants, slopes
-from eomgen.mechanics.rates.jets import base_rates, input_rates
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.mechanics.terms.argument_derivatives import derivative_blocks
 from eomgen.mechanics.terms.events import event_rows, modes, needs_impulse, sample_rows
-from eomgen.mechanics.terms.rates import rate_blocks
-from eomgen.mechanics.terms.recorders import DIFFERENTIATED, RECORDERS
+from eomgen.mechanics.terms.recorders import differentiated, recorder
 from eomgen.mechanics.tree.base import base_law
 from eomgen.mechanics.tree.links import Tree
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
@@ -287,17 +284,21 @@ def _blocks_read(derivation: Derivation, made: Mapping[str, Function]) -> dict[s
     """Return the input blocks that each function depends on; first and second derivatives take the same blocks."""
     read = derivation.tape.blocks_read({name: function.refs for name, function in made.items()})
     for name in (name for name in made if TERMS[name].differentiated and TERMS[name].of_motion):
-        values = [ref for block in DIFFERENTIATED[TERMS[name].differentiated](derivation) for ref in block.refs]
+        values = [ref for block in differentiated(TERMS[name].differentiated)(derivation) for ref in block.refs]
         read[name] |= {symbol.block for symbol in derivation.tape.depends_on(values)}
     return read
 
 
 def _blocks(derivation: Derivation, name: str) -> Sequence[Block]:
     if TERMS[name].source:
+        from eomgen.mechanics.terms.rates import rate_blocks  # noqa: PLC0415  # terms of few models
+
         return rate_blocks(derivation, TERMS[name])
     if of := TERMS[name].differentiated:
-        return derivative_blocks(derivation, name, DIFFERENTIATED[of](derivation))
-    return RECORDERS[name](derivation)
+        from eomgen.mechanics.terms.argument_derivatives import derivative_blocks  # noqa: PLC0415  # terms of few models
+
+        return derivative_blocks(derivation, name, differentiated(of)(derivation))
+    return recorder(name)(derivation)
 
 
 def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, Function]:
@@ -318,6 +319,8 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
         block = derivation.block("base", (BASE_SIZE,), law, "base struct")
         drivers["base"] = Function("base", "motion of the base at time t", inputs, (block,))
         if "base_rates" in taken:
+            from eomgen.mechanics.rates.jets import base_rates  # noqa: PLC0415  # models with time derivatives
+
             of_base = base_rates(derivation.tape, law, order)
             text = "further derivatives of the base's twist at time t"
             drivers["base_rates"] = Function("base_rates", text, inputs, (of_base,))
@@ -326,6 +329,8 @@ def _drivers(derivation: Derivation, order: int, taken: set[str]) -> dict[str, F
         block = derivation.block("u", (len(values),), values, "inputs")
         drivers["inputs"] = Function("inputs", "inputs given by the scene", inputs, (block,))
         if "u_dot" in taken:
+            from eomgen.mechanics.rates.jets import input_rates  # noqa: PLC0415  # models with time derivatives
+
             text = "time derivatives of the inputs given by the scene"
             drivers["input_rates"] = Function("input_rates", text, inputs, input_rates(derivation.tape, values, order))
     return drivers

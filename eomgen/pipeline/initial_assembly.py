@@ -10,8 +10,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
-from eomgen.compiled.consistent_states import corrected_start
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
+from eomgen.compiled.initial_state import corrected_start
 from eomgen.errors import ModelError
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble

@@ -20,8 +20,8 @@ import numpy as np
 from eomgen.base.data import dataclass, replace
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.codegen.folder import MANIFEST
+from eomgen.codegen.targets.c.interface import fingerprint
 from eomgen.codegen.targets.c.printer import NumberTable, stays_in_text
-from eomgen.codegen.targets.c.target import fingerprint
 from eomgen.symbolic.operations import Op
 from eomgen.toolchain.number_tables import keeps_tables, with_tables
 

@@ -231,8 +231,8 @@ def _built(
     straight: Collection[str] = (),
 ) -> Library:
     """Return the library of a Program, compiled of these files."""
+    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import INTERFACE_CDEF  # noqa: PLC0415
 
     written = {source.name: file_name(source.written) for source in program.sources}
     return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight=straight)
@@ -249,7 +249,7 @@ def _built_of_known(
     """Return the library of a Program that differs from an earlier one in numbers alone."""
     if known.library is None:
         return _built(program, builder, content, known.files.items(), layout, running, known.straight)
-    from eomgen.codegen.targets.c.target import INTERFACE_CDEF  # noqa: PLC0415
+    from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
 
     return builder.keep(content, known.files, INTERFACE_CDEF, layout, known.library)
 
@@ -272,14 +272,14 @@ def whole_library(
     running : as of ``Builder.build``
     ready : as of ``library_in_two``
     """
-    from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
-    from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
-    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
-
     with without_garbage_collection():
         if (known := ready.known) is not None:
             layout = {**known.layout, "stepper_refused": refusal, **marks}
             return _built_of_known(program, builder, content, known, layout, running)
+        from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
+        from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
+        from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+
         printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         # other number types convert literals while compiling, tables at each use
         apart = builder.real == "double" and tape is None

@@ -913,7 +913,8 @@ def _library(
 
     @functools.cache
     def program() -> tuple[Program, str]:
-        from eomgen.codegen.targets.c.target import INTERFACE_CDEF, C, interface_header  # noqa: PLC0415
+        from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, interface_header  # noqa: PLC0415
+        from eomgen.codegen.targets.register import C  # noqa: PLC0415
         from eomgen.pipeline.libraries import begin_library  # noqa: PLC0415
 
         builder.begin_wrapper(INTERFACE_CDEF, interface_header())

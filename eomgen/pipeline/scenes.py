@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Largest number of absolute bodies for which the initial assembly has whole matrices.
 _WHOLE = 30
+#: Bodies, with the nodes of exact beams, below which no scene is continued from shorter ones.
+_LONG = 30
 
 
 def opened(document: Any) -> Any:
@@ -54,11 +56,12 @@ _LAST: list[tuple[Callable[[], Scene | None], Description]] = []
 
 def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> System:
     from eomgen.mechanics import derive as mechanics  # noqa: PLC0415  # imports SymPy
-    from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
 
     scene: Scene = opened(document)
     if not scene.constraints and (scene.coordinates != "absolute" or _unconnected(scene)):
         return mechanics.derive(scene, terms)
+    from eomgen.pipeline.initial_assembly import with_initial_assembly  # noqa: PLC0415
+
     whole = scene.coordinates != "absolute" or len(scene.bodies) <= _WHOLE
     derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
     try:
@@ -175,6 +178,8 @@ def _content(scene: Scene | StoredScene) -> bytes:
 
 def _program(scene: Scene, derived: Programs) -> tuple[Program, str] | None:
     """Return the Program of a scene with many equal elements or rows, continued from scenes with few."""
+    if len(scene.bodies) < _LONG:
+        return None
     from eomgen.pipeline.equal_elements import equal_elements  # noqa: PLC0415  # a stored scene has none
     from eomgen.pipeline.equal_rows import equal_rows  # noqa: PLC0415  # likewise
 

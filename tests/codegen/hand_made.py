@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.program import Program
-from eomgen.codegen.targets.c.target import INTERFACE_CDEF, generate_files, generate_interface
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+from eomgen.codegen.targets.c.target import generate_files, generate_interface
 from eomgen.lie.product import Factor
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Tape

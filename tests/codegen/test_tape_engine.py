@@ -16,8 +16,9 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.metadata import interface_layout, stack_bytes
 from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.tape_code import OPERATIONS, on_tape
-from eomgen.codegen.targets.c.target import INTERFACE_CDEF, written_library
+from eomgen.codegen.targets.c.target import written_library
 from eomgen.formula.curves import Curve
 from eomgen.pipeline.model import Model
 from eomgen.symbolic.operations import LEAVES, UNARY, Op

@@ -14,7 +14,7 @@ import pytest
 
 import eomgen
 from benchmarks.build_scenes import seven_bodies
-from eomgen.codegen import convert
+from eomgen.codegen.scheduling import scheduler
 from eomgen.codegen.targets.c import target
 from eomgen.pipeline import known_texts
 from eomgen.pipeline.model import Model
@@ -93,9 +93,9 @@ def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
     scene = copy.deepcopy(PENDULUM)
     change(scene)
     scheduled: list[object] = []
-    schedule = convert.schedule
+    schedule = scheduler.schedule
     monkeypatch.setattr(
-        convert, "schedule", lambda *given, **options: scheduled.append(given) or schedule(*given, **options)
+        scheduler, "schedule", lambda *given, **options: scheduled.append(given) or schedule(*given, **options)
     )
     second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
     known = change is _other_mass  # the texts of equal structure, and on Linux the library

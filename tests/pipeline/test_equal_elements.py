@@ -11,7 +11,8 @@ import pytest
 import eomgen
 from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.program import Program, ProgramFunction
-from eomgen.codegen.targets.c.target import C, generate_files
+from eomgen.codegen.targets.c.target import generate_files
+from eomgen.codegen.targets.register import C
 from eomgen.integrators.families.register import method_named
 from eomgen.pipeline import equal_elements, pipeline
 from eomgen.pipeline.scenes import SCENES

@@ -14,7 +14,8 @@ from benchmarks import chains
 from benchmarks.large_scenes import NET, SPRING
 from eomgen.base.data import fields, is_dataclass
 from eomgen.codegen.program import Program
-from eomgen.codegen.targets.c.target import C, generate_files
+from eomgen.codegen.targets.c.target import generate_files
+from eomgen.codegen.targets.register import C
 from eomgen.integrators.newton import stages
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.initial_coordinates import free_start

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.codegen.targets.c.target import C, written_library
+from eomgen.codegen.targets.c.target import written_library
+from eomgen.codegen.targets.register import C
 from eomgen.errors import ToolchainError
 from eomgen.pipeline import libraries, pipeline
 from eomgen.pipeline.model import Model

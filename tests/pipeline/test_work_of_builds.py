@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.targets.c.target import C
+from eomgen.codegen.targets.register import C
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data

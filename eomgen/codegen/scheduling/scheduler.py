@@ -13,7 +13,7 @@ from itertools import chain
 from types import MappingProxyType
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.codegen.program import Addition, Expression, FunctionPart, Statement
+from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, Addition, Expression, FunctionPart, Statement
 from eomgen.codegen.scheduling.accumulation import accumulated
 from eomgen.codegen.scheduling.plan import Plan
 from eomgen.codegen.scheduling.rerolling import (
@@ -352,10 +352,6 @@ class LoopWriter(Writer):
         return True
 
 
-#: Operations per part at most; a function this long compiles in about a second.
-PART_LIMIT = 1500
-#: Largest number of operations in one statement; longer statements are harder to read, not faster.
-NEST_LIMIT = 6
 #: Number of structural zeros of an output up to which zeros are stored one by one; more zeros are stored by a loop if
 #: they are the majority.
 FILL_FROM = 9

@@ -12,8 +12,8 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 from eomgen.base.messages import listed
-from eomgen.codegen.program import OutputArray, ProgramFunction
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, PART_LIMIT, schedule
+from eomgen.codegen.program import NEST_LIMIT, PART_LIMIT, OutputArray, ProgramFunction
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.series.recurrence import NEXT, Recurrence, inverse_serves
 from eomgen.errors import ModelError, Problem
 from eomgen.symbolic.external import Call

@@ -7,12 +7,22 @@ from functools import cache
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent, rows_of
-from eomgen.codegen.targets.c.target import C
+from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import Problem, UsageError
 
 #: The group of rows of products, and of entry points for targets of other distributions: objects of ``Target``.
 GROUP = "eomgen.targets"
+
+
+def _c_files(program: Program) -> dict[str, str]:
+    from eomgen.codegen.targets.c.target import generate_files  # noqa: PLC0415  # known texts of a library are not printed
+
+    return generate_files(program)
+
+
+C = Target("c", "C99", NAMES, _c_files, steppers=True)
 BUILT_IN: tuple[Target, ...] = (C,)
 
 

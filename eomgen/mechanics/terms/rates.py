@@ -15,7 +15,7 @@ from eomgen.mechanics.rates.jets import MotionJets, accelerations, base_twist
 from eomgen.mechanics.rates.recursion import Drive, Path, cross_path, in_rotating_axes, inverse_dynamics_path
 from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
-from eomgen.mechanics.terms.recorders import RECORDERS
+from eomgen.mechanics.terms.recorders import recorder
 from eomgen.symbolic.scalar import Scalar, minus, plus
 from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system.system import Block
@@ -43,7 +43,7 @@ def derivatives_of(derivation: Derivation, source: str, order: int) -> tuple[Blo
     """Return a quantity as a block, and the time derivatives of the components up to ``order``."""
     if source in CLOSED_MATRICES or source.startswith("closed_"):
         return closed_block(derivation, source, order)
-    (block,) = RECORDERS[source](derivation)
+    (block,) = recorder(source)(derivation)
     if source == "forward_dynamics":
         return block, forward_rates(derivation, order)
     ways = []

@@ -1,60 +1,20 @@
-"""Table of the functions that record each term without time derivatives, and that return its blocks."""
+"""Functions that record each term without time derivatives, and that return its blocks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
-from itertools import pairwise
 
 from eomgen.mechanics.scene_tape import Derivation
-from eomgen.mechanics.terms.argument_derivatives import input_derivatives
-from eomgen.mechanics.terms.centroidal import CENTROIDAL_RECORDERS, momenta
 from eomgen.mechanics.terms.events import event_actions, event_impulse, events, samples
 from eomgen.mechanics.terms.forward_dynamics import forward_blocks
 from eomgen.mechanics.terms.frames import FRAME_RECORDERS
-from eomgen.mechanics.terms.implicit_step import equations, iteration, jacobian_values, mass_values
-from eomgen.mechanics.terms.linearization import (
-    acceleration_partials,
-    constraint_acceleration,
-    joint_velocity_partials,
-    linearization,
-    output_parameter_partials,
-    output_partials,
-    parameter_partials,
-    reaction_partials,
-    second_partials,
-)
-from eomgen.mechanics.terms.regressor import regressor_blocks, regressor_parameters
 from eomgen.system.system import Block
 
+Recorder = Callable[[Derivation], list[Block]]
 
-def section_loads(derivation: Derivation) -> list[Block]:
-    """Return x of the middle of each element at rest, m, strains, and loads of sections.
-
-    A load is exerted by the part beyond on a section: moment, N m, then force, N, in the axes of the section. Elements
-    transmit loads from node to node; loads on the halves of elements are a separate block.
-    """
-    beams = derivation.section_loads.beams
-    rows = [row for beam in beams for row in derivation.section_loads.rows(beam.name)]
-    middles = [derivation.algebra.scalar(0.5 * (start + end)) for beam in beams for start, end in pairwise(beam.places)]
-    count = len(rows)
-    strain = [value for row in rows for value in row[:6]]
-    mean = [value for row in rows for value in row[6:12]]
-    ends = [value for row in rows for value in row[12:]]
-    halves = [value for beam in beams for row in derivation.section_loads.halves(beam.name) for value in row]
-    where = f"of each element of {', '.join(beam.name for beam in beams)}"
-    return [
-        derivation.block("x", (count,), middles, f"place at rest of the middle {where}, m"),
-        derivation.block("strain", (count, 6), strain, f"twist, curvature about y and z, stretch, shear {where}"),
-        derivation.block("load", (count, 6), mean, f"mean moment and force of the sections {where}"),
-        derivation.block("load_at_ends", (count, 2, 6), ends, f"load at the first and the last node {where}"),
-        derivation.block("load_on_halves", (count, 2, 6), halves, f"distributed load, weight, inertia, halves {where}"),
-    ]
-
-
-RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
+_RECORDERS: Mapping[str, Recorder] = {
     "mass": Derivation.mass,
-    "mass_values": mass_values,
     "coupling": Derivation.coupling,
     "force": Derivation.force,
     "base_motion": Derivation.base_motion,
@@ -67,40 +27,33 @@ RECORDERS: Mapping[str, Callable[[Derivation], list[Block]]] = {
     "constraint": Derivation.constraint,
     "constraint_velocity": Derivation.constraint_velocity,
     "constraint_bias": Derivation.constraint_bias,
-    "constraint_acceleration": constraint_acceleration,
     "constraint_jacobian": Derivation.constraint_jacobian,
     "constraint_size": Derivation.constraint_size,
     "velocity_partials": Derivation.velocity_partials,
-    "equations": equations,
-    "iteration": iteration,
-    "jacobian_values": jacobian_values,
     "poses": Derivation.poses,
     "twists": Derivation.twists,
     "accelerations": Derivation.accelerations,
     "jacobians": Derivation.jacobians,
     **FRAME_RECORDERS,
-    **CENTROIDAL_RECORDERS,
     "outputs": Derivation.outputs,
     "events": events,
     "event_actions": event_actions,
     "event_impulse": event_impulse,
     "samples": samples,
     "elastic": Derivation.elastic,
-    "section_loads": section_loads,
-    "linearization": linearization,
-    "acceleration_partials": acceleration_partials,
-    "output_partials": output_partials,
-    "parameter_partials": parameter_partials,
-    "output_parameter_partials": output_parameter_partials,
-    "input_derivatives": input_derivatives,
-    "second_partials": second_partials,
-    "reaction_partials": reaction_partials,
-    "joint_velocities": joint_velocity_partials,
-    "regressor": regressor_blocks,
-    "regressor_parameters": regressor_parameters,
     "energy": Derivation.energy,
-    "momenta": momenta,
 }
 
-#: The same for terms whose derivatives are recorded.
-DIFFERENTIATED: Mapping[str, Callable[[Derivation], list[Block]]] = {**RECORDERS, "forward_dynamics": forward_blocks}
+
+def recorder(name: str) -> Recorder:
+    """Return the function that records a term."""
+    if name in _RECORDERS:
+        return _RECORDERS[name]
+    from eomgen.mechanics.terms.further_recorders import FURTHER_RECORDERS  # noqa: PLC0415  # terms of few models
+
+    return FURTHER_RECORDERS[name]
+
+
+def differentiated(name: str) -> Recorder:
+    """Return the function that records a term whose derivatives are recorded."""
+    return forward_blocks if name == "forward_dynamics" else recorder(name)

@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.files import check_writable, make_folder, nearby, read_bytes, write_bytes
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.targets.c.naming import free_prefix
-from eomgen.codegen.targets.c.target import C
+from eomgen.codegen.targets.register import C
 from eomgen.errors import FileError, ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline import pipeline

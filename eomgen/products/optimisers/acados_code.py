@@ -19,8 +19,9 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.program import Program
+from eomgen.codegen.targets.c.interface import fingerprint
 from eomgen.codegen.targets.c.naming import NAMES
-from eomgen.codegen.targets.c.target import fingerprint, generate_files
+from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
 from eomgen.errors import ModelError, Problem, UsageError

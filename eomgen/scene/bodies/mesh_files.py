@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,8 +20,10 @@ from eomgen.base.files import nearby, read_bytes
 from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.scene.bodies.collada import ColladaError, Painted, read_collada
 from eomgen.system.description import Shape
+
+if TYPE_CHECKING:
+    from eomgen.scene.bodies.collada import Painted
 
 #: Largest file, bytes, and number of triangles that are kept of a mesh.
 LARGEST, MOST = 200_000_000, 2_000
@@ -167,6 +169,8 @@ def with_mesh(shape: Shape, file: str, most: int) -> Shape:
 
 
 def _collada(data: bytes, name: str) -> Painted:
+    from eomgen.scene.bodies.collada import ColladaError, read_collada  # noqa: PLC0415  # meshes are read for pictures
+
     try:
         painted = read_collada(data, name)
     except ColladaError as error:

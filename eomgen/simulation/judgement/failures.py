@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
-from eomgen.compiled.consistent_states import tells_strain
+from eomgen.compiled.initial_state import tells_strain
 from eomgen.compiled.model import CompiledModel
 from eomgen.integrators.events import ACCUMULATED, CONTROLLER_FAILED, NO_VALUE, STATUSES, STOPPED
 from eomgen.results.events import Events

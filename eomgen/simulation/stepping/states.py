@@ -10,9 +10,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.consistent_states import CORRECTED, corrected_start, tells_strain
 from eomgen.compiled.equations import of_motion
-from eomgen.compiled.initial_state import InitialState, initial_state
+from eomgen.compiled.initial_state import CORRECTED, InitialState, corrected_start, initial_state, tells_strain
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import turned

@@ -10,7 +10,6 @@ gives pairs of doubles; strides count doubles.
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
@@ -18,20 +17,18 @@ from types import MappingProxyType
 from typing import Any
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.base.files import template_folder
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
-from eomgen.codegen.targets.c.naming import NAMES, CNames, comment, local_names
+from eomgen.codegen.targets.c.interface import fingerprint, interface_header
+from eomgen.codegen.targets.c.naming import CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
 from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
 from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
-from eomgen.codegen.targets.target import Target
-from eomgen.integrators.stepper_layout import STEPPER_CDEF
 from eomgen.system.system import INPUT_BLOCKS
 
 #: Operations per C file, roughly; a file this long compiles in half a second, and an arm of seven joints has three.
@@ -146,13 +143,6 @@ def _planned(
     return files
 
 
-#: Signatures that are equal for all scenes, so that the generic wrapper is compiled once per machine.
-INTERFACE_CDEF = f"""\
-const char *eomgen_fingerprint(void);
-const char *eomgen_number_type(void);
-long eomgen_size(int what);
-int eomgen_call(int function, long count, const double *const *inputs, const long *strides, double *const *outputs);
-{STEPPER_CDEF}"""
 #: Meaning of the argument of ``eomgen_size``.
 SIZES = ("functions", "q", "v", "z", "u", "p", "lam", "bodies", "base")
 #: Distance at which an argument of a curve counts as a break, relative to the argument, or as an end, relative to the
@@ -576,14 +566,6 @@ def generate_interface(program: Program, files: Mapping[str, str]) -> dict[str, 
     return _interface(_Context(program, FILE_LIMIT), fingerprint(files))
 
 
-def interface_header() -> str:
-    """Return the header of the interface, which is the same for all models."""
-    template = (
-        template_folder() / "c" / "interface" / "interface.h.jinja"
-    )  # has one name, and known texts need no Jinja
-    return folded(template.read_text(encoding="utf-8").replace("{{ declarations }}", INTERFACE_CDEF))
-
-
 def _interface(context: _Context, mark: str, later: Collection[str] = ()) -> dict[str, str]:
     """Return the files of the interface; calls of the functions ``later`` are refused."""
     program = context.program
@@ -591,15 +573,6 @@ def _interface(context: _Context, mark: str, later: Collection[str] = ()) -> dic
     offered = [item for item in enumerate(program.functions) if item[1].name not in later]
     texts = {"fingerprint": mark, "sizes": sizes, "offered": offered}
     return {"interface.h": interface_header(), "interface.c": context.render("c/interface/interface.c.jinja", **texts)}
-
-
-def fingerprint(files: Mapping[str, str]) -> str:
-    """Return 16 hexadecimal digits that change with any byte of any C file or header."""
-    digest = hashlib.sha256()
-    for name in sorted(files):
-        if name.endswith((".c", ".h")):
-            digest.update(f"{name}\0{files[name]}\0".encode())
-    return digest.hexdigest()[:16]
 
 
 def compile_command(program: Program, sources: list[str]) -> str:
@@ -612,6 +585,3 @@ def compile_command(program: Program, sources: list[str]) -> str:
 def _examples(program: Program) -> str:
     """Return arguments that set the first parameters and inputs to their present values."""
     return "".join(f" {comment(named.name)}={named.value:.6g}" for named in (*program.parameters, *program.inputs)[:2])
-
-
-C = Target("c", "C99", NAMES, generate_files, steppers=True)

@@ -13,7 +13,8 @@ from functools import reduce
 from typing import TYPE_CHECKING, Any
 
 from eomgen.codegen.convert import to_program
-from eomgen.codegen.targets.c.target import INTERFACE_CDEF, compile_command, generate_interface, rendered
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+from eomgen.codegen.targets.c.target import compile_command, generate_interface, rendered
 from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol

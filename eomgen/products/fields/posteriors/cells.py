@@ -17,7 +17,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.base.threads import share
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.program import NEST_LIMIT
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.naming import local_names
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment

@@ -10,7 +10,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.program import NEST_LIMIT
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, PairTape, gravity_waves

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.codegen.scheduling.scheduler import NEST_LIMIT, schedule
+from eomgen.codegen.program import NEST_LIMIT
+from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import Problem, UsageError
