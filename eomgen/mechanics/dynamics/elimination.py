@@ -3,7 +3,9 @@ and a check whether it loses digits."""
 
 from __future__ import annotations
 
+import random
 from collections.abc import Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -89,7 +91,8 @@ def loses_digits(
     start : (nq,) position from which joints are turned by up to half a turn; travels stay
     parameters : values of the tunable parameters
     """
-    turns = np.random.default_rng(0).uniform(-3.0, 3.0, (_POSITIONS, tree.nv)) * np.array(tree.angular())
+    uniform = partial(random.Random(0).uniform, -3.0, 3.0)  # numpy.random takes a thirtieth of a build to import
+    turns = np.reshape([uniform() for _ in range(_POSITIONS * tree.nv)], (_POSITIONS, tree.nv)) * tree.angular()
     q = update(tree.factors, np.tile(start, (_POSITIONS, 1)), turns)
     with np.errstate(all="ignore"):  # numbers that are not finite are refused elsewhere
         for joints in _coupled(M, [factor.v for factor in tree.factors]):
