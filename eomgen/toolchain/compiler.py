@@ -212,6 +212,7 @@ def as_root(command: str) -> str:
     return command if not hasattr(os, "geteuid") or os.geteuid() == 0 else f"sudo {command}"
 
 
+@cache
 def processor() -> str:
     """Return a short digest of the processor features used by ``-march=native``."""
     text = platform.machine()
