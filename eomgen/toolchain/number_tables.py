@@ -23,20 +23,22 @@ def keeps_tables(compiler: Compiler) -> bool:
 
 
 def with_tables(library: bytes, tables: Sequence[tuple[Numbers, Numbers]]) -> bytes | None:
-    """Return the bytes of a library with other numbers in its tables, None if the numbers of a table are not there once
-    for each table with these.
+    """Return the bytes of a library with other numbers in its tables, None if the tables are not found just once.
+
+    Compilers write the tables of a source one after another, in the order of the source or in reverse, with zeros
+    between them up to the next multiple of the alignment.
 
     Parameters
     ----------
-    tables : numbers and as many new numbers of every table; a short table may have the end of a longer one
+    tables : numbers and as many new numbers of every table, in the order of the source
     """
-    result, rest = bytearray(library), bytearray(library)
     packed = [(array("d", old).tobytes(), array("d", new).tobytes()) for old, new in tables]
-    for old, new in sorted({*packed}, key=lambda table: -len(table[0])):
-        places = [match.start() for match in re.finditer(re.escape(old), rest) if match.start() % _ALIGNED == 0]
-        if len(places) != packed.count((old, new)):
-            return None
-        for place in places:
-            result[place : place + len(new)] = new
-            rest[place : place + len(old)] = b"\xff" * len(old)  # no number
-    return bytes(result)
+    for ordered in (packed, packed[::-1]):
+        block = rb"\0*?".join(b"(%b)" % re.escape(old) for old, _ in ordered)
+        found = [match for match in re.finditer(block, library) if match.start() % _ALIGNED == 0]
+        if len(found) == 1:
+            result = bytearray(library)
+            for number, (_, new) in enumerate(ordered, 1):
+                result[slice(*found[0].span(number))] = new
+            return bytes(result)
+    return None
