@@ -35,10 +35,10 @@ def with_tables(library: bytes, tables: Sequence[tuple[Numbers, Numbers]]) -> by
     packed = [(array("d", old).tobytes(), array("d", new).tobytes()) for old, new in tables]
     for ordered in (packed, packed[::-1]):
         block = rb"\0*?".join(b"(%b)" % re.escape(old) for old, _ in ordered)
-        found = [match for match in re.finditer(block, library) if match.start() % _ALIGNED == 0]
-        if len(found) == 1:
+        places = [match for match in re.finditer(block, library) if match.start() % _ALIGNED == 0]
+        if len(places) == 1:
             result = bytearray(library)
             for number, (_, new) in enumerate(ordered, 1):
-                result[slice(*found[0].span(number))] = new
+                result[slice(*places[0].span(number))] = new
             return bytes(result)
     return None

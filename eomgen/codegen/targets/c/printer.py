@@ -44,7 +44,7 @@ def folded(text: str) -> str:
     """Return C text with paragraphs of comments and signatures filled and no line longer than WIDTH, but for directives
     and texts that cannot be cut.
 
-    Templates break lines before names and numbers are known; a call or a condition is broken anew if it is too long.
+    Templates break lines before names and numbers are known; a call or a condition that is too long is broken anew.
     """
     pieces: list[str] = []
     within = False  # a comment that an earlier line began: a product may begin with a star, too
@@ -87,7 +87,7 @@ def _is_plain(line: str) -> bool:
 
 
 def _paragraphs(lines: Sequence[str]) -> list[str]:
-    """Return the lines of a comment, each paragraph in one line: indented lines and ends of sentences end it."""
+    """Return the lines of a comment, each paragraph in one line; indented lines and ends of sentences end one."""
     result = [lines[0]]
     for line in lines[1:]:
         text = _PARAGRAPH.match(line)
