@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
 from eomgen.analysis.loaded_statics import check_partials, loaded_statics
-from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, dense, soft_modes, sparse_partials
+from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, soft_modes, sparse_partials
 from eomgen.analysis.state_warnings import SAME, SceneMeasures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
@@ -365,7 +365,7 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
     def value(term: str, q: Array, **more: Array) -> Array:
         return terms(term, q=q, **{"z": z0, **still, **more})[0]
 
-    whole = "partials" in model.functions  # else the nonzeros of large scenes are there
+    entire = "partials" in model.functions  # else the nonzeros of large scenes are there
 
     last: list[tuple[bytes, SparsePartials]] = []  # a point asks for the mass, the stiffness and the couplings
 
@@ -381,14 +381,14 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
         return nonzeros(q, np.zeros(rows), np.zeros(model.nz)).M
 
     def stiffness(q: Array, lam: Array, z: Array) -> Matrix:
-        return value("partials", q, z=z, lam=lam) if whole else nonzeros(q, lam, z).K
+        return value("partials", q, z=z, lam=lam) if entire else nonzeros(q, lam, z).K
 
     def couplings(q: Array, z: Array) -> tuple[Array, Array, Array]:
         if not model.nz:
             return np.zeros((model.nv, 0)), np.zeros((0, model.nv)), np.zeros((0, 0))
-        if not whole:
+        if not entire:
             result = nonzeros(q, np.zeros(rows), z)
-            return dense(result.Rz), dense(result.Fq), dense(result.Fz)
+            return whole(result.Rz), whole(result.Fq), whole(result.Fz)
         by_z, rate_q, _, rate_z = terms("internal_partials", q=q, z=z, **still)
         return by_z, rate_q, rate_z
 

@@ -21,7 +21,7 @@ from eomgen.analysis.operating_point import (
     found_state,
     given_state,
 )
-from eomgen.analysis.sparse_partials import dense, sampled_part, sparse_partials
+from eomgen.analysis.sparse_partials import sampled_part, sparse_partials
 from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
@@ -45,6 +45,7 @@ from eomgen.linear.multiblade import (
     largest_change,
 )
 from eomgen.linear.sampling import SampledPart, held_as_inputs
+from eomgen.solvers.bordered_newton import whole
 from eomgen.system.description import component_names
 from eomgen.system.terms import PURPOSES, TERMS
 
@@ -321,16 +322,16 @@ def _finite_blocks(
     """Return the partials of the equations at a state; raise NumericalError if a partial is not finite."""
     of_inputs = model.nu or model.nz or disturbed
     # unless another force acts
-    whole = "linearization" if "linearization" in model.functions or of_inputs else "partials"
+    of_forces = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
     nonzeros = _takes_nonzeros(model)
-    for term in (*(() if nonzeros else (whole,)), *(term for term in terms if term in model.functions)):
+    for term in (*(() if nonzeros else (of_forces,)), *(term for term in terms if term in model.functions)):
         blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **operating_point.given)
     if nonzeros:
         sparse = sparse_partials(model, state.q, state.v, a, state.z, lam, operating_point.given)
         matrices = vars(sparse)
-        blocks |= {name: dense(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
+        blocks |= {name: whole(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
     if bad:
@@ -621,7 +622,7 @@ def _check_mass(model: CompiledModel, state: OperatingState, operating_point: Op
         M = model.mass(state.q, parameters=operating_point.parameters)
     else:
         still, nothing = np.zeros(model.nv), np.zeros(0)
-        M = dense(sparse_partials(model, state.q, still, still, state.z, nothing, operating_point.given).M)
+        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, operating_point.given).M)
     diagonal = np.diagonal(M)
     if np.all(diagonal > 0.0) and np.count_nonzero(M) == len(M):  # of bodies that are free
         return

@@ -35,7 +35,7 @@ from eomgen.lie import numeric
 from eomgen.lie.few_poses import differences, slopes
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import update
-from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedState, LoadedStatics, Matrix, Tangents
+from eomgen.solvers.bordered_newton import WHOLE, Balance, LoadedState, LoadedStatics, Matrix, Tangents, sparse
 from eomgen.system.description import BASE, ElementStiffness
 
 if TYPE_CHECKING:
@@ -348,7 +348,7 @@ def loaded_statics(
             state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "lam": rest.multipliers}
             return Tangents(**whole_partials(model, lambda term: at(term, **state)))
         result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
-        return Tangents(result.K, result.B, result.Rz, result.Fq, result.Fz)
+        return Tangents(*(sparse(matrix) for matrix in (result.K, result.B, result.Rz, result.Fq, result.Fz)))
 
     def mass(rest: LoadedState) -> Matrix:
         if "mass" in model.functions:

@@ -25,7 +25,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem
 from eomgen.linear.sampling import SampledPart
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, sparse, whole
 from eomgen.solvers.tangent_stiffness import ROUNDING
 from eomgen.system.sparsity import Places, unpacked_places
 
@@ -95,12 +95,14 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapp
 
 #: Terms of which one gives all partials of the residual.
 OF_RESIDUAL = ("iteration", "partials")
+#: Matrices whose rows of forces are followed by rows of the recursion, and the recursion's unknowns.
+_OF_FORCES = ("K", "C", "M", "Rz", "X")
 _WHOLE = ("partials", "constraint_jacobian", "velocity_partials", "internal_partials")
 
 
 @dataclass(frozen=True)
 class SparsePartials:
-    """Partials at one state, with the names of ``linear.partials``.
+    """Partials at one state, with the names of ``linear.partials``; whole arrays of forces by the recursion of a tree.
 
     Attributes
     ----------
@@ -110,15 +112,15 @@ class SparsePartials:
     Fq, Fv, Fz : (nz, nv), (nz, nv), (nz, nz) of the rates of internal states
     """
 
-    K: csc_array
-    C: csc_array
-    M: csc_array
-    B: csc_array
-    Z: csc_array
-    Rz: csc_array
-    Fq: csc_array
-    Fv: csc_array
-    Fz: csc_array
+    K: Matrix
+    C: Matrix
+    M: Matrix
+    B: Matrix
+    Z: Matrix
+    Rz: Matrix
+    Fq: Matrix
+    Fv: Matrix
+    Fz: Matrix
 
 
 def sparse_partials(
@@ -181,7 +183,7 @@ def whole_partials(model: CompiledModel, at: Callable[[str], tuple[Array, ...]])
     elif (places := _places(model)).get("X", np.zeros(0)).size:
         sizes = {**shapes, **dict.fromkeys("CM", (nv, nv)), "Z": (rows, nv), "Fv": (nz, nv)}
         eliminated = _of_iteration(model, named("iteration"), sizes)
-        blocks = {name: dense(matrix) for name, matrix in eliminated.items()}
+        blocks = {name: whole(matrix) for name, matrix in eliminated.items()}
     else:
         entries = named("iteration")
         blocks = {name: np.zeros(shapes[name]) for name in shapes.keys() & entries.keys()}
@@ -209,29 +211,31 @@ def _whole(model: CompiledModel, state: Mapping[str, Any], terms: Sequence[str])
 
 def _of_iteration(
     model: CompiledModel, values: Mapping[str, Array], shapes: Mapping[str, tuple[int, int]]
-) -> dict[str, csc_array]:
+) -> dict[str, Matrix]:
     """Return the matrices of the term ``iteration``, the unknowns of the recursion eliminated."""
     nv, nz = model.nv, model.nz
     places = _places(model)
     inner = int(places["X"][1].max()) + 1 if "X" in places and places["X"].size else 0
-    result: dict[str, csc_array] = {}
+    entire: dict[str, csc_array] = {}
     for name, entries in values.items():
         rows, columns = shapes.get(name, (nz if name == "Fx" else nv, inner))
-        whole = (rows + inner if name in ("K", "C", "M", "Rz", "X") else rows, columns)
-        result[name] = _by_columns(model.library.layout["patterns"][name], whole, entries)
+        with_recursion = (rows + inner if name in _OF_FORCES else rows, columns)
+        entire[name] = _by_columns(model.library.layout["patterns"][name], with_recursion, entries)
     if not inner:
-        return result
-    X, Fx = result.pop("X"), result.pop("Fx", None)
-    own = splu(csc_array(X[nv:]))
+        return dict(entire)
+    X, Fx = entire.pop("X"), entire.pop("Fx", _empty(nz, inner))
+    result: dict[str, Matrix] = dict(entire)
+    # forces and rates by the recursion's rows: one solution for all matrices, with as many right sides as forces
+    by_recursion: Array = np.concatenate([whole(X[:nv]), whole(Fx)])
+    solution = np.ascontiguousarray(splu(csc_array(X[nv:].T)).solve(by_recursion.T))
     for name, of_rates in (("K", "Fq"), ("C", "Fv"), ("M", ""), ("Rz", "Fz")):
-        if name not in result:
+        if name not in entire:
             continue
-        outer = result[name]
-        along = csc_array(own.solve(outer[nv:].toarray()))
-        result[name] = csc_array(outer[:nv] - X[:nv] @ along)
-        if Fx is not None and of_rates:
-            before = result.get(of_rates, csc_array(shapes[of_rates]))
-            result[of_rates] = csc_array(before - Fx @ along)
+        change = np.asarray(entire[name][nv:].T @ solution).T
+        result[name] = np.asarray(entire[name][:nv].toarray() - change[:nv])
+        if nz and of_rates:
+            before = entire[of_rates].toarray() if of_rates in entire else 0.0
+            result[of_rates] = np.asarray(before - change[nv:])
     return result
 
 
@@ -249,11 +253,6 @@ def _by_columns(text: str, shape: tuple[int, int], entries: Array) -> csc_array:
     """Return the matrix of a pattern's entries, entries at one place summed."""
     places, indices, ends = _structure(text, *shape)
     return csc_array((np.bincount(places, entries, len(indices)), indices, ends), shape=shape)
-
-
-def dense(matrix: csc_array) -> Array:
-    """Return a matrix as a whole array."""
-    return np.asarray(matrix.toarray(), dtype=float)
 
 
 #: Inverse iterations, and the part of the largest squared frequency below which strains have no stiffness.

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgecon, dgetrf, dgetrs
+from scipy.linalg.lapack import dgecon, dgetrf, dgetrs, dtrtri
 from scipy.sparse import csc_array, csr_array
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 
@@ -217,8 +217,7 @@ def inverse_root(M: Matrix) -> Matrix:
 
 def _root_of_blocks(M: Blocks) -> Matrix:
     if len(M.stacks) == 1 == len(M.stacks[0][0]):
-        inverse: Array = np.linalg.inv(np.linalg.cholesky(M.whole))
-        return inverse
+        return np.asarray(dtrtri(np.linalg.cholesky(M.whole), lower=1)[0])
     data = np.concatenate([np.linalg.inv(np.linalg.cholesky(entries)).ravel() for _, entries in M.stacks])
     shapes = [(places, entries.shape) for places, entries in M.stacks]
     rows = np.concatenate([np.broadcast_to(places[:, :, np.newaxis], shape).ravel() for places, shape in shapes])

@@ -7,6 +7,10 @@ as that time runs, c = 2 omega of the stiffest mode. That motion is followed by 
 with an embedded one of order 2 (Hochbruck and Ostermann 2010), which are exact for linear forces: stiff modes cost
 no steps, unstable ones are left as fast as they grow, and close to rest a step is Newton's. Their error comes from
 nonlinear forces over a step, and is a tenth of the step at most, so the path stays in the basin.
+
+Long trees that fall far need thousands of such steps. From the end of a motion that is left unsettled the energy
+decreases by Newton's steps in a trust region of displacements, with magnitudes of negative stiffnesses (Nocedal
+and Wright, Numerical Optimization (2006), chapter 4; section 3.4).
 """
 
 from __future__ import annotations
@@ -34,7 +38,8 @@ from eomgen.solvers.statics import (
 )
 from eomgen.solvers.tangent_stiffness import canonical_direction
 
-MAX_MOTION_STEPS = 300
+#: Steps at most, and after which a motion may be left.
+MAX_MOTION_STEPS, SLOW_STEPS = 300, 100
 #: Largest error of a step, as a part of the step; an error below the second number needs no correction.
 _ERROR, _CORRECTED = 0.1, 0.01
 #: By how much the largest component is moved off an unstable equilibrium: rad, or parts of the scene's length.
@@ -52,13 +57,15 @@ _TRIALS = 40
 _ASYMMETRY = 1e-13
 
 
-def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0) -> Search:
+def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1.0, *, patient: bool = True) -> Search:
     """Return the equilibrium that the damped motion from q and z reaches.
 
     Parameters
     ----------
     slower : float
         Factor by which the rates of internal states are reduced.
+    patient : bool
+        Whether a motion with forces that have not halved after ``SLOW_STEPS`` goes on.
 
     Raises
     ------
@@ -74,7 +81,8 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
                     return trail.end(balanced=True)
                 pace.time = 0.0
                 trail.move(nudged)
-            if not trail.point.finite or trail.steps == MAX_MOTION_STEPS or pace.way > _FAR:
+            left = trail.steps == MAX_MOTION_STEPS or (not patient and trail.steps >= SLOW_STEPS and trail.lags)
+            if not trail.point.finite or left or pace.way > _FAR:
                 return trail.end(balanced=False)
             reached = _step(statics, trail.point, pace, slower)
             if reached is None:
@@ -220,6 +228,81 @@ def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     return moved(statics, point, _NUDGE * (point.dual @ away))
 
 
+#: Steps of a descent at most.
+MAX_DESCENT_STEPS = 1000
+#: Largest displacement of a step, rad or lengths of the scene, and the least part of the work of forces at the start of
+#: a step that a step must do.
+_WIDEST, _WORKS = 1.0, 0.1
+
+
+def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
+    """Return the stable rest that steps of decreasing energy reach from q, at constant internal states.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        M is not positive definite at the start.
+    """
+    trail, widest = SearchTrail(statics, q, z), _WIDEST
+    with told_if_interrupted(trail, "decreasing energy"):
+        while True:
+            point = trail.point
+            if trail.arrived():
+                nudged = _nudged(statics, point)
+                if nudged is None:
+                    return trail.end(balanced=True)
+                trail.move(nudged)
+                continue
+            if not point.finite or trail.steps == MAX_DESCENT_STEPS:
+                return trail.end(balanced=False)
+            reached, widest = _descended(statics, point, widest)
+            if reached is None:
+                return trail.end()
+            trail.step(reached)
+            widest = min(_WIDEST, 2.0 * widest)
+
+
+def _descended(statics: Statics, point: SearchPoint, widest: float) -> tuple[SearchPoint | None, float]:
+    """Return a point of less energy, displaced by ``widest`` at most, rad or lengths of the scene, and the bound of its
+    step; None if no step is small enough."""
+    values, vectors = point.coupled.symmetric.spectrum()
+    largest, along = np.abs(values).max(initial=0.0), vectors.T @ point.imbalance
+    moves = (point.basis @ vectors) / statics.sizes[:, np.newaxis]
+    firm = np.maximum(np.abs(values), SOFT * largest if largest else 1.0)
+    while widest > _SHORTEST * _WIDEST:
+        change = -vectors @ (along / (firm + _shift(firm, moves, along, widest)))
+        reached = moved(statics, point, change)
+        if reached is not None:
+            work = 0.5 * float((point.dual @ reached.acceleration - point.imbalance) @ change)
+            if work >= -_WORKS * float(point.imbalance @ change):
+                return reached, widest
+        widest *= 0.5
+    return None, widest
+
+
+def _shift(firm: Array, moves: Array, along: Array, widest: float) -> float:
+    """Return the addition to positive stiffnesses with which no component moves by more than ``widest``, to a tenth.
+
+    Parameters
+    ----------
+    firm, along : stiffnesses and imbalance along eigenvectors
+    moves : (nv, free) displacements by eigenvectors, rad or lengths of the scene
+    """
+
+    def too_far(shift: float) -> bool:
+        return float(np.abs(moves @ (along / (firm + shift))).max(initial=0.0)) > widest
+
+    if not too_far(0.0):
+        return 0.0
+    low, high = float(firm.min()), float(firm.max())
+    while too_far(high):
+        high *= 10.0
+    while high > 1.1 * low:
+        middle = (low * high) ** 0.5
+        low, high = (middle, high) if too_far(middle) else (low, middle)
+    return high
+
+
 MAX_STEPS = 60
 #: Parts of a step below this are not tried.
 _SHORTEST = 1e-4
@@ -273,10 +356,16 @@ _LONG, _NEARER = 0.5, 0.05
 def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tuple[Search, Search | None]:
     """Return the end of a damped motion from q, z, and the nearest rest that was found; None if none was.
 
-    Newton's paths are followed if the damped motion does not settle, or rest of ``any_kind`` will do: unstable too.
+    A motion that does not settle within its steps is continued by decreasing energy. Newton's paths are followed if
+    nothing settles, or rest of ``any_kind`` will do: unstable too.
     Distances are measured by the kinetic energy that gets there in unit time.
     """
-    damped = _by_damped_motion(statics, q, z)
+    descends = not len(z) and not any_kind
+    damped = _by_damped_motion(statics, q, z, patient=not descends)
+    if descends and not damped.balanced and damped.steps >= SLOW_STEPS:
+        descent = follow_descent(statics, damped.point.q, z)
+        if descent.balanced:
+            return damped, replace(descent, steps=damped.steps + descent.steps, path=[*damped.path, *descent.path])
     others = [] if damped.balanced and not any_kind else _by_newton(statics, z, damped)
     at_rest = (search for search in (damped, *others) if search.balanced)
     return damped, min(at_rest, key=partial(_distance, statics), default=None)
@@ -295,13 +384,13 @@ def left_at_start(statics: Statics, z: Array, damped: Search) -> bool:
     return near.balanced and _distance(statics, near) < _NEARER * _distance(statics, damped)
 
 
-def _by_damped_motion(statics: Statics, q: Array, z: Array) -> Search:
+def _by_damped_motion(statics: Statics, q: Array, z: Array, *, patient: bool) -> Search:
     """Return the equilibrium at the end of a damped motion; if internal states prevent it, with slower internal
     states."""
     search = Search(examine(statics, q, z), False, 0)
     for slower in _SLOWER if len(z) else (1.0,):
         try:
-            search = follow_damped_motion(statics, q, z, slower)
+            search = follow_damped_motion(statics, q, z, slower, patient=patient)
         except np.linalg.LinAlgError:
             continue
         if search.balanced:

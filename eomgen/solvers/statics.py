@@ -218,6 +218,11 @@ class SearchTrail:
         self._largest.include(self.point)
         return self._largest.balanced(self.point)
 
+    @property
+    def lags(self) -> bool:
+        """Whether the forces are more than half of the largest on the way."""
+        return self.point.force > 0.5 * self._largest.force
+
     def step(self, point: SearchPoint) -> None:
         """Go on to a point."""
         self.move(point)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -14,10 +15,12 @@ from typing import Any, cast
 import mpmath
 import numpy as np
 import pytest
+import scipy.linalg
 from scipy.optimize import brentq
 
 import eomgen
 from eomgen.analysis import equilibrium
+from eomgen.analysis.sparse_partials import sparse_partials
 from eomgen.cli import main
 from eomgen.lie import product
 from eomgen.solvers.phi_functions import phi
@@ -106,6 +109,44 @@ def test_a_chain_of_rods_hangs_by_its_polygon_of_forces_and_nears_the_catenary()
     a = brentq(lambda a: 2.0 * a * np.sinh(0.3 / a) - 1.0, 0.05, 5.0)
     errors = np.abs(np.array(depths) - a * (np.cosh(0.3 / a) - 1.0))
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.1)
+
+
+def hinged(count: int, terms: Sequence[str] = ()) -> eomgen.Scene:
+    """Return a chain of uniform rods of mass 1 and length 1/count on hinges, on the level at the start."""
+    builder = eomgen.SceneBuilder(f"hinged_{count}", coordinates="joint", terms=terms)
+    length = 1.0 / count
+    for k in range(count):
+        builder.body(f"rod{k}", 1.0, center_of_mass=[0.5 * length, 0, 0], inertia=[1e-9, *[length**2 / 12.0] * 2])
+        held = {"axis": [0, 1, 0], "position": [length if k else 0.0, 0, 0]}
+        builder.joint(f"pin{k}", "revolute", f"rod{k - 1}" if k else "base", f"rod{k}", **held)
+    return builder.build()
+
+
+def test_a_long_chain_falls_from_the_level_until_it_hangs() -> None:
+    """A damped motion from there would take a thousand steps; frequencies are those of absolute angles of the rods."""
+    count = 40
+    found = eomgen.build(hinged(count), profile="quick").equilibrium()
+    np.testing.assert_allclose(found.q, [0.5 * np.pi, *np.zeros(count - 1)], atol=1e-9)
+    assert found.stable
+    assert 100 < found.iterations < 150
+    assert "a damped one was not seen to settle" in found.message
+    below = np.arange(count)[::-1] + 0.5  # masses that a rod carries
+    inertia = (np.minimum.outer(below, below) - np.eye(count) / 6.0) / count**2
+    squares = scipy.linalg.eigvalsh(np.diag(G * below / count), inertia)
+    np.testing.assert_allclose(found.frequencies, np.sqrt(squares), rtol=1e-6)
+
+
+def test_partials_by_the_recursion_of_a_tree_are_those_of_the_whole_equations(rng: np.random.Generator) -> None:
+    count = 40
+    by_recursion = eomgen.build(hinged(count), profile="quick")
+    assert "X" in by_recursion.library.layout["patterns"]
+    whole = eomgen.build(hinged(count, ["partials", "velocity_partials", "mass"]), profile="quick")
+    q, v, a = rng.normal(size=(3, count))
+    given: dict[str, Any] = {"t": 0.0, "parameters": by_recursion.parameter_array({}), "base": None}
+    found = sparse_partials(by_recursion, q, v, a, np.zeros(0), np.zeros(0), given)
+    K = whole.evaluate("partials", q, v, a)["K"]
+    np.testing.assert_allclose(found.K, K, rtol=1e-10, atol=1e-12 * np.max(np.abs(K)))
+    np.testing.assert_allclose(found.M, whole.mass(q), rtol=1e-10)
 
 
 @pytest.mark.slow
