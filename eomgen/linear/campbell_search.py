@@ -34,8 +34,9 @@ _FAINT = 1e-8
 _MINOR = 0.1
 #: Eigenvalues that differ by less than this part are one of several modes.
 _EQUAL = 1e-9
-#: Modes that are more unlike than this are followed over a value between.
-_UNLIKE = 0.5
+#: Modes that are more unlike than this are followed over a value between, unless their shapes differ by less than the
+#: second number and all other modes are more unlike by the first.
+_UNLIKE, _SAME_SHAPE = 0.5, 0.25
 #: So often an interval is halved for that.
 _DEPTH = 4
 #: Values that a diagram has at the least.
@@ -343,13 +344,30 @@ class _Node:
     wanted: bool
 
 
+def _unlike_shapes(before: _Oscillations, now: _Oscillations) -> Array:
+    """Return the dissimilarity of the shapes of modes (m,) before and (k,) now, (m, k), from 0 to 1."""
+    return np.asarray(1.0 - np.abs(before.shapes.conj().T @ now.shapes) ** 2)
+
+
 def _costs(before: _Oscillations, now: _Oscillations) -> Array:
     """Return the dissimilarity of modes (m,) before and (k,) now, (m, k): by shapes, frequencies and whirl."""
-    likeness = np.abs(before.shapes.conj().T @ now.shapes) ** 2
     distance = np.abs(before.eigenvalues[:, np.newaxis] - now.eigenvalues)
     sizes = np.abs(before.eigenvalues)[:, np.newaxis] + np.abs(now.eigenvalues)
     opposite = before.whirl[:, np.newaxis] * now.whirl < 0
-    return np.asarray((1.0 - likeness) + 4.0 * distance / sizes + opposite)
+    return np.asarray(_unlike_shapes(before, now) + 4.0 * distance / sizes + opposite)
+
+
+def _tracked(before: _Oscillations, now: _Oscillations) -> bool:
+    """Return whether each mode is like its own continuation, or cannot be taken for the continuation of another."""
+    costs = _costs(before, now)
+    pairs = linear_sum_assignment(costs)
+    own = costs[pairs]
+    if np.all(own < _UNLIKE):
+        return True
+    costs[pairs] = np.inf
+    others = np.minimum(costs.min(axis=1, initial=np.inf)[pairs[0]], costs.min(axis=0, initial=np.inf)[pairs[1]])
+    clear = (_unlike_shapes(before, now)[pairs] < _SAME_SHAPE) & (others - own > _UNLIKE)
+    return bool(np.all((own < _UNLIKE) | clear))
 
 
 def _between(
@@ -361,9 +379,7 @@ def _between(
 ) -> list[_Node]:
     """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
     without a linear model in between."""
-    costs = _costs(low.oscillations, high.oscillations)
-    rows, chosen = linear_sum_assignment(costs)
-    if depth == 0 or np.all(costs[rows, chosen] < _UNLIKE):
+    if depth == 0 or _tracked(low.oscillations, high.oscillations):
         return []
     middle = 0.5 * (low.value + high.value)
     try:

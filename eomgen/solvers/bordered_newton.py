@@ -15,7 +15,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgesv
+from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import block_array, coo_array, csc_array, diags_array
 from scipy.sparse.linalg import splu
 
@@ -28,6 +28,9 @@ from eomgen.lie.product import Factor
 ITERATIONS, _LAST = 12, 1e-8
 #: Corrections below this size that no longer shrink are rounding.
 _ROUNDING = 1e-5
+#: A correction below the first size is followed by one with the same factors. This is the last if the next one would be
+#: below the second size at the same ratio, and is not taken otherwise.
+_SMALL, _LEFT = 3e-4, 1e-13
 #: Diagonal added to a singular matrix, relative to the rows of the matrix.
 _SHIFT = 1e-12
 #: Unknowns up to which matrices are made as whole arrays: a sparse one of this size takes longer to make than to solve.
@@ -35,6 +38,8 @@ WHOLE = 200
 
 #: Whole up to ``WHOLE`` unknowns, sparse beyond.
 Matrix = csc_array | Array
+#: The map from right sides to solutions of equations; None if the equations are singular.
+Solution = Callable[[Array], Array | None]
 
 
 def sparse(matrix: Matrix) -> csc_array:
@@ -171,7 +176,7 @@ def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> D
     """Return the direction of the path at rest, turned as ``before``; None if the matrix is singular."""
     right = np.zeros(len(before.unknowns) + 1)
     right[-1] = 1.0
-    solved = _solved(statics, rest, statics.tangents(rest), before, right)
+    solved = _solution(statics, rest, statics.tangents(rest), before)(right)
     if solved is None:
         return None
     unknowns, s = solved[:-1], float(solved[-1])
@@ -212,25 +217,34 @@ def corrected(
             forces = np.einsum("eij,ej->ei", strains.stiffness, predicted - d)
             added = strains.geometric(rest.q, d, derivative, forces)
             tangents = replace(tangents, K=plus(tangents.K, added))
-        right = np.zeros(len(balance) + 1)
-        np.negative(balance, out=right[:-1])
-        solved = _solved(statics, rest, tangents, plane, right)
+        solution = _solution(statics, rest, tangents, plane, fixed=not plane.unknowns.any())
+        solved = solution(np.append(-balance, 0.0))
         if solved is None:
             return CorrectedPoint(rest, displacement, count, "the tangent stiffness is singular there")
         step = solved[:nv]
         if strains is not None:
             predicted = d + (derivative @ step).reshape(d.shape)
-        size = float((np.abs(step) / statics.sizes).max(initial=0.0))
+        size, moved = _sizes(statics, solved)
         if size > 10.0:
             return CorrectedPoint(rest, displacement, count, "corrections grow")
         rest, displacement = _moved(statics, rest, solved[:-1], float(solved[-1])), displacement + step
-        moved = size + abs(float(solved[-1])) / statics.reach
         if moved <= _LAST or (moved <= _ROUNDING and count > 2 and moved > 0.3 * last):
             return CorrectedPoint(rest, displacement, count)
+        if moved <= _SMALL:
+            solved = solution(np.append(-statics.balance(rest).joined, 0.0))
+            if solved is not None and _sizes(statics, solved)[1] ** 2 <= _LEFT * moved:
+                rest = _moved(statics, rest, solved[:-1], float(solved[-1]))
+                return CorrectedPoint(rest, displacement + solved[:nv], count + 1)
         if count > 5 and moved > 2.0 * last:
             return CorrectedPoint(rest, displacement, count, "corrections grow")
         last = moved
     return CorrectedPoint(rest, displacement, ITERATIONS, "corrections do not converge")
+
+
+def _sizes(statics: LoadedStatics, solved: Array) -> tuple[float, float]:
+    """Return the size of a correction in rad or lengths of the scene, without and with the change of the factor."""
+    size = float((np.abs(solved[: len(statics.sizes)]) / statics.sizes).max(initial=0.0))
+    return size, size + abs(float(solved[-1])) / statics.reach
 
 
 def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Array:
@@ -250,18 +264,24 @@ def _moved(statics: LoadedStatics, rest: LoadedState, change: Array, s: float) -
     return LoadedState(q, rest.multipliers + change[nv : nv + rows], rest.z + change[nv + rows :], factor)
 
 
-def _solved(
-    statics: LoadedStatics, rest: LoadedState, tangents: Tangents, plane: Direction, right: Array
-) -> Array | None:
-    """Return the solution of the bordered equations; None if the equations are singular."""
-    fixed = not right[-1] and not plane.unknowns.any()  # the load factor stays, so its derivative does not count
-    nv, end = len(statics.sizes), len(right) - 1
+def _solution(
+    statics: LoadedStatics, rest: LoadedState, tangents: Tangents, plane: Direction, *, fixed: bool = False
+) -> Solution:
+    """Return the map from right sides to solutions of the bordered equations.
+
+    Parameters
+    ----------
+    fixed : whether the load factor stays, so that its derivative does not count
+    """
+    nv = len(statics.sizes)
+    inner = nv + len(rest.multipliers)
+    end = inner + len(rest.z)
     row = np.zeros(end + 1)
     np.multiply(statics.measure, plane.unknowns[:nv], out=row[:nv])
     row[end] = plane.s / statics.reach**2
     blocks = tangents.K, tangents.B, tangents.Rz, tangents.Fq, tangents.Fz
     if isinstance(tangents.K, np.ndarray):
-        bordered, inner = np.zeros((end + 1, end + 1)), nv + len(rest.multipliers)
+        bordered = np.zeros((end + 1, end + 1))
         bordered[:nv, :nv], bordered[end] = tangents.K, row
         if end > nv:
             B, Rz, Fq, Fz = (whole(block) for block in blocks[1:])
@@ -269,9 +289,9 @@ def _solved(
             bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
         if not fixed:
             bordered[:end, end] = statics.by_factor(rest).joined
-        return _solved_whole(bordered, right)
+        return _whole_solution(bordered)
     by_factor = np.zeros(end) if fixed else statics.by_factor(rest).joined
-    parts = [slice(0, nv), slice(nv, nv + len(rest.multipliers)), slice(nv + len(rest.multipliers), end)]
+    parts = [slice(0, nv), slice(nv, inner), slice(inner, end)]
     of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
     last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]
     matrix = block_array(
@@ -283,11 +303,11 @@ def _solved(
         ],
         format="csc",
     )
-    return solve_scaled(matrix, right)
+    return _scaled_solution(matrix)
 
 
-def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
-    """Return the solution of sparse equations, rows and columns scaled alike; None if the equations are singular."""
+def _scaled_solution(matrix: csc_array) -> Solution:
+    """Return the map from right sides to solutions of sparse equations, with rows and columns scaled alike."""
     sizes, of_column = np.abs(matrix.data), columns_of(matrix)
     largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
     np.maximum.at(largest_of_row, matrix.indices, sizes)
@@ -295,28 +315,43 @@ def solve_scaled(matrix: csc_array, right: Array) -> Array | None:
     rows, columns = _inverse_roots(largest_of_row), _inverse_roots(largest_of_column)
     data = rows[matrix.indices] * matrix.data * columns[of_column]
     scaled = csc_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
-    for shift in (0.0, _SHIFT):
-        shifted = csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled
+
+    def factors(shift: float) -> Callable[[Array], Array] | None:
         try:
-            result: Array = columns * splu(shifted).solve(rows * right)
+            return splu(csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled).solve
         except RuntimeError:  # exactly singular
-            continue
-        if np.all(np.isfinite(result)):
-            return result
-    return None
+            return None
+
+    return _with_shift(factors, rows, columns)
 
 
-def _solved_whole(matrix: Array, right: Array) -> Array | None:
-    """Return the solution of ``solve_scaled`` for a whole matrix."""
+def _whole_solution(matrix: Array) -> Solution:
+    """Return the map of ``_scaled_solution`` for a whole matrix."""
     sizes = np.abs(matrix)
     rows, columns = _inverse_roots(sizes.max(axis=1)), _inverse_roots(sizes.max(axis=0))
     scaled = rows[:, np.newaxis] * matrix * columns
-    for shift in (0.0, _SHIFT):
-        _, _, solution, fault = dgesv(scaled + shift * np.eye(len(rows)) if shift else scaled, rows * right)
-        result: Array = columns * solution
-        if not fault and np.isfinite(result).all():
-            return result
-    return None
+
+    def factors(shift: float) -> Callable[[Array], Array] | None:
+        triangles, pivots, fault = dgetrf(scaled + shift * np.eye(len(rows)) if shift else scaled)
+        return None if fault else lambda right: np.asarray(dgetrs(triangles, pivots, right)[0])
+
+    return _with_shift(factors, rows, columns)
+
+
+def _with_shift(factors: Callable[[float], Callable[[Array], Array] | None], rows: Array, columns: Array) -> Solution:
+    """Return the map from right sides to solutions by factors of a scaled matrix, shifted if it is singular."""
+    known: dict[float, Callable[[Array], Array] | None] = {}
+
+    def solution(right: Array) -> Array | None:
+        for shift in (0.0, _SHIFT):
+            solve = known[shift] if shift in known else known.setdefault(shift, factors(shift))
+            if solve is not None:
+                result: Array = columns * solve(rows * right)
+                if np.isfinite(result).all():
+                    return result
+        return None
+
+    return solution
 
 
 def columns_of(matrix: csc_array) -> NDArray[np.intp]:

@@ -74,8 +74,12 @@ class PathEndError(Exception):
         self.why, self.point = why, point
 
 
-def first_point(statics: LoadedStatics, guess: LoadedState, sign: float) -> PathPoint:
+def first_point(statics: LoadedStatics, guess: LoadedState, sign: float, *, balanced: bool = False) -> PathPoint:
     """Return the point of the path near a guess at its load factor, going on to more load, or less (``sign``).
+
+    Parameters
+    ----------
+    balanced : whether the guess is the point
 
     Raises
     ------
@@ -83,7 +87,7 @@ def first_point(statics: LoadedStatics, guess: LoadedState, sign: float) -> Path
         There is no equilibrium near the start.
     """
     held = held_factor(statics, guess, sign)
-    result = corrected(statics, guess, held, 0.0)
+    result = corrected(statics, guess, held, 0.0) if not balanced else CorrectedPoint(guess, 0.0 * statics.sizes, 0)
     if result.trouble:
         raise PathEndError(result.trouble, None)
     onwards = direction(statics, result.rest, held)

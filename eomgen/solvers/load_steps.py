@@ -266,8 +266,9 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
     PathEndError
         The path cannot be followed to the end; the error has the last point, including the load factor.
     """
-    held = _held(statics, start)
-    point = first_point(held, replace(start, s=0.0), 1.0)
+    first = statics.balance(start)
+    held, balanced = _held(statics, start, first), bool(np.isfinite(first.joined).all() and not first.constraint.any())
+    point = first_point(held, replace(start, s=0.0), 1.0, balanced=balanced)
     path, left_along, part = [point.rest.q], None, np.inf
     try:
         while point.rest.s != 1.0:
@@ -290,9 +291,8 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
     return LoadSteps(point.rest, path, left_along)
 
 
-def _held(statics: LoadedStatics, start: LoadedState) -> LoadedStatics:
-    """Return statics with the residual of the start, times 1 - s, as an additional load."""
-    first = statics.balance(start)
+def _held(statics: LoadedStatics, start: LoadedState, first: Balance) -> LoadedStatics:
+    """Return statics with the residual of the start, ``first``, times 1 - s, as an additional load."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, start.q, first.residual, back=False)
 

@@ -83,10 +83,10 @@ class RigidBeams:
         q : (nq,) with the nodes in place
         along : (n, nv); components of follower nodes are ignored
         """
-        if not len(along):  # all coordinates belong to follower nodes
+        along = np.where(self.free, along, 0.0)
+        if not along.any():  # at rest, or all coordinates belong to follower nodes
             return along
         steps = self.beams.steps(self.angular)
-        along = np.where(self.free, along, 0.0)
         sizes = np.max(np.abs(along) / steps, axis=1, keepdims=True)
         scale = np.where(sizes > 0.0, sizes, 1.0)
         less, more = (

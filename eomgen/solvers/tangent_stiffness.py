@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -142,11 +143,15 @@ class TangentStiffness:
     def groups(self, other: TangentStiffness | None = None) -> Components:
         """Return the group number of each component and row; coupled components have the same group, with couplings
         here or also in another stiffness."""
-        pattern = abs(sparse(self.bordered)) > _COUPLED
-        if other is not None:
-            pattern = pattern + (abs(sparse(other.bordered)) > _COUPLED)
+        pattern = self._coupled if other is None else self._coupled + other._coupled
         _, labels = connected_components(csr_array(pattern), directed=False)
         return np.asarray(labels, np.intp)
+
+    @cached_property
+    def _coupled(self) -> Any:
+        """Whether components and rows are coupled, whole or sparse as the matrix."""
+        size: Any = abs(self.bordered)
+        return size > _COUPLED
 
     def determinants(self, groups: Components) -> list[tuple[int, float]]:
         """Return the sign of det K on the null space of B for each group, and a logarithm.
@@ -177,21 +182,29 @@ class TangentStiffness:
         nv = len(self.sizes)
         W: Matrix = csc_array(diags_array(1.0 / self.sizes**2)) if mass is None else mass
         W = whole(W) if isinstance(self.K, np.ndarray) else W
-        wide = min(nv - min(self.B.shape[0], nv), count + _BESIDE)
+        free = nv - min(self.B.shape[0], nv)
+        wide = min(free, count + _BESIDE)
         solve = self._compliance() if wide > 0 else None
         if solve is None:
             return np.zeros(0), np.zeros((nv, 0))
         generator = np.random.default_rng(4)
-        X = np.zeros((nv, 0))
+        X = answers = np.zeros((nv, 0))
         values, before = np.zeros(wide), np.full(wide, np.inf)
         for _ in range(_ITERATIONS):
-            others = generator.normal(size=(nv, wide - X.shape[1])) * self.sizes[:, np.newaxis]
-            others = others - X @ (X.T @ (W @ others))  # else the smallest eigenvalues dominate all columns
-            X = _orthonormal(solve(np.asarray(W @ np.hstack([X, others]))), W)
-            reduced = np.asarray(X.T @ (W @ solve(np.asarray(W @ X))), float)
-            values, X = _ritz(reduced, X, symmetric=self.symmetric)
+            if X.shape[1] < wide:
+                others = generator.normal(size=(nv, wide - X.shape[1])) * self.sizes[:, np.newaxis]
+                others = others - X @ (X.T @ (W @ others))  # else the smallest eigenvalues dominate all columns
+                answers = np.hstack([answers, solve(np.asarray(W @ others))])
+            X = _orthonormal(answers, W)
+            answers = solve(np.asarray(W @ X))
+            values, turn = _ritz(np.asarray(X.T @ (W @ answers), float), symmetric=self.symmetric)
+            whole_space = X.shape[1] == free
+            X, answers = X @ turn, answers @ turn
             led = slice(0, min(count, len(values)))
-            if len(values) == len(before) and np.all(np.abs(values - before)[led] <= _SETTLED * np.abs(values)[led]):
+            settled = len(values) == len(before) and np.all(
+                np.abs(values - before)[led] <= _SETTLED * np.abs(values)[led]
+            )
+            if whole_space or settled:
                 break
             before = values
         return values, X
@@ -337,7 +350,7 @@ def _orthonormal(X: Array, W: Matrix) -> Array:
     return np.asarray(X / np.sqrt(np.einsum("ij,ij->j", X, W @ X)))
 
 
-def _ritz(reduced: Array, X: Array, *, symmetric: bool) -> tuple[Array, Array]:
+def _ritz(reduced: Array, *, symmetric: bool) -> tuple[Array, Array]:
     """Return the real eigenvalues nearest to zero of the inverse of a reduced matrix, and the eigenvectors."""
     if symmetric:
         inverse, turn = np.linalg.eigh(0.5 * (reduced + reduced.T))
@@ -346,6 +359,5 @@ def _ritz(reduced: Array, X: Array, *, symmetric: bool) -> tuple[Array, Array]:
         real = np.abs(of_all.imag) <= 1e-6 * np.abs(of_all)
         inverse, turn = of_all.real[real], vectors.real[:, real]
     order = np.argsort(-np.abs(inverse), kind="stable")
-    inverse, turn = inverse[order], turn[:, order]
-    values = np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse != 0.0)
-    return values, X @ turn
+    inverse = inverse[order]
+    return np.divide(1.0, inverse, out=np.full_like(inverse, np.inf), where=inverse != 0.0), turn[:, order]
