@@ -293,7 +293,8 @@ def _not_by_stiffness(model: CompiledModel, loaded: LoadedStatics, point: Search
 
 @dataclass(frozen=True)
 class _Stiffness:
-    """Squared frequencies by stiffness alone, increasing, 0 without restoring force, and directions (nv, n)."""
+    """Squared frequencies by stiffness alone, increasing, 0 without restoring force, and the directions (nv, m) of the
+    first m, which are not positive."""
 
     values: Array
     directions: Array
@@ -305,13 +306,16 @@ class _Stiffness:
 
 
 def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
-    values, vectors = point.coupled.symmetric.spectrum()
-    largest, directions = point.largest_stiffness, point.basis @ vectors
-    soft = np.abs(values) <= max(1e2 * SOFT * largest, _no_stiffness(statics))
-    rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), whole(statics.mass(point.q))
-    values[soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
-    order = np.argsort(values, kind="stable")
-    return _Stiffness(values[order], directions[:, order], largest)
+    largest = point.largest_stiffness
+    limit = max(1e2 * SOFT * largest, _no_stiffness(statics))
+    values, vectors = point.coupled.symmetric.lowest(limit)
+    directions = np.asarray(point.basis @ vectors)
+    soft = np.abs(values[: vectors.shape[1]]) <= limit
+    rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), statics.mass(point.q)
+    values[: len(soft)][soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
+    order = np.argsort(values[: len(soft)], kind="stable")
+    directions = directions[:, order[values[order] <= 0.0]]
+    return _Stiffness(np.sort(values), directions, largest)
 
 
 def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
@@ -372,7 +376,8 @@ def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs,
     def nonzeros(q: Array, lam: Array, z: Array) -> SparsePartials:
         key = b"".join(part.tobytes() for part in (q, lam, z))
         if not last or last[0][0] != key:
-            last[:] = [(key, sparse_partials(model, q, v, rest, z, lam, forces))]
+            partials = sparse_partials(model, q, v, rest, z, lam, forces, of_velocities=False)
+            last[:] = [(key, partials)]
         return last[0][1]
 
     def mass(q: Array) -> Matrix:
@@ -421,7 +426,7 @@ def _result(
 ) -> Equilibrium:
     point, values, directions = search.point, stiffness.values, stiffness.directions
     soft = stiffness.values == 0.0
-    undetermined = _components(model, directions[:, soft])
+    undetermined = _components(model, directions[:, soft[: directions.shape[1]]])
     against = int(np.sum(values[~soft] < 0.0))
     stable: bool | None = not against
     why = _not_by_stiffness(model, loaded, point, v, against)

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array
 
 from eomgen.analysis.driven_rest import held_base
-from eomgen.analysis.sparse_partials import sparse_partials, whole_partials
+from eomgen.analysis.sparse_partials import SparsePartials, sparse_partials, whole_partials
 from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
@@ -46,6 +46,8 @@ if TYPE_CHECKING:
 _SMALL = 1e-6
 #: Turn of an element that is too near to half a turn, rad.
 _HALF_TURN = 3.1
+#: Name of the last elements in the results that are kept with a library.
+_KEPT = "element strains"
 
 
 class ElementStrains:
@@ -58,7 +60,7 @@ class ElementStrains:
 
     def __init__(self, model: CompiledModel, p: Array, given: dict[str, Any]) -> None:
         """Read the beams; ``given`` are t, parameters and base, as of ``model.evaluate``."""
-        self._model = model
+        self.model = model
         beams = model.description.element_stiffness
         self._mentioned = _mentioned(beams)
         self.stiffness = np.zeros((0, 6, 6))
@@ -93,11 +95,11 @@ class ElementStrains:
         return other
 
     def _set(self, p: Array, given: dict[str, Any]) -> None:
-        self._given, self._at = given, self._model.evaluator.at(**given)
-        values = self._model.description.values(dict(zip(self._model.parameters, p.tolist(), strict=True)))
+        self._given, self._at = given, self.model.evaluator.at(**given)
+        values = self.model.description.values(dict(zip(self.model.parameters, p.tolist(), strict=True)))
         mentioned = {name: values[name] for name in self._mentioned}
         if mentioned != self._values:
-            beams, self._values = self._model.description.element_stiffness, mentioned
+            beams, self._values = self.model.description.element_stiffness, mentioned
             self.stiffness = np.concatenate([np.zeros((0, 6, 6)), *(beam.matrices(values) for beam in beams)])
 
     def values(self, q: Array) -> Array:
@@ -116,7 +118,7 @@ class ElementStrains:
         if not np.any(turns > _HALF_TURN):
             return ""
         worst = int(np.argmax(turns))
-        first, second = (self._model.bodies[nodes[worst]] for nodes in (self._first, self._second))
+        first, second = (self.model.bodies[nodes[worst]] for nodes in (self._first, self._second))
         return f"the element between {first} and {second} turns by half a turn; more elements turn less each"
 
     def geometric(self, q: Array, d: Array, derivative: Matrix, forces: Array) -> Matrix:
@@ -171,15 +173,15 @@ class ElementStrains:
             rows.append(6 * place + np.arange(6))
             columns.append(start + np.arange(6))
             entries.append(np.ones(6))
-        if self._carried and self._model.nv:
+        if self._carried and self.model.nv:
             twists = self._twists_of([node for _, node in self._carried], q)
             for number, (place, _) in enumerate(self._carried):
                 column, row = np.nonzero(twists[:, number])
                 rows.append(6 * place + row)
                 columns.append(column)
                 entries.append(twists[column, number, row])
-        places, shape = (np.concatenate(rows), np.concatenate(columns)), (6 * len(self._nodes), self._model.nv)
-        if self._model.nv > WHOLE:
+        places, shape = (np.concatenate(rows), np.concatenate(columns)), (6 * len(self._nodes), self.model.nv)
+        if self.model.nv > WHOLE:
             return csc_array((np.concatenate(entries), places), shape=shape)
         whole = np.zeros(shape)
         whole[places] = np.concatenate(entries)
@@ -188,13 +190,13 @@ class ElementStrains:
     def _twists_of(self, nodes: list[int], q: Array) -> Array:
         """Return the body twists of nodes for each component of v, (nv, nodes, 6); without the term ``twists`` by
         differences of poses."""
-        nv, along = self._model.nv, np.eye(self._model.nv)
-        if "twists" in self._model.functions:
-            moving = self._model.evaluate("twists", q, along, **self._given)["twist"]
-            still = self._model.evaluate("twists", q, np.zeros(nv), **self._given)["twist"]
+        nv, along = self.model.nv, np.eye(self.model.nv)
+        if "twists" in self.model.functions:
+            moving = self.model.evaluate("twists", q, along, **self._given)["twist"]
+            still = self.model.evaluate("twists", q, np.zeros(nv), **self._given)["twist"]
             return np.asarray(moving[:, nodes] - still[nodes])
-        ends = [update(self._model.factors, np.tile(q, (nv, 1)), sign * _SMALL * along) for sign in (-1.0, 1.0)]
-        less, more = (self._model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
+        ends = [update(self.model.factors, np.tile(q, (nv, 1)), sign * _SMALL * along) for sign in (-1.0, 1.0)]
+        less, more = (self.model.evaluate("poses", end, **self._given)["pose"][:, nodes] for end in ends)
         between = numeric.compose(SE3, numeric.inverse(SE3, less), more)
         return numeric.log(SE3, between) / (2.0 * _SMALL)
 
@@ -342,19 +344,23 @@ def loaded_statics(
             last[:] = [(rest, tangents_at(rest))]
         return last[0][1]
 
+    def nonzeros(rest: LoadedState) -> SparsePartials:
+        state = rest.q, v, still, rest.z, rest.multipliers
+        return sparse_partials(model, *state, given(rest.s), of_velocities=False)
+
     def tangents_at(rest: LoadedState) -> Tangents:
         if whole:
             at = terms_at(rest.s)
             state = {"q": rest.q, "v": v, "a": still, "z": rest.z, "lam": rest.multipliers}
             return Tangents(**whole_partials(model, lambda term: at(term, **state)))
-        result = sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s))
+        result = nonzeros(rest)
         return Tangents(*(sparse(matrix) for matrix in (result.K, result.B, result.Rz, result.Fq, result.Fz)))
 
     def mass(rest: LoadedState) -> Matrix:
         if "mass" in model.functions:
             (M,) = terms_at(rest.s)("mass", q=rest.q)
             return M if whole else csc_array(M)
-        return sparse_partials(model, rest.q, v, still, rest.z, rest.multipliers, given(rest.s)).M
+        return nonzeros(rest).M
 
     def by_factor(rest: LoadedState) -> Balance:
         if varied is None:
@@ -369,11 +375,10 @@ def loaded_statics(
         where.pop("u")
         key = where["parameters"].tobytes() + np.float64(where["t"]).tobytes()
         if key not in strains_at:
-            before = next(iter(strains_at.values()), None)
-            p = where["parameters"]
-            now = ElementStrains(model, p, where) if before is None else before.at(p, where)
+            before, p = model.library.kept.get(_KEPT), where["parameters"]
+            now = before.at(p, where) if before and before.model is model else ElementStrains(model, p, where)
             strains_at.clear()
-            strains_at[key] = now
+            strains_at[key] = model.library.kept[_KEPT] = now
         return strains_at[key]
 
     def followed(q: Array, s: float) -> Array:

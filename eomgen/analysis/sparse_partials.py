@@ -95,6 +95,8 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapp
 
 #: Terms of which one gives all partials of the residual.
 OF_RESIDUAL = ("iteration", "partials")
+#: Partials in velocities, which rest does not need.
+_OF_VELOCITIES = ("C", "Z", "Fv")
 #: Matrices whose rows of forces are followed by rows of the recursion, and the recursion's unknowns.
 _OF_FORCES = ("K", "C", "M", "Rz", "X")
 _WHOLE = ("partials", "constraint_jacobian", "velocity_partials", "internal_partials")
@@ -131,6 +133,8 @@ def sparse_partials(
     z: Array,
     multipliers: Array,
     given: Mapping[str, Any],
+    *,
+    of_velocities: bool = True,
 ) -> SparsePartials:
     """Return all partials at one state.
 
@@ -138,6 +142,7 @@ def sparse_partials(
     ----------
     model : with one of the terms ``OF_RESIDUAL``
     given : t, parameters, base and u, as of ``model.evaluate``
+    of_velocities : whether C, Z and Fv are asked for, which are empty otherwise
     """
     state: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers, **given}
     nv, nz, rows = model.nv, model.nz, len(model.multipliers)
@@ -150,7 +155,10 @@ def sparse_partials(
         "Fz": (nz, nz),
     }
     if "iteration" in model.functions:
-        result = _of_iteration(model, model.evaluate("iteration", **state), shapes)
+        entries = model.evaluate("iteration", **state)
+        if not of_velocities:
+            entries = {name: block for name, block in entries.items() if name not in _OF_VELOCITIES}
+        result = _of_iteration(model, entries, shapes)
     else:
         result = {name: csc_array(block) for name, block in _whole(model, state, _WHOLE).items()}
     return SparsePartials(
@@ -260,7 +268,7 @@ _ITERATIONS, _NOTHING = 4, 1e-24
 
 
 def soft_modes(
-    statics: LoadedStatics, rest: LoadedState, mass: Array, shapes: Array, largest: float
+    statics: LoadedStatics, rest: LoadedState, inertia: Matrix, shapes: Array, largest: float
 ) -> tuple[Array, Array]:
     """Return squared frequencies, (modes,), rad²/s², and their directions, (nv, modes), orthonormal in the metric of
     the mass; the squared frequency of a direction that is not opposed by any force is exactly 0.
@@ -271,14 +279,14 @@ def soft_modes(
     Parameters
     ----------
     statics, rest : equations of rest, and the state that they are linear about
-    mass : (nv, nv), positive definite
+    inertia : (nv, nv), positive definite
     shapes : (nv, modes) directions that span the soft directions, as far as known
     largest : squared frequency of the stiffest direction, rad²/s²
     """
     strains = statics.strains(rest.s)
     if strains is None or not shapes.shape[1]:
         return np.zeros(shapes.shape[1]), shapes
-    tangents, rows = statics.tangents(rest), len(rest.multipliers)
+    tangents, rows, mass = statics.tangents(rest), len(rest.multipliers), whole(inertia)
     try:
         K, B = sparse(tangents.K), sparse(tangents.B)
         factors = splu(block_array([[K, B.T], [B, None]], format="csc"))

@@ -196,10 +196,16 @@ def _decomposed(A: Array) -> tuple[Complex, Complex, Array]:
 def _uncoupled(A: Array) -> list[NDArray[np.intp]]:
     """Return the numbers of the states of each part of A that is not coupled to others, in their order."""
     if len(A) > _FEW:
+        coupled = A != 0.0
+        reached = coupled[np.argmax(coupled.sum(axis=1))]
+        for _ in range(2):
+            reached = reached | coupled[reached].any(axis=0)
+        if reached.all():
+            return [np.arange(len(A))]
         from scipy.sparse import csr_array  # noqa: PLC0415  # of long models only
         from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
 
-        count, labels = connected_components(csr_array(A), directed=False)
+        count, labels = connected_components(csr_array(coupled), directed=False)
         if count > 1:
             return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
     return [np.arange(len(A))]

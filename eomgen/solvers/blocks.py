@@ -130,22 +130,36 @@ class Blocks:
         if self.single:
             values, vectors = self.spectra[0]
             return values[0].copy(), vectors[0]
-        every, result = np.zeros(self.size), np.zeros((self.size, self.size))
-        for (places, _), (values, vectors) in zip(self.stacks, self.spectra, strict=True):
+        return self.lowest(np.inf)
+
+    def lowest(self, limit: float) -> tuple[Array, Array]:
+        """Return all eigenvalues (n,), increasing, and the eigenvectors (n, m) of eigenvalues up to a limit, of a
+        symmetric matrix."""
+        every, count = np.zeros(self.size), 0
+        kept: list[tuple[Places, Places, Array]] = []  # rows, columns in this order, and entries
+        for places, entries in self.stacks:
+            if entries.shape[1] > _FEW and _above(entries, limit):
+                every[places] = np.linalg.eigvalsh(entries)
+                continue
+            values, vectors = np.linalg.eigh(entries)
             every[places] = values
-            result[places[:, :, np.newaxis], places[:, np.newaxis, :]] = vectors
+            block, number = np.nonzero(values <= limit)
+            kept.append((places[block], places[block, number], vectors[block, :, number]))
+            count += len(block)
         order = np.argsort(every, kind="stable")
-        return every[order], result[:, order]
+        column = np.empty(self.size, np.intp)
+        column[order] = np.arange(self.size)
+        result = np.zeros((self.size, count))
+        for rows, origin, columns in kept:
+            result[rows, column[origin][:, np.newaxis]] = columns
+        return every[order], result
 
     def above(self, value: float) -> bool:
         """Return whether no eigenvalue of a symmetric matrix is below a value; by factors, if rounding leaves no
         doubt."""
-        try:
-            for _, entries in self.stacks:
-                np.linalg.cholesky(entries - value * np.eye(entries.shape[1]))
-        except np.linalg.LinAlgError:
-            return all(bool(np.all(values >= value)) for values, _ in self.spectra)
-        return True
+        if all(_above(entries, value) for _, entries in self.stacks):
+            return True
+        return all(bool(np.all(values >= value)) for values, _ in self.spectra)
 
     def joined(self, parts: Sequence[Array]) -> Array:
         """Return a vector (n,) of its parts by stacks, (blocks, size)."""
@@ -155,6 +169,15 @@ class Blocks:
         for (places, _), part in zip(self.stacks, parts, strict=True):
             result[places] = part
         return result
+
+
+def _above(entries: Array, value: float) -> bool:
+    """Return whether all eigenvalues of symmetric blocks are above a value by more than rounding."""
+    try:
+        np.linalg.cholesky(entries - value * np.eye(entries.shape[1]))
+    except np.linalg.LinAlgError:
+        return False
+    return True
 
 
 def uncoupled_blocks(M: Array) -> list[Places]:

@@ -25,7 +25,7 @@ _LARGE, _NARROW = 120, 0.25
 #: Part of the time of a step in shifted matrices.
 _GAMMA = 0.1
 #: Iterations at most and from one check of convergence to the next, and the last change, as a part of the result.
-_ITERATIONS, _CHECKED, _SETTLED = 60, 4, 1e-11
+_ITERATIONS, _CHECKED, _SETTLED = 60, 4, 1e-10
 
 
 def phi(x: Array, order: int) -> Array:

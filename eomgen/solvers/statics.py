@@ -91,12 +91,12 @@ class SearchPoint:
     basis : (nv, free) velocities that the constraints leave free, of unit kinetic energy each
     dual : (free, nv) maps a velocity to components along the basis
     imbalance : (free,) forces along the basis
-    coupled : stiffness (free, free) along the basis, squared angular frequencies, by blocks
+    K : (nv, nv) stiffness
     violation : (holonomic,) of the constraints
     correction : (nv,) increment that removes the violation to first order
     rates : (nz,) of the internal states
     couplings : of the basis and of the internal states
-    noise : root sum of squares of the rounding of the imbalance: rounding of terms of forces that cancel
+    rounding() : root sum of squares of the rounding of the imbalance: rounding of terms of forces that cancel
     rate_noise, row_sizes : (nz,) the same of the rates, and (holonomic,) the scales of the rows of constraints
     """
 
@@ -107,12 +107,12 @@ class SearchPoint:
     basis: Matrix
     dual: Matrix
     imbalance: Array
-    coupled: Blocks
+    K: Matrix
     violation: Array
     correction: Array
     rates: Array
     couplings: tuple[Array, Array, Array]
-    noise: float
+    rounding: Callable[[], float]
     rate_noise: Array
     row_sizes: Array
 
@@ -129,7 +129,18 @@ class SearchPoint:
 
     @property
     def finite(self) -> bool:
-        return self.coupled.finite and all(bool(np.isfinite(part).all()) for part in (self.residual, self.rates))
+        entries = self.K if isinstance(self.K, np.ndarray) else self.K.data
+        return all(bool(np.isfinite(part).all()) for part in (entries, self.residual, self.rates))
+
+    @cached_property
+    def coupled(self) -> Blocks:
+        """Stiffness (free, free) along the basis, squared angular frequencies, by blocks."""
+        return Blocks.of(congruent(self.basis, self.K), narrow=True)
+
+    @cached_property
+    def noise(self) -> float:
+        """The rounding of the imbalance."""
+        return self.rounding()
 
     @cached_property
     def stiffness(self) -> Array:
@@ -258,7 +269,8 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
     inverse: Any = inverse_root(M)
-    B = B0 @ inverse.T
+    root = inverse.T
+    B = B0 @ root
     violation = statics.constraint(q)
     r0 = statics.residual(q, np.zeros(len(B)), z)
     free: Array | None = None
@@ -270,7 +282,8 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         free, spread = Vt[rank:].T, (Vt[:rank].T / sigma[:rank]) @ U[:, :rank].T
         lam = -spread.T @ (inverse @ r0)
     residual = r0 + B0.T @ lam
-    basis: Any = inverse.T if free is None else np.asarray(inverse.T @ free)
+    basis: Any = root if free is None else np.asarray(root @ free)
+    onto = basis.T
     K: Any = statics.stiffness(q, lam, z)
     by_z, rate_q, rate_z = statics.couplings(q, z)
     aimed = np.zeros(len(B))
@@ -283,14 +296,14 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         lam,
         residual,
         basis,
-        basis.T @ M,
-        basis.T @ residual,
-        Blocks.of(congruent(basis, K), narrow=True),
+        onto @ M,
+        onto @ residual,
+        K,
         violation,
-        inverse.T @ (spread @ aimed),
+        root @ (spread @ aimed),
         statics.rates(q, z),
-        (basis.T @ by_z, rate_q @ basis, rate_z),
-        few * float(np.linalg.norm(abs(inverse) @ (abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
+        (onto @ by_z, rate_q @ basis, rate_z),
+        lambda: few * float(np.linalg.norm(abs(inverse) @ (abs(K) @ sizes + np.abs(by_z) @ np.abs(z)))),
         few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
         np.where(row_sizes > 0.0, row_sizes, statics.length),
     )
