@@ -44,7 +44,7 @@ def checked(M: Array, C: Array, K: Array) -> Modes:
     np.testing.assert_array_equal(modes.shapes, modes.state_shapes[:n])
     size = np.where(np.abs(modes.eigenvalues) <= modes.uncertainty, 0.0, np.abs(modes.eigenvalues))
     assert np.all(np.diff(size) >= -1e-11 * np.max(size))
-    np.testing.assert_allclose(modes.weights, np.sqrt(np.diagonal(M)))
+    np.testing.assert_allclose(modes.weights, np.sqrt(np.abs(np.diagonal(M))))
     return modes
 
 
@@ -131,6 +131,40 @@ def test_equal_parts_and_free_ones_are_decomposed_once(rng: np.random.Generator,
     A = np.block([[np.zeros_like(M), np.eye(len(M))], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
     residual = A @ modes.state_shapes - modes.state_shapes * modes.eigenvalues
     assert np.max(np.abs(residual)) <= 1e-12 * np.max(np.abs(modes.state_shapes))
+
+
+def _edges() -> dict[str, tuple[Array, Array, Array]]:
+    """Return M, C and K of models at the limits of the method."""
+    one, n = np.ones((1, 1)), 30
+    unit, damper = np.eye(n), np.zeros((n, n))
+    damper[4, 4] = 0.3
+    root = np.asarray(scipy.linalg.sqrtm(chain(n)).real)
+    signs = np.diag(np.where(np.arange(n) < 3, -1.0, 1.0))
+    return {
+        "one coordinate": (2.0 * one, 0.1 * one, 3.0 * one),
+        "one free coordinate": (one, 0.0 * one, 0.0 * one),
+        "equal frequencies, one damper across": (unit, np.full((n, n), 0.01), 5.0 * unit),
+        "free chain with one damper": (unit, damper, chain(n, held=False)),
+        "nearly critical damping": (unit, 2.001 * root, chain(n)),
+        "damping without stiffness": (unit, chain(n), np.zeros((n, n))),
+        "inertia of both signs": (signs, 0.1 * unit, chain(n)),
+    }
+
+
+@pytest.mark.parametrize("name", _edges())
+def test_models_at_the_limits_of_the_method(name: str) -> None:
+    checked(*_edges()[name])
+
+
+def test_double_eigenvalues_of_critical_damping_are_met_to_their_uncertainty() -> None:
+    n = 30
+    damping = 2.0 * np.asarray(scipy.linalg.sqrtm(chain(n)).real)
+    modes = second_order_modes(np.eye(n), damping, chain(n), [str(k) for k in range(n)])
+    expected = -np.sqrt(np.linalg.eigvalsh(chain(n)))
+    nearest = np.min(np.abs(modes.eigenvalues[:, np.newaxis] - expected), axis=1)
+    assert np.all(nearest <= modes.uncertainty)
+    assert np.all(modes.uncertainty < 1e-5)
+    assert modes.stability == "stable"
 
 
 def test_uncertainties_bound_the_effect_of_rounding(rng: np.random.Generator) -> None:

@@ -165,6 +165,43 @@ def test_blocks_of_sparse_matrices_are_those_of_whole_ones(by_rows: bool, rng: n
     assert not Blocks.of(csc_array(A)).finite
 
 
+def test_eigenvectors_up_to_a_limit_are_those_of_all_eigenvalues(rng: np.random.Generator) -> None:
+    """Of blocks that are large and stiff, large with two soft directions, and small and equal."""
+    firm, soft = coupled_in_blocks(rng, [80]) + 10.0 * np.eye(80), coupled_in_blocks(rng, [90])
+    values, vectors = np.linalg.eigh(soft)
+    soft = vectors @ np.diag([-2.0, 1e-3, *(values[2:] + 10.0)]) @ vectors.T
+    matrix = block_diag(firm, 0.5 * (soft + soft.T), *[np.array([[3.0, 2.9], [2.9, 3.0]])] * 40)
+    order = rng.permutation(len(matrix))
+    matrix = matrix[np.ix_(order, order)]
+    found, directions = Blocks.of(csc_array(matrix)).lowest(1.0)
+    np.testing.assert_allclose(found, np.linalg.eigvalsh(matrix), rtol=1e-10, atol=1e-10)
+    assert directions.shape == (250, 42)
+    np.testing.assert_allclose(matrix @ directions, directions * found[:42], atol=1e-10)
+    np.testing.assert_allclose(directions.T @ directions, np.eye(42), atol=1e-10)
+
+
+def test_a_system_without_free_directions_has_no_blocks_to_decompose() -> None:
+    nothing = Blocks.of(np.zeros((0, 0)))
+    assert (nothing.size, nothing.largest, nothing.skew) == (0, 0.0, 0.0)
+    assert [part.shape for part in nothing.spectrum()] == [(0,), (0, 0)]
+    assert [part.shape for part in nothing.lowest(1.0)] == [(0,), (0, 0)]
+    assert nothing.above(1.0)
+    assert least_solution(nothing, np.zeros(0)).shape == (0,)
+    assert SymmetricPhi(nothing)(np.zeros(0), 1.0, 1).shape == (0,)
+
+
+@pytest.mark.parametrize("narrow", [False, True])
+def test_functions_of_no_force_and_of_forces_that_are_not_numbers(narrow: bool) -> None:
+    n = 150 if narrow else 8
+    J = -2.0 * np.eye(n) + np.eye(n, k=1) + np.eye(n, k=-1)
+    blocks = Blocks.of(csc_array(J) if narrow else J, narrow=narrow)
+    assert np.array_equal(SymmetricPhi(blocks)(np.zeros(n), 3.0, 1), np.zeros(n))
+    motion = _LinearMotion(cast("Any", None), blocks, np.zeros(n), np.ones(n), 1.0)
+    assert np.all(np.isnan(motion._phi(np.full(n, np.nan), 3.0, 1)))
+    at_rest = Blocks.of(csc_array((n, n)) if narrow else np.zeros((n, n)), narrow=narrow)
+    np.testing.assert_allclose(SymmetricPhi(at_rest)(np.ones(n), 3.0, 3), np.full(n, 0.5), rtol=1e-14)
+
+
 @pytest.mark.parametrize("diagonal", [True, False])
 def test_stiffness_along_a_sparse_basis_is_the_product(diagonal: bool, rng: np.random.Generator) -> None:
     K = csc_array(coupled_in_blocks(rng, [3] * 40))
