@@ -78,10 +78,6 @@ class Blocks:
             result[places[:, :, np.newaxis], places[:, np.newaxis, :]] = entries
         return result
 
-    @property
-    def finite(self) -> bool:
-        return all(bool(np.isfinite(entries).all()) for _, entries in self.stacks)
-
     @cached_property
     def largest(self) -> float:
         """The largest magnitude of an entry."""

@@ -357,7 +357,7 @@ def nearest_rest(statics: Statics, q: Array, z: Array, *, any_kind: bool) -> tup
     """Return the end of a damped motion from q, z, and the nearest rest that was found; None if none was.
 
     A motion that does not settle within its steps is continued by decreasing energy. Newton's paths are followed if
-    nothing settles, or rest of ``any_kind`` will do: unstable too.
+    neither settles, or rest of ``any_kind`` will do: unstable too.
     Distances are measured by the kinetic energy that gets there in unit time.
     """
     descends = not len(z) and not any_kind

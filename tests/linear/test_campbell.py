@@ -20,7 +20,7 @@ import eomgen
 from eomgen.analysis import eigenvalue_loci as campbell_module
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.linear.campbell_plot import CampbellView, plot_campbell
-from eomgen.linear.campbell_search import campbell
+from eomgen.linear.campbell_search import _Oscillations, _tracked, campbell
 from eomgen.linear.linearization import Linearization
 from tests.models.cache import shared_cache
 
@@ -484,3 +484,36 @@ def test_an_interrupted_root_locus_has_the_values_so_far(overhung: eomgen.Model)
     assert repr(part).endswith("; interrupted>") and "interrupted" not in repr(whole)
     with pytest.raises(UsageError, match="progress: 3 is neither a function nor True"):
         overhung.root_locus("damping", values, progress=3)  # type: ignore[arg-type]
+
+
+def _oscillations(frequencies: list[float], shapes: Any) -> _Oscillations:
+    count = len(frequencies)
+    eigenvalues = 1j * np.array(frequencies)
+    return _Oscillations(eigenvalues, np.array(shapes, complex), np.zeros(count, int), np.ones(count), "stable")
+
+
+@pytest.mark.parametrize(
+    ("after", "turn", "expected"),
+    [
+        ([2.4, 10.0, 40.0], 0.0, True),  # a frequency that changes by half, far from all others
+        ([1.0, 10.5, 39.0], 0.2, True),
+        ([1.6, 10.0, 40.0], 0.7, False),  # shapes are mixed
+        ([9.0, 10.0, 40.0], 0.0, False),  # next to another frequency
+        ([1.0, 10.0, 70.0], 0.75, False),
+    ],
+)
+def test_modes_that_cannot_be_mistaken_are_followed_without_a_value_between(
+    after: list[float], turn: float, expected: bool
+) -> None:
+    shapes = np.eye(3)
+    turned = shapes.copy()
+    turned[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
+    now = _oscillations(after, turned)
+    assert _tracked(_oscillations([1.5, 10.0, 40.0], shapes), now) == expected
+
+
+def test_a_mode_that_ends_is_not_followed_by_one_that_begins() -> None:
+    before = _oscillations([1.0, 10.0], np.eye(3)[:, :2])
+    assert not _tracked(before, _oscillations([10.0, 40.0], np.eye(3)[:, 1:]))
+    assert _tracked(before, _oscillations([10.0], np.eye(3)[:, 1:2]))
+    assert _tracked(_oscillations([], np.zeros((3, 0))), before)

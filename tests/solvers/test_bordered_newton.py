@@ -1,0 +1,84 @@
+"""Corrections of a path against roots of polynomials; the last one takes known factors if that is exact enough."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from scipy.sparse import csc_array
+
+from eomgen.lie.product import Factor
+from eomgen.solvers.bordered_newton import (
+    Balance,
+    LoadedState,
+    LoadedStatics,
+    Matrix,
+    Tangents,
+    corrected,
+    held_factor,
+)
+from tests.oracles.evaluation import Array
+
+
+def springs(n: int, power: int, tangents: list[Array], *, whole: bool) -> LoadedStatics:
+    """Return n springs with forces x + x^power that a load s stretches each by another part; tangents are listed."""
+    shares, nothing = np.linspace(0.5, 1.0, n), np.zeros(0)
+
+    def matrix(entries: Array) -> Matrix:
+        return entries if whole else csc_array(entries)
+
+    def tangents_at(rest: LoadedState) -> Tangents:
+        tangents.append(rest.q)
+        empty = (matrix(np.zeros(shape)) for shape in ((0, n), (n, 0), (0, n), (0, 0)))
+        return Tangents(matrix(np.diag(1.0 + power * rest.q ** (power - 1))), *empty)
+
+    return LoadedStatics(
+        factors=[Factor("R", "x", 0, n, 0, n)],
+        sizes=np.ones(n),
+        reach=1.0,
+        balance=lambda rest: Balance(rest.q + rest.q**power - rest.s * shares, nothing, nothing),
+        tangents=tangents_at,
+        by_factor=lambda _: Balance(-shares, nothing, nothing),
+        followed=lambda q, _: q,
+        strains=lambda _: None,
+        mass=lambda _: matrix(np.eye(n)),
+    )
+
+
+@pytest.mark.parametrize("whole", [True, False])
+@pytest.mark.parametrize(("start", "fewer"), [(0.3, 1), (1e-2, 0)])
+def test_the_last_correction_takes_known_factors_if_corrections_shrink_fast(
+    start: float, fewer: int, whole: bool
+) -> None:
+    """Twelve digits either way; corrections of 1e-4 are followed by another tangent, and of 1e-5 by none."""
+    n, tangents = 4, list[Array]()
+    statics = springs(n, 3, tangents, whole=whole)
+    exact = np.array([brentq(lambda x, f=f: x + x**3 - f, 0.0, 1.0, xtol=1e-15) for f in np.linspace(0.5, 1.0, n)])
+    guess = LoadedState(exact + start, np.zeros(0), np.zeros(0), 1.0)
+    result = corrected(statics, guess, held_factor(statics, guess), 0.0)
+    assert not result.trouble
+    np.testing.assert_allclose(result.rest.q, exact, rtol=0.0, atol=1e-12)
+    np.testing.assert_allclose(result.displacement, exact - guess.q, rtol=0.0, atol=1e-12)
+    assert result.corrections == len(tangents) + fewer
+
+
+def test_a_correction_by_the_stiffness_of_another_side_is_not_taken() -> None:
+    """A spring a thousand times as stiff from just below rest on, with a start on the soft side."""
+    tangents: list[Array] = []
+    statics = springs(1, 3, tangents, whole=True)
+    nothing, kink = np.zeros(0), 0.4999
+
+    def balance(rest: LoadedState) -> Balance:
+        return Balance(rest.q - rest.s * 0.5 + 1e3 * np.maximum(rest.q - kink, 0.0), nothing, nothing)
+
+    def tangents_at(rest: LoadedState) -> Tangents:
+        tangents.append(rest.q)
+        empty = (np.zeros(shape) for shape in ((0, 1), (1, 0), (0, 1), (0, 0)))
+        return Tangents(np.array([[1001.0 if rest.q[0] > kink else 1.0]]), *empty)
+
+    stiff = LoadedStatics(**{**vars(statics), "balance": balance, "tangents": tangents_at})
+    guess = LoadedState(np.array([kink - 1e-4]), nothing, nothing, 1.0)
+    result = corrected(stiff, guess, held_factor(stiff, guess), 0.0)
+    assert not result.trouble
+    assert result.rest.q[0] == pytest.approx((0.5 + 1e3 * kink) / 1001.0, rel=1e-13)
+    assert len(tangents) == 2
