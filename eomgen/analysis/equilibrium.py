@@ -298,11 +298,6 @@ class _Stiffness:
 
     values: Array
     directions: Array
-    largest: float
-
-    @property
-    def positive(self) -> bool:
-        return bool(np.all(self.values >= 0.0))
 
 
 def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
@@ -315,7 +310,7 @@ def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _
     values[: len(soft)][soft], directions[:, soft] = soft_modes(loaded, rest, mass, directions[:, soft], largest)
     order = np.argsort(values[: len(soft)], kind="stable")
     directions = directions[:, order[values[order] <= 0.0]]
-    return _Stiffness(np.sort(values), directions, largest)
+    return _Stiffness(np.sort(values), directions)
 
 
 def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:

@@ -117,56 +117,33 @@ def _coefficients(y: Array) -> Array:
     return result
 
 
-def _slope_table() -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
-    """Return columns of products and of coefficients of the terms of T^-1, and the even part of T^-1 by these terms.
-
-    Products are d, omega d^T and omega omega d^T by rows, coefficients f6, f8, f8 (omega.u) and f10 (omega.u); the even
-    part (terms, 8, 9) has both blocks below the unit matrix, then their derivatives by omega.
-    """
-    one, two, three = np.arange(6), 6 + np.arange(18).reshape(3, 6), 24 + np.arange(54).reshape(3, 3, 6)
-    of_omega = (one[:3], two[:, :3].ravel(), three[:, :, :3].ravel())
-    products = np.concatenate([one, two.ravel(), three.ravel(), *of_omega])
-    coefficients = np.repeat([0, 1, 2, 3], [24, 54, 12, 27])
-    table = np.zeros((len(products), 8, 3, 3))
-    by_f6, by_f8, by_inner, by_f10 = np.split(table, [24, 78, 90])
-    by_f6[6:].reshape(3, 6, 8, 3, 3)[:, :3, 0] = by_inner[3:].reshape(3, 3, 8, 3, 3)[:, :, 1] = _SYMMETRIC
-    by_f6[6:].reshape(3, 6, 8, 3, 3)[:, 3:, 1] = 2.0 * _SYMMETRIC
-    across = by_f8.reshape(3, 3, 6, 8, 3, 3)
-    for m in range(3):
-        by_f6[:3, 2 + m] = by_f6[3:6, 5 + m] = by_inner[:3, 5 + m] = 2.0 * _SYMMETRIC[m]
-        across[m, :, :3, 2 + m] = by_f10.reshape(3, 3, 3, 8, 3, 3)[m, :, :, 5 + m] = _SYMMETRIC
-        across[m, :, 3:, 5 + m] += 2.0 * _SYMMETRIC
-        across[:, :, 3 + m, 5 + m] += _SYMMETRIC
-    return products, coefficients, table.reshape(len(products), 72)
-
-
-_PRODUCTS, _COEFFICIENTS, _EVEN = _slope_table()
-
-
 def slopes(d: Array) -> tuple[Array, Array]:
     """Return the derivatives of differences d (n, 6) along the body twists of both poses, (n, 6, 12), and the
     derivatives of these by the components of d, (6, n, 6, 12).
 
     T^-1(-d) is T^-1(d) minus the bracket with d: in the series in brackets only the first bracket is odd.
     """
-    n, omega = len(d), d[:, :3]
-    two = omega[:, :, np.newaxis] * d[:, np.newaxis]
-    inner = np.einsum("nii->n", two[:, :, 3:])[:, np.newaxis]
-    three = omega[:, :, np.newaxis] * two.reshape(n, 1, 18)
-    f = _coefficients(np.einsum("nii->n", two[:, :, :3]))
-    products = np.concatenate([d, two.reshape(n, 18), three.reshape(n, 54)], axis=1)
-    f = np.concatenate([f[:, :2], f[:, 1:] * inner], axis=1)
-    even = (products[:, _PRODUCTS] * f[:, _COEFFICIENTS] @ _EVEN).reshape(n, 8, 3, 3)
-    even[:, 0] += _UNIT
-    odd = 0.5 * (d.reshape(n, 2, 3) @ _SKEW.reshape(3, 9)).reshape(n, 2, 3, 3)
-    along, changes = np.zeros((n, 6, 12)), np.zeros((6, n, 6, 12))
-    by_omega, below = np.moveaxis(even[:, 2:5], 1, 0), np.moveaxis(even[:, 5:], 1, 0)
-    for start, sign in ((0, -1.0), (6, 1.0)):
-        whole = odd + sign * even[:, :2]
-        turned, shifted = slice(start, start + 3), slice(start + 3, start + 6)
-        along[:, :3, turned] = along[:, 3:, shifted] = whole[:, 0]
-        along[:, 3:, turned] = whole[:, 1]
-        by_turn = 0.5 * _SKEW[:, np.newaxis] + sign * by_omega
-        changes[:3, :, :3, turned] = changes[:3, :, 3:, shifted] = changes[3:, :, 3:, turned] = by_turn
-        changes[:3, :, 3:, turned] = sign * below
-    return along, changes
+    n, omega, u = len(d), d[:, :3], d[:, 3:]
+    f6, f8, f10 = (column[:, np.newaxis, np.newaxis] for column in _coefficients(np.einsum("ni,ni->n", omega, omega)).T)
+    skews = (d.reshape(n, 2, 3) @ _SKEW.reshape(3, 9)).reshape(n, 2, 3, 3)
+    by_omega, by_u = ((part @ _SYMMETRIC.reshape(3, 27)).reshape(n, 3, 9) for part in (omega, u))  # S(., e_k)
+    both = (d.reshape(n, 2, 3) @ by_omega).reshape(n, 2, 3, 3)
+    square, mixed = both[:, 0], both[:, 1]
+    inner = np.einsum("ni,ni->n", omega, u)[:, np.newaxis, np.newaxis]
+    after = np.zeros((n, 6, 6))
+    after[:, :3, :3] = after[:, 3:, 3:] = _UNIT + 0.5 * skews[:, 0] + f6 * square
+    after[:, 3:, :3] = 0.5 * skews[:, 1] + 2.0 * f6 * mixed + f8 * inner * square
+    bracket = np.zeros((n, 6, 6))
+    bracket[:, :3, :3] = bracket[:, 3:, 3:] = skews[:, 0]
+    bracket[:, 3:, :3] = skews[:, 1]
+    along = np.moveaxis(omega[:, :, np.newaxis] * square.reshape(n, 1, 9), 1, 0).reshape(3, n, 3, 3)  # omega_k S
+    ends = [np.moveaxis(part, 1, 0).reshape(3, n, 3, 3) for part in (by_omega, by_u)]
+    diagonal = 0.5 * _SKEW[:, np.newaxis] + f8 * along + 2.0 * f6 * ends[0]
+    by_mixed = np.moveaxis(omega[:, :, np.newaxis] * mixed.reshape(n, 1, 9), 1, 0).reshape(3, n, 3, 3)
+    by_square = np.moveaxis(u[:, :, np.newaxis] * square.reshape(n, 1, 9), 1, 0).reshape(3, n, 3, 3)
+    changes, of_bracket = np.zeros((6, n, 6, 6)), np.zeros((6, 1, 6, 6))
+    changes[:3, :, :3, :3] = changes[:3, :, 3:, 3:] = changes[3:, :, 3:, :3] = diagonal
+    changes[:3, :, 3:, :3] = 2.0 * (f8 * by_mixed + f6 * ends[1] + f8 * inner * ends[0])
+    changes[:3, :, 3:, :3] += f10 * inner * along + f8 * by_square
+    of_bracket[:3, :, :3, :3] = of_bracket[:3, :, 3:, 3:] = of_bracket[3:, :, 3:, :3] = _SKEW[:, np.newaxis]
+    return np.concatenate([bracket - after, after], axis=-1), np.concatenate([of_bracket - changes, changes], axis=-1)

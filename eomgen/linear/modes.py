@@ -186,11 +186,16 @@ def _decomposed(A: Array) -> tuple[Complex, Complex, Array]:
         block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
         content = block.tobytes() if len(parts) > 1 else b""
         if content not in known:
-            solution: Any = scipy.linalg.eig(block, left=True, right=True)  # the stubs know of one kind of vectors only
-            of_block, left, right = solution
-            known[content] = of_block, right, np.abs(np.sum(left.conj() * right, axis=0))
+            known[content] = eigenvectors(block)
         values[part], vectors[np.ix_(part, part)], cosines[part] = known[content]
     return values, vectors, cosines
+
+
+def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
+    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,)."""
+    solution: Any = scipy.linalg.eig(A, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = solution
+    return values, right, np.abs(np.sum(left.conj() * right, axis=0))
 
 
 def _uncoupled(A: Array) -> list[NDArray[np.intp]]:

@@ -11,7 +11,6 @@ matrix.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -21,7 +20,7 @@ from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.linear.modes import EPSILON, Modes, balance, modes_of, ordered, restored, uncertainties
+from eomgen.linear.modes import EPSILON, Modes, balance, eigenvectors, modes_of, ordered, restored, uncertainties
 
 #: Coordinates from which on models are taken by parts, and up to which a part is decomposed as a whole.
 MANY, _FEW = 100, 20
@@ -119,13 +118,6 @@ def _decomposed(M: Array, C: Array, K: Array) -> _Part:
     values, vectors, cosines = eigenvectors(balanced)
     kept = values.imag >= 0.0
     return _Part(values[kept], restored(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced)))
-
-
-def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
-    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,)."""
-    solution: Any = scipy.linalg.eig(A, left=True, right=True)  # the stubs know of one kind of vectors only
-    values, left, right = solution
-    return values, right, np.abs(np.sum(left.conj() * right, axis=0))
 
 
 def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:

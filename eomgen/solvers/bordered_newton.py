@@ -289,7 +289,7 @@ def _solution(
             bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
         if not fixed:
             bordered[:end, end] = statics.by_factor(rest).joined
-        return _whole_solution(bordered)
+        return _scaled_solution(bordered)
     by_factor = np.zeros(end) if fixed else statics.by_factor(rest).joined
     parts = [slice(0, nv), slice(nv, inner), slice(inner, end)]
     of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
@@ -306,52 +306,45 @@ def _solution(
     return _scaled_solution(matrix)
 
 
-def _scaled_solution(matrix: csc_array) -> Solution:
-    """Return the map from right sides to solutions of sparse equations, with rows and columns scaled alike."""
-    sizes, of_column = np.abs(matrix.data), columns_of(matrix)
-    largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
-    np.maximum.at(largest_of_row, matrix.indices, sizes)
-    np.maximum.at(largest_of_column, of_column, sizes)
-    rows, columns = _inverse_roots(largest_of_row), _inverse_roots(largest_of_column)
-    data = rows[matrix.indices] * matrix.data * columns[of_column]
-    scaled = csc_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
-
-    def factors(shift: float) -> Callable[[Array], Array] | None:
-        try:
-            return splu(csc_array(scaled + shift * diags_array(np.ones(len(rows)))) if shift else scaled).solve
-        except RuntimeError:  # exactly singular
-            return None
-
-    return _with_shift(factors, rows, columns)
-
-
-def _whole_solution(matrix: Array) -> Solution:
-    """Return the map of ``_scaled_solution`` for a whole matrix."""
-    sizes = np.abs(matrix)
-    rows, columns = _inverse_roots(sizes.max(axis=1)), _inverse_roots(sizes.max(axis=0))
-    scaled = rows[:, np.newaxis] * matrix * columns
-
-    def factors(shift: float) -> Callable[[Array], Array] | None:
-        triangles, pivots, fault = dgetrf(scaled + shift * np.eye(len(rows)) if shift else scaled)
-        return None if fault else lambda right: np.asarray(dgetrs(triangles, pivots, right)[0])
-
-    return _with_shift(factors, rows, columns)
-
-
-def _with_shift(factors: Callable[[float], Callable[[Array], Array] | None], rows: Array, columns: Array) -> Solution:
-    """Return the map from right sides to solutions by factors of a scaled matrix, shifted if it is singular."""
-    known: dict[float, Callable[[Array], Array] | None] = {}
+def _scaled_solution(matrix: Matrix) -> Solution:
+    """Return the map from right sides to solutions of equations, rows and columns scaled alike."""
+    scaled: Matrix
+    if isinstance(matrix, np.ndarray):
+        sizes = np.abs(matrix)
+        rows, columns = _inverse_roots(sizes.max(axis=1)), _inverse_roots(sizes.max(axis=0))
+        scaled = rows[:, np.newaxis] * matrix * columns
+    else:
+        sizes, of_column = np.abs(matrix.data), columns_of(matrix)
+        largest_of_row, largest_of_column = np.zeros(matrix.shape[0]), np.zeros(matrix.shape[1])
+        np.maximum.at(largest_of_row, matrix.indices, sizes)
+        np.maximum.at(largest_of_column, of_column, sizes)
+        rows, columns = _inverse_roots(largest_of_row), _inverse_roots(largest_of_column)
+        data = rows[matrix.indices] * matrix.data * columns[of_column]
+        scaled = csc_array((data, matrix.indices, matrix.indptr), shape=matrix.shape)
+    known = [solver(scaled)]
 
     def solution(right: Array) -> Array | None:
-        for shift in (0.0, _SHIFT):
-            solve = known[shift] if shift in known else known.setdefault(shift, factors(shift))
-            if solve is not None:
+        for number in range(2):
+            if number == len(known):
+                known.append(solver(plus(scaled, csc_array(diags_array(np.full(len(rows), _SHIFT))))))
+            if (solve := known[number]) is not None:
                 result: Array = columns * solve(rows * right)
                 if np.isfinite(result).all():
                     return result
         return None
 
     return solution
+
+
+def solver(matrix: Matrix) -> Callable[[Array], Array] | None:
+    """Return the map from right sides (n, ...) to solutions; None if the matrix is exactly singular."""
+    if isinstance(matrix, np.ndarray):
+        triangles, pivots, fault = dgetrf(matrix)
+        return None if fault else lambda right: np.asarray(dgetrs(triangles, pivots, right)[0])
+    try:
+        return splu(matrix).solve
+    except RuntimeError:  # exactly singular
+        return None
 
 
 def columns_of(matrix: csc_array) -> NDArray[np.intp]:

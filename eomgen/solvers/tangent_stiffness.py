@@ -15,14 +15,13 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf, dgetrs
 from scipy.sparse import block_array, csc_array, csr_array, diags_array
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 from scipy.sparse.linalg import SuperLU, splu
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, columns_of, plus, sparse, whole
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, Matrix, columns_of, plus, solver, sparse, whole
 
 #: Largest number of rows for a dense factorization.
 _WHOLE = 600
@@ -60,7 +59,7 @@ class TangentStiffness:
         tangents = statics.tangents(rest)
         K = tangents.K
         if tangents.Fz.shape[0]:
-            inner = _solver(tangents.Fz)
+            inner = solver(tangents.Fz)
             if inner is not None:
                 K = plus(K, -(tangents.Rz @ inner(whole(tangents.Fq))))
         return cls(K, _independent(tangents.B, statics.sizes), statics.sizes)
@@ -243,13 +242,13 @@ class TangentStiffness:
 def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     """Return the map from forces (nv, ...) to constrained displacements; None if the bordered matrix is singular."""
     nv = K.shape[0]
-    solver = _solver(_bordered(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
-    if solver is None:
+    solve_bordered = solver(_bordered(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
+    if solve_bordered is None:
         return None
 
     def solve(right: Array) -> Array:
         below = np.zeros((B.shape[0], *right.shape[1:]))
-        result: Array = solver(np.concatenate([right, below]))[:nv]
+        result: Array = solve_bordered(np.concatenate([right, below]))[:nv]
         return result
 
     return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
@@ -267,15 +266,6 @@ def _sparse_bordered(K: Matrix, B: Matrix) -> csc_array:
     """Return [[K, B^T], [B, 0]]."""
     rows = sparse(B)
     return csc_array(block_array([[sparse(K), rows.T], [rows, None]], format="csc"))
-
-
-def _solver(matrix: Matrix) -> Callable[[Array], Array] | None:
-    """Return the map from right sides (n, ...) to solutions; None if the matrix is exactly singular."""
-    if not isinstance(matrix, np.ndarray):
-        factors = _factors(matrix)
-        return None if factors is None else factors.solve
-    triangles, pivots, fault = dgetrf(matrix)
-    return None if fault else lambda right: np.asarray(dgetrs(triangles, pivots, right)[0])
 
 
 def _independent(B: Matrix, sizes: Array) -> Matrix:
