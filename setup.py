@@ -1,6 +1,7 @@
 """Packaging only: puts templates and examples of the top into the package: _templates, _examples.zip.xz."""
 
 import lzma
+import zlib
 from pathlib import Path
 from shutil import copytree, ignore_patterns
 from zipfile import ZipFile, ZipInfo
@@ -33,4 +34,5 @@ def _pack_examples(archive: Path) -> None:
             packed.writestr(ZipInfo(path.relative_to("examples").as_posix()), path.read_bytes())
 
 
+zlib.Z_DEFAULT_COMPRESSION = zlib.Z_BEST_COMPRESSION  # of wheels, for which setuptools has no option
 setup(cmdclass={"build_py": BuildWithData})

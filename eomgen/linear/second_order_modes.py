@@ -152,7 +152,7 @@ def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:
     for group in groups:
         if len(group) > 1:
             values, vectors, cosines = _of_coupled_modes(squares[group], damping[np.ix_(group, group)], pace)
-            results.append((values, _times(directions[:, group], vectors), cosines))
+            results.append((values, directions[:, group] @ vectors, cosines))
     values, vectors, cosines = (np.concatenate(items, axis=-1) for items in zip(*results, strict=True))
     return _Part(values, vectors, cosines, size)
 
@@ -198,8 +198,3 @@ def _of_coupled_modes(squares: Array, damping: Array, pace: float) -> tuple[Comp
     values, vectors, cosines = eigenvectors(A)
     kept = values.imag >= 0.0
     return values[kept], vectors[:n, kept], cosines[kept]
-
-
-def _times(left: Array, right: Complex) -> Complex:
-    """Return the product of a real and a complex matrix, without a complex copy of the real one."""
-    return np.asarray(left @ np.ascontiguousarray(right, complex).view(float)).view(complex)

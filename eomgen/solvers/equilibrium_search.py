@@ -8,9 +8,8 @@ with an embedded one of order 2 (Hochbruck and Ostermann 2010), which are exact 
 no steps, unstable ones are left as fast as they grow, and close to rest a step is Newton's. Their error comes from
 nonlinear forces over a step, and is a tenth of the step at most, so the path stays in the basin.
 
-Long trees that fall far need thousands of such steps. From the end of a motion that is left unsettled the energy
-decreases by Newton's steps in a trust region of displacements, with magnitudes of negative stiffnesses (Nocedal
-and Wright, Numerical Optimization (2006), chapter 4; section 3.4).
+Long trees that fall far need thousands of such steps; they go on by Newton's steps in a trust region of displacements,
+with magnitudes of negative stiffnesses (Nocedal and Wright 2006, chapter 4 and section 3.4).
 """
 
 from __future__ import annotations
@@ -230,8 +229,7 @@ def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
 
 #: Steps of a descent at most.
 MAX_DESCENT_STEPS = 1000
-#: Largest displacement of a step, rad or lengths of the scene, and the least part of the work of forces at the start of
-#: a step that a step must do.
+#: Largest displacement of a step, rad or lengths of the scene, and least work of a step as a part of the linear one.
 _WIDEST, _WORKS = 1.0, 0.1
 
 
@@ -263,8 +261,8 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
 
 
 def _descended(statics: Statics, point: SearchPoint, widest: float) -> tuple[SearchPoint | None, float]:
-    """Return a point of less energy, displaced by ``widest`` at most, rad or lengths of the scene, and the bound of its
-    step; None if no step is small enough."""
+    """Return a point of less energy, displaced by ``widest`` at most, and the bound of this step; None if no step is
+    small enough."""
     values, vectors = point.coupled.symmetric.spectrum()
     largest, along = np.abs(values).max(initial=0.0), vectors.T @ point.imbalance
     moves = (point.basis @ vectors) / statics.sizes[:, np.newaxis]
