@@ -490,6 +490,8 @@ LATE: dict[str, dict[str, str]] = {
         "codegen": "a library of the cache needs no Jinja",
         "pipeline.known_texts": "a library of the cache needs no texts",
         "toolchain.cache": "likewise",
+        "pipeline.model": "while a compiler runs",
+        "simulation": "likewise",
     },
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
@@ -548,7 +550,10 @@ LATE: dict[str, dict[str, str]] = {
         "results.scenery": "pictures are drawn on request",
     },
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
-    "toolchain.library": {"toolchain.python_functions": "few models call functions in Python"},
+    "toolchain.library": {
+        "toolchain.python_functions": "few models call functions in Python",
+        "toolchain.tape_data": "few libraries have a tape",
+    },
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.sympy_mechanics", "products.waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}

@@ -39,7 +39,8 @@ class EarlyTexts:
     Attributes
     ----------
     family : digest of the method's code and templates, if it is of another distribution
-    texts : by name: of the stepper and its headers, if the stepper is compiled first
+    texts : by name: of the stepper and its headers, if the stepper is compiled first; all texts of a library on the
+        tape engine, if all of its functions are data
     apart : whether these are texts of a library with its numbers in a separate file
     structure : of a model whose texts are kept
     known : all texts, of a library that differs in numbers alone
@@ -61,8 +62,8 @@ def begin_library(
     names: Names,
 ) -> Program | None:
     """Look for the texts of a library that differs in numbers alone, and return a Program without statements if there
-    is one. Else compile the stepper of a long model, or of one on the tape engine, while its functions are scheduled,
-    if its text depends on no statement.
+    is one. Else compile the stepper of a long model, or of one on the tape engine, while functions are scheduled, if
+    its text depends on no statement; of a short model on the tape engine the whole library.
 
     Parameters
     ----------
@@ -85,12 +86,24 @@ def begin_library(
         ready.known = known_texts(builder, ready.structure, program)
         if ready.known is not None:
             return program
-    long = builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG
-    if long or not ready.apart:
-        from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
-        from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
-        ready.texts |= written_stepper(program, builder.cache.folder / TEMPLATES, apart=ready.apart)
+    templates = builder.cache.folder / TEMPLATES
+    if not ready.apart:
+        from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
+        from eomgen.codegen.targets.c.tape_code import before_scheduling  # noqa: PLC0415
+        from eomgen.codegen.targets.c.target import written_on_tape, written_stepper  # noqa: PLC0415
+
+        if (printed := before_scheduling(program)) is not None:
+            ready.texts |= written_on_tape(printed, templates)
+            builder.begin_on_tape(ready.texts, INTERFACE_CDEF)
+        else:
+            ready.texts |= written_stepper(program, templates, tape=True)
+            builder.begin_source(f"{program.prefix}_step.c", ready.texts, ())
+    elif builder.profile.name not in FEW_COMPILERS and sum(counts[name].flops for name in functions) >= _LONG:
+        from eomgen.codegen.targets.c.target import written_stepper  # noqa: PLC0415
+
+        ready.texts |= written_stepper(program, templates)
         builder.begin_source(f"{program.prefix}_step.c", ready.texts, {f"{program.prefix}.c"})
     return None
 
@@ -225,17 +238,18 @@ def _built(
     program: Program,
     builder: Builder,
     content: bytes,
-    files: Iterable[tuple[str, str]],
+    files: Mapping[str, str] | Iterable[tuple[str, str]],
     layout: Mapping[str, Any],
     running: RunningCompilers | None = None,
     straight: Collection[str] = (),
+    tape: bytes = b"",
 ) -> Library:
-    """Return the library of a Program, compiled of these files."""
+    """Return the library of a Program, compiled of these files; ``tape``: as of ``Builder.build``."""
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
 
     written = {source.name: file_name(source.written) for source in program.sources}
-    return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight=straight)
+    return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight, tape)
 
 
 def _built_of_known(
@@ -276,20 +290,47 @@ def whole_library(
         if (known := ready.known) is not None:
             layout = {**known.layout, "stepper_refused": refusal, **marks}
             return _built_of_known(program, builder, content, known, layout, running)
-        from eomgen.codegen.targets.c.tape_code import on_tape  # noqa: PLC0415
+        if builder.profile.on_tape:
+            return _library_on_tape(program, refusal, builder, content, marks, running, ready)
         from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
         from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
-        printed, tape = on_tape(program) if builder.profile.on_tape else (program, None)
         # other number types convert literals while compiling, tables at each use
-        apart = builder.real == "double" and tape is None
+        apart = builder.real == "double"
         texts = ready.texts if apart == ready.apart else {}
-        files = written_library(printed, builder.cache.folder / TEMPLATES, apart=apart, tape=tape, ready=texts)
-        layout = _layout(printed, refusal, marks)
-        straight = straight_sources(printed) if tape is None else ()
-        library = _built(printed, builder, content, files, layout, running, straight)
+        files = written_library(program, builder.cache.folder / TEMPLATES, apart=apart, ready=texts)
+        layout, straight = _layout(program, refusal, marks), straight_sources(program)
+        library = _built(program, builder, content, files, layout, running, straight)
         if apart and ready.structure is not None:
             from eomgen.pipeline.known_texts import keep_texts  # noqa: PLC0415
 
             keep_texts(builder.cache, ready.structure, library, sorted(straight))
         return library
+
+
+def _library_on_tape(
+    program: Program,
+    refusal: str,
+    builder: Builder,
+    content: bytes,
+    marks: Mapping[str, Any],
+    running: RunningCompilers | None,
+    ready: EarlyTexts,
+) -> Library:
+    """Return the library of a Program on the tape engine; arguments as of ``whole_library``."""
+    from eomgen.codegen.targets.c.interface import fingerprint  # noqa: PLC0415
+    from eomgen.codegen.targets.c.tape_code import functions_of_data, on_tape  # noqa: PLC0415
+    from eomgen.codegen.targets.c.target import written_on_tape  # noqa: PLC0415
+    from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
+
+    printed, tape = on_tape(program)
+    texts = {} if ready.apart else ready.texts
+    early = f"{printed.prefix}.c" in texts and len(functions_of_data(printed)) == len(printed.functions)
+    headers = {name: text for name, text in texts.items() if name != f"{printed.prefix}.c"}
+    files = texts if early else written_on_tape(printed, builder.cache.folder / TEMPLATES, headers)
+    data = tape.data(len(printed.functions), fingerprint(files))
+    layout = _layout(printed, refusal, marks)
+    if builder.is_compiling:
+        from eomgen.pipeline import model  # noqa: F401, PLC0415  # which the caller needs next
+        from eomgen.simulation import simulate  # noqa: F401, PLC0415  # likewise
+    return _built(printed, builder, content, files, layout, running, tape=data)

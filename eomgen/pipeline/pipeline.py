@@ -484,7 +484,6 @@ def built_in(
     terms = checked_terms(terms)
     from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
     from eomgen.integrators.families.register import method_named, terms_of  # noqa: PLC0415
-    from eomgen.pipeline.model import Model  # noqa: PLC0415
 
     document, front_end = as_document(scene)
     described = front_end.describe(document)
@@ -552,6 +551,8 @@ def built_in(
     again = partial(built_in, None, document, terms, method, profile, real, start=start)
     if stored is not None:
         again = stored.again
+    from eomgen.pipeline.model import Model  # noqa: PLC0415  # while compilers run, if there is no library
+
     return Model(
         described,
         library,

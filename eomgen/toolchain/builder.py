@@ -29,6 +29,7 @@ from eomgen.toolchain.compiler import (
     Compilation,
     Compiler,
     RunningCompilers,
+    compile_and_link,
     compile_library,
     compile_object,
     faults_in,
@@ -102,7 +103,13 @@ _INCLUDED = r'(?m)^#include "([^"]+)"'
 _COMMENT = r'(?s)"(?:[^"\\\n]|\\.)*"|/\*.*?\*/'
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
+#: Code of the tape engine, which is data.
+_TAPE = "tape.bin"
 _LANES, _ROUTINE, SHARED = "lanes.so", "routine.so", "shared.so"
+#: Files by which another process loads a library; few have a tape.
+_FILES = (_LIBRARY, _LAYOUT, _CDEF, _TAPE)
+#: Seconds in which a process starts at most.
+_STARTING = 1.0
 #: Start of a loop in C.
 _LOOP = "for ("
 #: The source of the tape engine is the same for all models, so that the object of the source is in the cache.
@@ -270,6 +277,7 @@ class Builder:
         written: Mapping[str, str] | None = None,
         running: RunningCompilers | None = None,
         straight: Collection[str] = (),
+        tape: bytes = b"",
     ) -> Library:
         """Compile files, keep the library under these content bytes, and load the library.
 
@@ -288,6 +296,8 @@ class Builder:
             Collection of the compiler's processes, for a caller who may stop these.
         straight
             Names of long sources without branches, which need few passes of the compiler.
+        tape
+            Code of the tape engine that the loader hands over to the library, if the library takes any.
 
         Raises
         ------
@@ -300,7 +310,7 @@ class Builder:
 
         lines, fresh = 0, 0
 
-        def fill(folder: Path) -> None:
+        def compiled(folder: Path) -> list[str]:
             nonlocal lines, fresh
             texts: dict[str, str] = {}
             sources: list[Path] = []
@@ -336,9 +346,17 @@ class Builder:
                 output = folder / self.binary
                 wrapper = partial(self._wrapper, cdef, texts.get("interface.h", ""))
                 commands = compilation.linked(sorted(sources), output, wrapper)
-            self._describe(folder, content, cdef, layout)
             for source in sources:
                 source.with_suffix(".o").unlink(missing_ok=True)
+            return commands
+
+        def fill(folder: Path) -> None:
+            whole = files if tape and isinstance(files, Mapping) else {}
+            ready = self._linked(whole, cdef) if whole else None
+            commands = compiled(folder) if ready is None else _copied(ready, whole, folder)
+            if tape:
+                (folder / _TAPE).write_bytes(tape)
+            self._describe(folder, content, cdef, layout)
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
 
         key = self.key(content)
@@ -424,9 +442,69 @@ class Builder:
         begun = self._begun[key] = Begun(object_file)
         in_background("eomgen-begun", work, lower=False)
 
+    def begin_on_tape(self, files: Mapping[str, str], cdef: str) -> None:
+        """Compile and link the library of one source on the tape engine while the caller derives the tape, if the cache
+        has the objects of the engine and of the wrapper, else the source alone; ``build`` takes the result, and reports
+        faults.
+
+        Parameters
+        ----------
+        files, cdef : as of ``build``
+        """
+        (name,) = (name for name in files if name.endswith(".c") and name != _ENGINE)
+        engine = self.cache.get(self._object_key(_ENGINE, files, self._flags_for(_ENGINE, files[_ENGINE], ())))
+        wrapper = self._known_wrapper(cdef, files["interface.h"])
+        if engine is None or wrapper is None:
+            self.begin_source(name, files, ())
+            return
+        key = self._linked_key(files, cdef)
+        if self.cache.get(key) is not None:
+            return
+        flags = self._flags_for(name, files[name], ())
+        objects = (engine.file(_OBJECT), *wrapper)
+
+        def fill(running: RunningCompilers, folder: Path) -> None:
+            for other, text in files.items():
+                (folder / other).write_text(text, encoding="utf-8")
+            output, plain = folder / self.binary, self.real in ("double", "float")
+            command = compile_and_link(self.compiler, folder / name, flags, objects, output, running, plain=plain)
+            for other in files:
+                (folder / other).unlink()
+            (folder / _COMMANDS).write_text(command, encoding="utf-8")
+
+        def work(running: RunningCompilers) -> None:
+            try:
+                with suppress(EomgenError):
+                    self.cache.put(key, partial(fill, running))
+            finally:
+                begun.ended.set()
+
+        begun = self._begun[key] = Begun(lambda: None)
+        # without the wait the thread would wait for Python at each file, in turns with the caller
+        in_background("eomgen-begun", work, lower=False).started.wait(_STARTING)
+        _LOG.debug("began the library on the tape engine, by %s", self.compiler.version)  # asked for meanwhile
+
+    @property
+    def is_compiling(self) -> bool:
+        """Whether a compilation that was begun goes on."""
+        return any(not begun.ended.is_set() for begun in self._begun.values())
+
+    def _linked(self, files: Mapping[str, str], cdef: str) -> Entry | None:
+        """Return the entry of the library that ``begin_on_tape`` has linked, which is waited for; None without."""
+        key = self._linked_key(files, cdef)
+        if (begun := self._begun.pop(key, None)) is not None:
+            begun.ended.wait()
+        return self.cache.get(key)
+
+    def _linked_key(self, files: Mapping[str, str], cdef: str) -> str:
+        texts = "".join(f"{name}\0{text}\0" for name, text in sorted(files.items()))
+        return library_key(f"linked\0{cdef}\0{texts}".encode(), self.compiler, self.profile, self.flags, self.mode)
+
     def _flags_for(self, name: str, text: str, straight: Collection[str], *, loops: bool = False) -> tuple[str, ...]:
         if name == _ENGINE:
             return (*ENGINE_FLAGS, *_REALS[self.real])
+        if self.profile.on_tape:  # without passes
+            return self.flags
         if name in straight:
             further = OF_ANGLES if _LOOP in text else OF_STRAIGHT
             return without_slow_passes(self.flags, self.compiler.version, further)
@@ -546,12 +624,10 @@ class Builder:
     def _wrapper(self, cdef: str, header: str, running: RunningCompilers | None = None) -> list[Path]:
         """Return the object of the extension module, which is the same for all models; none in the ABI mode."""
         headers = self.headers
-        if headers is None:
-            return []
+        known = self._known_wrapper(cdef, header)
+        if known is not None or headers is None:
+            return known or []
         key = wrapper_key(self.compiler, cdef, header, headers)
-        entry = self.cache.get(key)
-        if entry is not None:
-            return [entry.file("wrapper.o")]
 
         def fill(folder: Path) -> None:
             (folder / "interface.h").write_text(header, encoding="utf-8")
@@ -562,6 +638,13 @@ class Builder:
         with self.cache.claim(key):
             entry = self.cache.get(key) or self.cache.put(key, fill)
         return [entry.file("wrapper.o")]
+
+    def _known_wrapper(self, cdef: str, header: str) -> list[Path] | None:
+        """Return the object of the extension module, if one is needed, from the cache; None if the cache has none."""
+        if self.headers is None:
+            return []
+        entry = self.cache.get(wrapper_key(self.compiler, cdef, header, self.headers))
+        return None if entry is None else [entry.file("wrapper.o")]
 
     def loaded(self, files: Mapping[str, bytes], mode: str) -> Library:
         """Return the library of files of ``library_files``, which are kept in the cache.
@@ -576,11 +659,12 @@ class Builder:
             The files cannot be kept.
         """
         digest = hashlib.sha256(b"given\0" + mode.encode())
-        for name in (_LIBRARY, _LAYOUT, _CDEF):
+        names = [name for name in _FILES if name in files or name != _TAPE]
+        for name in names:
             digest.update(hashlib.sha256(files[name]).digest())
 
         def fill(folder: Path) -> None:
-            for name in (_LIBRARY, _LAYOUT, _CDEF):
+            for name in names:
                 place = folder / (name + library_suffix() if name == _LIBRARY else name)
                 place.write_bytes(files[name])
 
@@ -591,7 +675,8 @@ class Builder:
         layout = json.loads(entry.text(_LAYOUT))
         path = entry.file(self.binary)
         ffi, lib = load_api(path) if mode == "api" else load_abi(path, entry.text(_CDEF))
-        library = Library(ffi, lib, layout, mode, path)
+        tape = entry.file(_TAPE).read_bytes() if _TAPE in entry.files else b""
+        library = Library(ffi, lib, layout, mode, path, tape)
         library.profile = self.profile.name
         sources = any(name.endswith(".c") for name in entry.files)
         if self.real == "double" and self._compiler is not None and not self.profile.on_tape and sources:
@@ -626,8 +711,17 @@ class Builder:
 def library_files(library: Library) -> dict[str, bytes]:
     """Return the files by which another process loads a library, by names that are the same on all machines."""
     suffix = {_LIBRARY: library_suffix()}
-    names = (_LIBRARY, _LAYOUT, _CDEF)
-    return {name: (library.folder / f"{name}{suffix.get(name, '')}").read_bytes() for name in names}
+    files = {name: library.folder / f"{name}{suffix.get(name, '')}" for name in _FILES}
+    return {name: file.read_bytes() for name, file in files.items() if name != _TAPE or file.is_file()}
+
+
+def _copied(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
+    """Write files of a library that is linked already, with the library, to a folder; return the commands."""
+    for name, text in files.items():
+        (folder / name).write_text(text, encoding="utf-8")
+    name = _LIBRARY + library_suffix()
+    shutil.copy(linked.file(name), folder / name)
+    return [linked.text(_COMMANDS)]
 
 
 def _sources(folder: Path) -> Iterator[Path]:

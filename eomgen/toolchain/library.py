@@ -97,7 +97,11 @@ class Library:
     predecessor: Library | None = None
     companion: Callable[..., Library | None] | None = None
 
-    def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path) -> None:
+    def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path, tape: bytes = b"") -> None:
+        if tape:
+            from eomgen.toolchain.tape_data import hand_over  # noqa: PLC0415  # few libraries have a tape
+
+            hand_over(file, tape)
         self.ffi, self._interface = ffi, lib
         self.lib = _called(lib, layout, file)
         self.layout = layout
@@ -109,7 +113,7 @@ class Library:
         self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
         # a library with all functions has the bits of the library of runs that was made before
         self.lacking = frozenset(() if "digest" in layout else layout.get("later", ()))
-        self.digest = layout.get("digest") or hashlib.sha256(file.read_bytes()).hexdigest()
+        self.digest = layout.get("digest") or hashlib.sha256(file.read_bytes() + tape).hexdigest()
         self._width = self.dtype.itemsize // 8
         self.types = tuple(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]"))
         functions = layout["functions"]

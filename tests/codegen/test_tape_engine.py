@@ -16,9 +16,9 @@ import eomgen
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.metadata import interface_layout, stack_bytes
 from eomgen.codegen.program import Program
-from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
-from eomgen.codegen.targets.c.tape_code import OPERATIONS, on_tape
-from eomgen.codegen.targets.c.target import written_library
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF, fingerprint
+from eomgen.codegen.targets.c.tape_code import OPERATIONS, before_scheduling, functions_of_data, on_tape
+from eomgen.codegen.targets.c.target import written_on_tape
 from eomgen.formula.curves import Curve
 from eomgen.pipeline.model import Model
 from eomgen.symbolic.operations import LEAVES, UNARY, Op
@@ -42,9 +42,10 @@ _REST = sorted({path.parent.name for path in EXAMPLES.glob("*/scene.toml")} - {*
 
 def _on_engine(program: Program, folder: Path, real: str = "double") -> Library:
     coded, tape = on_tape(program)
-    files = dict(written_library(coded, folder / "templates", tape=tape))
+    files = written_on_tape(coded, folder / "templates")
+    data = tape.data(len(coded.functions), fingerprint(files))
     builder = Builder("instant", real, None, Cache(folder))
-    return builder.build("".join(files.values()).encode(), files, INTERFACE_CDEF, interface_layout(coded))
+    return builder.build(data, files, INTERFACE_CDEF, interface_layout(coded), tape=data)
 
 
 @pytest.fixture(scope="module")
@@ -156,16 +157,28 @@ def test_other_number_types_agree_with_c(real: str, cache: Path) -> None:
     assert one == pytest.approx(other, rel=1e-12)
 
 
-def test_registers_count_as_stack_and_short_functions_stay_c() -> None:
+def test_registers_count_as_stack() -> None:
     program = to_program(tangled(operations=150, functions=1))
     coded, tape = on_tape(program)
     assert stack_bytes(coded) > stack_bytes(program)
     assert len(tape.code) % 4 == 0
     assert tape.code[-4] == OPERATIONS.index("END")
-    short = Tape()
-    refs = (short.add(short.input("q", 0), short.input("q", 1)),)
-    small = to_program(make_system("small", short, [Function("f", "", ("q",), (Block("y", (1,), refs),))]))
-    assert on_tape(small)[0] == small
+
+
+@pytest.mark.parametrize("example", ["four_bar", "robot_arm"])
+def test_texts_are_known_before_functions_are_scheduled(example: str, tmp_path: Path) -> None:
+    system = eomgen.derive(EXAMPLES / example / "scene.toml")
+    early = before_scheduling(to_program(system, scheduled=False))
+    assert early is not None
+    coded, _ = on_tape(to_program(system))
+    assert functions_of_data(coded) == set(system.functions)
+    assert written_on_tape(early, tmp_path) == written_on_tape(coded, tmp_path)
+
+
+def test_long_programs_and_moving_bases_are_scheduled_first() -> None:
+    shaken = eomgen.derive(EXAMPLES / "double_pendulum_on_shaking_base" / "scene.toml")
+    assert before_scheduling(to_program(shaken, scheduled=False)) is None
+    assert before_scheduling(to_program(tangled(operations=20_000, functions=1), scheduled=False)) is None
 
 
 def _bits(model: Model) -> dict[str, bytes]:

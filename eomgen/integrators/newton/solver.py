@@ -382,7 +382,7 @@ def _elimination_data(elimination: Elimination, indices: Sequence[MatrixIndex], 
         "operations": elimination.operations,
     }
     written_out = _is_written_out(elimination, growth)
-    if not written_out:
+    if not (written_out and elimination.groups):  # rows that are written out without groups have loops, too
         data |= {"start": start} | _kinds_of_rows(elimination, entry_start, entry_columns)
     if elimination.groups:
         data["groups"] = list(elimination.groups)

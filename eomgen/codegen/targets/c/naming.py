@@ -267,6 +267,10 @@ class CNames:
         used = {block for part in function.parts for block in part.inputs}
         return [block for block in function.inputs if block not in used]
 
+    def is_on_tape(self, function: ProgramFunction) -> bool:
+        """Return whether a function has statements of the tape engine, which declare their registers."""
+        return any(item.kind in ("data", "registers") for part in function.parts for item in part.statements)
+
     def direct_arguments(self, function: ProgramFunction) -> str:
         """Return the arguments of a call from the interface of doubles, on the caller's own arrays."""
         texts = [

@@ -440,7 +440,7 @@ class Printer:
             elif kind == "add":
                 arguments = ", ".join(str(self.outputs[output]) for output in data[2])
                 lines.append(f"{self.prefix}_loop{data[0] + 1}(&w[{data[1]}], {arguments});")
-            elif kind in ("registers", "run", "curve"):
+            elif kind in ("data", "registers", "run", "curve"):
                 lines += self._on_tape(kind, data)
             elif kind == "gather":
                 to, to_step, block, start, step, length = data
@@ -466,20 +466,29 @@ class Printer:
 
     def _on_tape(self, kind: str, data: Sequence[Any]) -> list[str]:
         """Return a statement of a function that the tape engine evaluates; see ``tape_code``."""
+        if kind == "data":
+            number_, blocks = data
+            pointers = {"t": "&t", "p": "(const real *)p", "base": "(const real *)base"}
+            inputs = ", ".join(pointers.get(block, block) for block in blocks)
+            return [
+                f"const real *const in[] = {{ {inputs or 'NULL'} }};",
+                f"real *const out[] = {{ {', '.join(map(str, self.outputs)) or 'NULL'} }};",
+                f"eomgen_tape_function(&{self.prefix}_tape, {number_}, in, out);",
+            ]
         if kind == "run":
-            return [f"eomgen_tape(w, out, {self.prefix}_code.of + {data[0]});"]
+            return [f"eomgen_tape(w, out, {self.prefix}_tape.code + {data[0]});"]
         if kind == "curve":
             target, argument, curve, derivative = data
             return [f"w[{target}] = {self.prefix}_curve{curve + 1}(w[{argument}], {derivative});"]
-        copies, (first, start, count), self._first_local = data
-        lines = [f"real *const out[] = {{ {', '.join(map(str, self.outputs))} }};"]
+        registers, copies, (first, start, count), self._first_local = data
+        lines = [f"real w[{registers}];", f"real *const out[] = {{ {', '.join(map(str, self.outputs))} }};"]
         for block, to, size in copies:
             if block == "t":
                 lines.append(f"w[{to}] = t;")
             else:
                 lines.append(f"memcpy(&w[{to}], {block}, {size} * sizeof(real));")
         if count:
-            lines.append(f"eomgen_tape_numbers(&w[{first}], {self.prefix}_numbers.of + {start}, {count});")
+            lines.append(f"eomgen_tape_numbers(&w[{first}], {self.prefix}_tape.numbers + {start}, {count});")
         return lines
 
     def _angles(self, angles: Sequence[tuple[int, int, Expression]]) -> list[str]:

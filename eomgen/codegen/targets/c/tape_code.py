@@ -1,13 +1,17 @@
 """Functions of a Program as code of the tape engine, in place of statements of C that a compiler has to read.
 
 Operations of a function become instructions of four 16-bit numbers on one array of registers, ``w``: the workspace,
-the function's constants, its inputs, local values. Loops, tables of curves and long copies stay C, between runs of
-instructions. The engine (``templates/c/model/tape.c.jinja``) evaluates the operations in the order of the statements,
-so results have the bits of C without fused products.
+the function's constants, its inputs, local values. The engine (``templates/c/model/eomgen_tape.c.jinja``) evaluates the
+operations in the order of the statements, so results have the bits of C without fused products.
+
+The text of a function that is instructions alone depends on the arguments only, and the instructions are data that the
+loader of the library hands over: compilers begin before the functions are scheduled. Loops, tables of curves and long
+copies stay C, between runs of instructions.
 """
 
 from __future__ import annotations
 
+import hashlib
 import struct
 from collections.abc import Iterator
 from typing import Any
@@ -22,13 +26,13 @@ FUNCTIONS = (*(name.upper() for name in NAMES.values()), "ABS", "SIGN")
 #: Operations of the engine; the position is the code. An operation has a target and one or two operands.
 OPERATIONS = (
     "END", "MOVE", "NEG", "ADD", "SUB", "MUL", "DIV", *FUNCTIONS, "ATAN2", "POW", "MIN", "MAX", "LT", "LE", "SELECT",
-    "SINCOS", "TARGET", "OUT",
+    "SINCOS", "TARGET", "OUT", "ZERO",
 )  # fmt: skip  # a table
 _CODES = {name: code for code, name in enumerate(OPERATIONS)}
 #: Registers of a function at most: numbers of registers have 16 bits.
 _MOST_REGISTERS = 1 << 16
-#: Operations from which on a function is worth a run: a compiler reads fewer in no time.
-_LEAST_OPERATIONS = 40
+#: Operations of all functions from which on these may become loops: chains of some 20 hinges do, and arms have 10 000.
+_MOST_OPERATIONS = 15_000
 #: Length from which on a copy stays a loop of C.
 _LONG_COPY = 32
 
@@ -41,53 +45,95 @@ class TapeCode:
     ----------
     code : instructions, four numbers each
     numbers : constants, function after function
+    heads : by the position of a function that is instructions alone: number of registers, register of the first
+        constant, place of the first constant, number of constants, place of the first instruction, numbers of inputs
+        and outputs, then register and size of each input, and size of each output
     """
 
     code: list[int] = field(default_factory=list)
     numbers: list[float] = field(default_factory=list)
+    heads: dict[int, list[int]] = field(default_factory=dict)
 
-    @property
-    def code_bytes(self) -> bytes:
-        return struct.pack(f"={len(self.code)}H", *self.code)
+    def data(self, functions: int, mark: str) -> bytes:
+        """Return the data that a library takes: a fingerprint, ended by zero, the lengths of three arrays, heads with
+        the places of the heads of all functions in front, constants, and code.
 
-    @property
-    def number_bytes(self) -> bytes:
-        return struct.pack(f"={len(self.numbers)}d", *self.numbers)
+        Parameters
+        ----------
+        functions : number of functions of the Program
+        mark : fingerprint of the files
+        """
+        places, rows, at = [0] * functions, list[int](), functions
+        for function, head in self.heads.items():
+            places[function] = at + len(rows)
+            rows += head
+        heads = [*places, *rows]
+        sizes = (len(heads), len(self.numbers), len(self.code))
+        form = f"={3 + sizes[0]}q{sizes[1]}d{sizes[2]}H"
+        data = struct.pack(form, *sizes, *heads, *self.numbers, *self.code)
+        return hashlib.sha256(mark.encode() + data).hexdigest()[:16].encode() + bytes(8) + data
 
 
 def on_tape(program: Program) -> tuple[Program, TapeCode]:
-    """Return a Program whose long functions run on the engine, and the code of these functions.
+    """Return a Program whose functions run on the engine, and the code of these functions.
 
-    A function of few operations keeps its statements, and so do functions with too many registers and the state of the
-    base, whose result is a struct.
+    Functions with too many registers keep their statements, and so does the state of the base, whose result is a
+    struct.
     """
     tape = TapeCode()
-    functions = tuple(_coded(program, function, tape) or function for function in program.functions)
+    numbered = enumerate(program.functions)
+    functions = tuple(_coded(program, function, number, tape) or function for number, function in numbered)
+    place = {function.name: number for number, function in enumerate(functions)}
+    for number, function in enumerate(functions):
+        if function.same_as and place[function.same_as] in tape.heads:
+            tape.heads[number] = tape.heads[place[function.same_as]]
     kinds = {statement.kind for function in functions for part in function.parts for statement in part.statements}
     return replace(program, functions=functions, shared=program.shared if "share" in kinds else ()), tape
 
 
-def literal(data: bytes) -> str:
-    """Return a string literal of C with these bytes, 28 in a line: compilers read string literals ten times as fast as
-    numbers."""
-    text = [f"\\{byte:03o}" for byte in range(256)]
-    rows = ("".join([text[byte] for byte in data[start : start + 28]]) for start in range(0, len(data), 28))
-    return "\n".join(f'    "{row}"' for row in rows)
+def before_scheduling(program: Program) -> Program | None:
+    """Return a Program without statements with the functions of the engine if all are instructions alone; None for a
+    long Program, whose functions may become loops, or for functions that never are."""
+    operations = sum(function.counts["statements"] for function in program.functions)
+    if operations > _MOST_OPERATIONS or any(function.name == "base" for function in program.functions):
+        return None
+    numbered = enumerate(program.functions)
+    functions = (function if function.same_as else _as_data(function, number) for number, function in numbered)
+    return replace(program, functions=tuple(functions))
 
 
-def _coded(program: Program, function: ProgramFunction, tape: TapeCode) -> ProgramFunction | None:
+def functions_of_data(program: Program) -> frozenset[str]:
+    """Return the names of the functions of a Program on the engine that are instructions alone."""
+    whole = {f.name for f in program.functions if [s.kind for part in f.parts for s in part.statements] == ["data"]}
+    return frozenset(f.name for f in program.functions if (f.same_as or f.name) in whole)
+
+
+def _as_data(function: ProgramFunction, number: int) -> ProgramFunction:
+    """Return a function that is instructions alone."""
+    inputs, outputs = function.inputs, tuple(range(len(function.outputs)))
+    part = FunctionPart((Statement("data", (number, inputs)),), inputs, outputs, True, function.operations)
+    return replace(function, parts=(part,))
+
+
+def _coded(program: Program, function: ProgramFunction, number: int, tape: TapeCode) -> ProgramFunction | None:
     """Return a function as runs of the engine, or None if the function remains C."""
-    if function.operations < _LEAST_OPERATIONS or function.name == "base" or function.same_as:
+    if function.name == "base" or function.same_as:
         return None
     made = _Assembler(program, _without_calls(program, function), len(tape.code))
-    statements = made.statements()
+    begin, statements = len(tape.code), made.statements()
     if made.registers > _MOST_REGISTERS:
         return None
     constants = (made.first_number, len(tape.numbers), len(made.numbers))
-    head = Statement("registers", (tuple(made.copies), constants, made.first_local))
     tape.code += made.code
     tape.numbers += made.numbers
-    inputs = tuple(block for block in function.inputs if any(block in part.inputs for part in function.parts))
+    if len(statements) == 1 and statements[0].kind == "run":
+        sizes = [output.size for output in function.outputs]
+        places = [entry for _, to, size in made.copies for entry in (to, size)]
+        counts = (len(made.copies), len(sizes))
+        tape.heads[number] = [made.registers, *constants, begin, *counts, *places, *sizes]
+        return replace(_as_data(function, number), workspace=made.registers)
+    head = Statement("registers", (made.registers, tuple(made.copies), constants, made.first_local))
+    inputs = tuple(block for block, _, _ in made.copies)
     outputs = tuple(range(len(function.outputs)))
     part = FunctionPart((head, *statements), inputs, outputs, workspace=True, operations=function.operations)
     return replace(function, parts=(part,), workspace=made.registers)
@@ -153,11 +199,10 @@ class _Assembler:
         self.copies: list[tuple[str, int, int]] = []
         self._inputs: dict[str, int] = {}
         for block in function.inputs:
-            if any(block in part.inputs for part in function.parts):
-                size = program.input_size(block)
-                self._inputs[block] = at
-                self.copies.append((block, at, size))
-                at += size
+            size = program.input_size(block)
+            self._inputs[block] = at
+            self.copies.append((block, at, size))
+            at += size
         self.first_local = at
         at += 1 + max((_last_local(part.statements) for part in function.parts), default=0)
         self.first_number = at
@@ -177,6 +222,9 @@ class _Assembler:
             for statement in part.statements:
                 self._statement(statement)
         self._close()
+        if not self._done:  # without outputs
+            self._emit("END", 0)
+            self._done.append(Statement("run", (self._run,)))
         return self._done
 
     def _collect(self, expression: Expression) -> None:
@@ -217,9 +265,14 @@ class _Assembler:
             self._sines(data[0])
         elif kind == "out":
             self._out(data[0], data[1], self._value(data[2], 0))
-        elif kind == "circular" and data[-1] == 1:
-            sine, cosine, block, start, *_ = data
-            self._emit("SINCOS", sine, cosine, start + (0 if block == "w" else self._inputs[block]))
+        elif kind == "fill":
+            self._aim(data[0])
+            self._emit("ZERO", 0, data[1] & 0xFFFF, data[1] >> 16)
+        elif kind == "circular" and data[-1] <= _LONG_COPY:
+            sine, cosine, block, start, step, length = data
+            first = start + (0 if block == "w" else self._inputs[block])
+            for k in range(length):
+                self._emit("SINCOS", sine + k, cosine + k, first + k * step)
         elif kind == "gather" and data[-1] <= _LONG_COPY:
             to, to_step, block, start, step, length = data
             first = start + (0 if block == "w" else self._inputs[block])
@@ -238,10 +291,14 @@ class _Assembler:
         for sine, cosine, angle in angles:
             self._emit("SINCOS", self.first_local + sine, self.first_local + cosine, self._value(angle, 0))
 
-    def _out(self, output: int, component: int, source: int) -> None:
+    def _aim(self, output: int) -> None:
+        """Let an output be the target of the next instructions."""
         if output != self._target:
             self._emit("TARGET", output)
             self._target = output
+
+    def _out(self, output: int, component: int, source: int) -> None:
+        self._aim(output)
         self._emit("OUT", source, component & 0xFFFF, component >> 16)
 
     def _value(self, expression: Expression, depth: int, target: int | None = None) -> int:

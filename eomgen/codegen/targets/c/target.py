@@ -20,6 +20,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.codegen.folder import MANIFEST, manifest
 from eomgen.codegen.metadata import stack_bytes
 from eomgen.codegen.program import FunctionPart, Program, ProgramFunction, ProgramLoop, ProgramShared
+from eomgen.codegen.scheduling.matrix_loops import in_loops
 from eomgen.codegen.scheduling.rerolling import READ
 from eomgen.codegen.scheduling.sharing import NUMBER
 from eomgen.codegen.targets.c.interface import fingerprint, interface_header
@@ -27,7 +28,7 @@ from eomgen.codegen.targets.c.naming import CNames, comment, local_names
 from eomgen.codegen.targets.c.printer import NumberTable, Printer, counts, folded, indented, number
 from eomgen.codegen.targets.c.stepper import stepper_names
 from eomgen.codegen.targets.c.tables import curve_tables
-from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, TapeCode, literal
+from eomgen.codegen.targets.c.tape_code import FUNCTIONS, OPERATIONS, functions_of_data
 from eomgen.codegen.targets.c.uniform import MEANINGS, Uniform
 from eomgen.system.system import INPUT_BLOCKS
 
@@ -156,7 +157,6 @@ _NOT_FOLDED = (
     "c/main/README.md.jinja",
     "c/controller/README.md.jinja",
     "c/model/tables.c.jinja",
-    "c/model/tape.h.jinja",
 )
 
 
@@ -166,7 +166,7 @@ class _Context:
     Parameters
     ----------
     apart : whether the numbers of the functions stand in tables of another file
-    tape : code of the functions that the tape engine evaluates
+    tape : whether the tape engine evaluates functions
     later : as of ``plan_files``
     ready : texts of files that were written before, by name
     """
@@ -177,7 +177,7 @@ class _Context:
         file_limit: int,
         *,
         apart: bool = False,
-        tape: TapeCode | None = None,
+        tape: bool = False,
         later: Collection[str] = (),
         ready: Mapping[str, str] = MappingProxyType({}),
     ) -> None:
@@ -188,7 +188,7 @@ class _Context:
         self.number_tables: dict[str, NumberTable] = {}
         self._bodies: dict[tuple[str, int], str] = {}
         self.c = CNames(program)
-        self.files = plan_files(program, file_limit if tape is None else sys.maxsize, later)
+        self.files = plan_files(program, sys.maxsize if tape else file_limit, later)
         self.stepper = stepper_names(program) if program.method else {}
         self.tables = curve_tables(program.curves)
 
@@ -322,7 +322,6 @@ def written_library(
     bytecode: Path,
     *,
     apart: bool = False,
-    tape: TapeCode | None = None,
     ready: Mapping[str, str] = MappingProxyType({}),
 ) -> Iterator[tuple[str, str]]:
     """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as written, headers before the
@@ -333,10 +332,9 @@ def written_library(
     bytecode : the folder of the bytecode of the templates if the folder of the templates cannot be written
     apart : whether the numbers of the functions are in a separate file, ``<prefix>_numbers.c``, so that other numbers
         change no other source
-    tape : code of the functions that the tape engine evaluates, if the Program has any
     ready : the files of ``written_stepper``, if these were written
     """
-    context = _context_of_library(program, bytecode, apart=apart, tape=tape, ready=ready)
+    context = _context_of_library(program, bytecode, apart=apart, ready=ready)
     files: dict[str, str] = {}
     for name, text in _sources(context):
         files[name] = text
@@ -351,15 +349,43 @@ def written_library(
     yield from _documents(context, files, mark).items()
 
 
-def written_stepper(program: Program, bytecode: Path, *, apart: bool = True) -> dict[str, str]:
+def written_on_tape(
+    program: Program, bytecode: Path, ready: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, str]:
+    """Return the files of the library of a Program on the tape engine, headers first.
+
+    ``<prefix>.c`` has the functions that the stepper calls, the interface, and the stepper if all functions are data:
+    compilers take 20 ms for each file before the first function.
+
+    Parameters
+    ----------
+    bytecode, ready : as of ``written_library``
+    """
+    prefix, data = program.prefix, functions_of_data(program)
+    context = _context_of_library(program, bytecode, apart=False, tape=True, ready=ready)
+    step = dict([_stepper(context)]) if program.method else {}
+    context.ready = {**ready, **step}
+    (file,) = context.files
+    called = {f.same_as for f in program.functions} | {f.name for f in program.functions if f.name not in data}
+    called |= {f.name for f in program.functions for text in step.values() if f"{prefix}_{f.name}(" in text}
+    file.functions = [function for function in file.functions if function.name in called]
+    files = dict(_sources(context)) | _interface(context, "", data)
+    whole = len(data) == len(program.functions)
+    joined = [f"{prefix}.c", *(step if whole else ()), "interface.c"]
+    parts = [files.pop(name) for name in joined]
+    return {**files, f"{prefix}.c": "\n".join(parts)}
+
+
+def written_stepper(program: Program, bytecode: Path, *, tape: bool = False) -> dict[str, str]:
     """Return the source of the stepper of a library, and before it the headers that it includes, of a Program whose
     functions may have no statements.
 
     Parameters
     ----------
-    bytecode, apart : as of ``written_library``
+    bytecode : as of ``written_library``
+    tape : whether the library is on the tape engine, else its numbers are in a separate file
     """
-    context = _context_of_library(program, bytecode, apart=apart)
+    context = _context_of_library(program, bytecode, apart=not tape, tape=tape)
     prefix = program.prefix
     real, header = ("eomgen_real.h", "c/model/eomgen_real.h.jinja"), (f"{prefix}.h", "c/model/model.h.jinja")
     return {**dict(context.file(*item) for item in (real, header)), **dict([_stepper(context)])}
@@ -424,7 +450,7 @@ def _context_of_library(
     bytecode: Path,
     *,
     apart: bool,
-    tape: TapeCode | None = None,
+    tape: bool = False,
     later: Collection[str] = (),
     ready: Mapping[str, str] = MappingProxyType({}),
 ) -> _Context:
@@ -433,6 +459,8 @@ def _context_of_library(
     environment().bytecode_cache = kept_bytecode(bytecode)
     if apart:
         program = replace(program, constants=())  # macros of constants would change a header that all sources include
+    if tape:
+        program = replace(program, method=in_loops(program.method))
     return _Context(program, FILE_LIMIT, apart=apart, tape=tape, later=later, ready=ready)
 
 
@@ -476,9 +504,9 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield f"{prefix}_curves.h", context.render("c/model/curves.h.jinja")
     if program.external:
         yield f"{prefix}_external.h", context.render("c/model/external.h.jinja")
-    if context.tape is not None:
-        yield f"{prefix}_tape.h", context.render("c/model/tape.h.jinja", literal=literal)
-        yield "eomgen_tape.c", context.render("c/model/tape.c.jinja", operations=OPERATIONS, unary=FUNCTIONS)
+    if context.tape:
+        yield "eomgen_tape.h", context.render("c/model/eomgen_tape.h.jinja")
+        yield "eomgen_tape.c", context.render("c/model/eomgen_tape.c.jinja", operations=OPERATIONS, unary=FUNCTIONS)
     for file in context.files:
         if not file.later:
             yield f"{file.name}.c", context.render("c/model/model.c.jinja", file=file)
@@ -500,7 +528,8 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield "eomgen_uniform.h", context.render("c/uniform/eomgen_uniform.h.jinja", **texts)
         yield f"{prefix}_uniform.h", context.render("c/uniform/model.h.jinja", **texts)
         yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
-    yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
+    if not context.tape:
+        yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
 
 
 def _stepper(context: _Context) -> tuple[str, str]:
