@@ -165,18 +165,20 @@ def _mimics(path: Path, scene: Scene) -> dict[str, tuple[str, float, float]]:
 HEADING = "## Every robot against Pinocchio\n"
 HEAD = f"""{HEADING}
 Every URDF of [example-robot-data](https://github.com/Gepetto/example-robot-data), read by eomgen and by Pinocchio.
-*Agrees* means that the mass matrix and inverse dynamics at {STATES} random states are those of Pinocchio to 1e-11
+*Agrees* means that the mass matrix and inverse dynamics at {STATES} random states equal Pinocchio's to 1e-11
 of their norm, with the root fixed and with the root free, and that both read the same placements and inertias.
-Joints that mimic others are no degrees of freedom; Pinocchio's model, in which they move on their own, is
+Damping of joints is part of eomgen's `inverse_dynamics` and not of `pinocchio.rnea`: there the torques differ by
+damping times `v`.
+Joints that mimic others are not degrees of freedom; Pinocchio's model, in which they move on their own, is
 projected.
 
-What is refused has a joint that nothing can move, so that M would be singular, or a broken description. Inertias
+Refused files have a joint that no force can move, so that M would be singular, or a broken description. Inertias
 that no body can have are taken as the file has them, with a note in `scene.notes`, and refused with `strict`: many
-files in use have some, and M is positive definite at every state here all the same (the table would say where not).
+files in use have some, and M is positive definite at every state here all the same (the table would name exceptions).
 A moment below zero by less than 1e-6 of the largest counts as rounding, and the link as one against the triangle
 inequality: of 13 files with a negative moment, 5 are left that way.
 
-This table is made by `{COMMAND}`, and a test compares it with what is found.
+This table is made by `{COMMAND}`, and a test compares it with the results.
 
 """
 _TABLE = """| file | degrees of freedom | followers | | links with inertias that no body can have |
@@ -195,7 +197,7 @@ def page(found: dict[str, Found]) -> str:
         sizes = f"{item.dofs} | {item.followers or ''}" if not item.refusal else " | "
         rows.append(f"| {name.removesuffix('.urdf')} | {sizes} | {item.verdict} | {item.doubts} |\n")
     summary = (
-        f"{len(found)} files: {count} agree, {refused} are refused; {doubtful} of those that agree hold such"
+        f"{len(found)} files: {count} agree, {refused} are refused; {doubtful} of the agreeing ones have such"
         " inertias.\n\n"
     )
     return by_hand + HEAD + summary + _TABLE + "".join(rows)
