@@ -8,8 +8,8 @@ from pathlib import Path
 
 #: Fingerprint of the library as text, ended by zero, and the numbers of heads, constants and instructions.
 _START = struct.Struct("=24s3q")
-#: A library may read its tape for as long as the process runs.
-_KEPT: list[object] = []
+#: Memory of each tape, which libraries may read for as long as the process runs.
+_KEPT: dict[bytes, ctypes.Array[ctypes.c_char]] = {}
 
 
 class _Tape(ctypes.Structure):
@@ -18,9 +18,7 @@ class _Tape(ctypes.Structure):
 
 def hand_over(library: Path, tape: bytes) -> None:
     """Give a tape to a loaded library, before the first call."""
-    kept = ctypes.create_string_buffer(tape, len(tape))
-    _KEPT.append(kept)
-    start = ctypes.addressof(kept)
+    start = ctypes.addressof(_KEPT.setdefault(tape, ctypes.create_string_buffer(tape, len(tape))))
     _, heads, numbers, _ = _START.unpack_from(tape)
     first = start + _START.size
     places = (first, first + 8 * heads, first + 8 * (heads + numbers), start)
