@@ -169,7 +169,7 @@ def test_what_hangs_on_a_group_moves_as_ever(
     runs = [made, plain(eomgen.load(data), tmp_path / "plain", method, monkeypatch)]
     first, second = (run.simulate(2.0, 5e-3, method=method, error_estimate=False) for run in runs)
     assert np.abs(first.q - second.q).max() <= 1e-12 * np.abs(second.q).max()
-    assert not np.array_equal(first.q, second.q)
+    assert made.library.fingerprint != runs[1].library.fingerprint  # bits may be equal
 
 
 #: Of the chain: q and v at the start, and the length of the stiff spring.
