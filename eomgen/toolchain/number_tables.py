@@ -23,7 +23,8 @@ def keeps_tables(compiler: Compiler) -> bool:
 
 
 def with_tables(library: bytes, tables: Sequence[tuple[Numbers, Numbers]]) -> bytes | None:
-    """Return the bytes of a library with other numbers in its tables, None if the tables are not found just once.
+    """Return the bytes of a library with other numbers in its tables, None if the tables are not found just once, or if
+    a table of zeros alone looks like the room between tables.
 
     Compilers write the tables of a source one after another, in the order of the source or in reverse, with zeros
     between them up to the next multiple of the alignment.
@@ -32,6 +33,8 @@ def with_tables(library: bytes, tables: Sequence[tuple[Numbers, Numbers]]) -> by
     ----------
     tables : numbers and as many new numbers of every table, in the order of the source
     """
+    if not all(any(old) for old, _ in tables):
+        return None
     packed = [(array("d", old).tobytes(), array("d", new).tobytes()) for old, new in tables]
     for ordered in (packed, packed[::-1]):
         block = rb"\0*?".join(b"(%b)" % re.escape(old) for old, _ in ordered)

@@ -66,3 +66,10 @@ def test_a_table_that_cannot_be_told_from_others_is_left_to_a_compiler() -> None
 @pytest.mark.parametrize("command", [("cc", "-flto"), ("gcc", "-O2", "-flto=auto"), ("zig", "cc")])
 def test_an_optimisation_at_the_link_may_copy_numbers_into_functions(command: tuple[str, ...]) -> None:
     assert not keeps_tables(Compiler(command, Path(command[0])))
+
+
+def test_a_table_of_zeros_is_not_taken_for_the_room_between_tables() -> None:
+    library = array("d", [1.5, 0.0, 0.0, 2.5]).tobytes()  # the second number may be room
+    assert with_tables(library, [([1.5], [3.5]), ([0.0], [4.5]), ([2.5], [5.5])]) is None
+    found = with_tables(library, [([1.5], [3.5]), ([0.0, 2.5], [4.5, 5.5])])
+    assert found == array("d", [3.5, 0.0, 4.5, 5.5]).tobytes()
