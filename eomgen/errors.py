@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, field
 
 #: Number of problems of one kind above which a message lists the first ones and counts the rest.
 _ALIKE = 5
@@ -26,11 +26,17 @@ class Problem:
         The fault, in one sentence without a final full stop.
     hint : str
         The remedy. May be empty if ``what`` already names it.
+    row : str
+        Code that the source of the message gives, such as ``E0312``; empty if the code follows from the text.
+    data : mapping
+        Names and numbers of the message, for programs.
     """
 
     where: str
     what: str
     hint: str = ""
+    row: str = ""
+    data: Mapping[str, object] = field(default_factory=dict, hash=False)
 
     @property
     def code(self) -> str:
@@ -43,6 +49,8 @@ class Problem:
         >>> problem.code == eomgen.Problem("", "the mass -2.5 is negative").code
         True
         """
+        if self.row:
+            return self.row
         from eomgen.base.message_codes import code_of  # noqa: PLC0415  # read for a message only
 
         return code_of(self.what)
@@ -61,14 +69,16 @@ class EomgenError(Exception):
         Everything that was found wrong, not only the first of it.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 1
     title = "error"
 
-    def __init__(self, problems: Problem | str | Sequence[Problem], hint: str = "") -> None:
+    def __init__(self, problems: Problem | str | Sequence[Problem], hint: str = "", code: str = "") -> None:
         if isinstance(problems, str):
-            problems = [Problem("", problems, hint)]
+            problems = [Problem("", problems, hint, code)]
         elif isinstance(problems, Problem):
             problems = [problems]
         self.problems: tuple[Problem, ...] = tuple(problems)

@@ -15,6 +15,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 import pytest
 
 import eomgen.pipeline.model
+import eomgen.pipeline.pipeline
 import eomgen.simulation.simulate  # noqa: F401  # imports most rooms
 from eomgen.base import data
 

@@ -12,6 +12,7 @@ __all__ = [
     "html",
     "journal",
     "json_text",
+    "limits",
     "locks",
     "message_codes",
     "messages",

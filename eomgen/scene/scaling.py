@@ -12,17 +12,18 @@ import copy
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
 from itertools import chain
-from typing import Any
+from operator import getitem
+from typing import Any, cast
 
 from eomgen.base.data import dataclass
 from eomgen.formula.units.parser import read_unit
-from eomgen.scene.document.schema import Document, document_for
+from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.key_metadata import ANY_UNIT, Inner, Table, Units, fields_of
+from eomgen.scene.quantities import Quantity, quantities
 from eomgen.scene.reading.report import Report
-from eomgen.scene.signals.schema import State
 
 Data = Mapping[str, Any]
 
@@ -35,6 +36,7 @@ NEUTRAL: Mapping[str, float] = {
     **dict.fromkeys((LENGTH, MASS, TIME, STIFFNESS, DAMPING, GRAVITY, RATIO, RATIO_LAST), 1.0),
     ORIGIN: 0.0,
 }
+_UNCHANGED = frozenset(["parameters", "initial", "simulation", "curves"])
 _KEYS = {"stiffness": STIFFNESS, "damping": DAMPING}
 #: A coordinate of a joint or a place of a point, or a bare name.
 _SYMBOL = re.compile(r"(?<![\w.])(?:([qva]|position|velocity|acceleration)\.(\w+)(?:\[(\d+)\])?|(\w+))(?![\w.(])")
@@ -72,7 +74,11 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
     """
     plain, *_ = in_si(data, Report("scene", {}))
     plain.setdefault("gravity", list(Document.model_fields["gravity"].default))
-    scaled = _ScaledScene(plain, frozenset(wanted)).table(document_for(plain), plain, None)
+    scaled, factors_of = copy.deepcopy(plain), _Factors(plain, frozenset(wanted))
+    for quantity in quantities(plain, _UNCHANGED):
+        *owner, last = quantity.path
+        table = reduce(getitem, owner, cast(Any, scaled))
+        table[last] = factors_of.scaled(quantity)
     if ORIGIN in wanted:
         _move_origin(scaled)
     if RATIO in wanted:
@@ -100,13 +106,12 @@ def _texts(value: Any) -> Iterator[str]:
             yield from _texts(entry)
 
 
-class _ScaledScene:
-    """The walk through one scene."""
+class _Factors:
+    """The factors of the quantities of one scene."""
 
     def __init__(self, data: Data, wanted: frozenset[str]) -> None:
         self.wanted = wanted
-        self.joints: Mapping[str, Any] = data.get("joints", {})
-        self.kinds = {str(name): joint.get("type", "fixed") for name, joint in self.joints.items()}
+        self.kinds = {str(name): joint.get("type", "fixed") for name, joint in data.get("joints", {}).items()}
         self.named = {
             str(name): str(entry.get("unit", ""))
             for section in ("inputs", "states")
@@ -114,45 +119,15 @@ class _ScaledScene:
             if isinstance(entry, Mapping)
         }
 
-    def table(self, model: type[Table], data: Data, kind: object) -> dict[str, Any]:
-        kind = data.get("type", kind or self.kinds.get(str(data.get("joint"))))
-        result = dict(data)
-        for name, (meaning, inner) in fields_of(model).items():
-            if name not in data or name in ("parameters", "initial", "simulation", "curves"):
-                continue
-            if inner is not None:
-                result[name] = self.inner(inner, data[name], kind)
-                continue
-            unit: Units = meaning.unit if not isinstance(meaning.unit, Mapping) else meaning.unit.get(str(kind), "")
-            if unit == ANY_UNIT:
-                unit = str(data.get("unit", ""))
-            elif isinstance(unit, tuple) and isinstance(data.get("index"), int):
-                unit = unit[data["index"]]
-            elif issubclass(model, State) and name == "rate":
-                unit = f"{data.get('unit') or '1'}/s"
-            own = _KEYS.get(name) if not issubclass(model, Document) else GRAVITY if name == "gravity" else None
-            if unit or meaning.names is not None:
-                result[name] = self.value(unit, data[name], own if own in self.wanted else None)
-        return result
-
-    def inner(self, inner: Inner, value: Any, kind: object) -> Any:
-        if inner.shape == "entries" and isinstance(value, Mapping):
-            return {name: self.table(inner.model, entry, kind) for name, entry in value.items()}
-        if inner.shape == "list" and isinstance(value, list | tuple):
-            return [self.table(inner.model, entry, kind) for entry in value]
-        return self.table(inner.model, value, kind) if isinstance(value, Mapping) else value
-
-    def value(self, unit: Units, value: Any, own: str | None) -> Any:
-        if isinstance(value, list | tuple):
-            units = (unit,) * len(value) if isinstance(unit, str) else unit
-            return [self.value(one, entry, own) for one, entry in zip(units, value, strict=True)]
-        if isinstance(value, Mapping):
-            return {name: self.value(unit, entry, own) for name, entry in value.items()}
+    def scaled(self, quantity: Quantity) -> Any:
+        """Return the value of a quantity with its factors."""
+        value = quantity.value
         if isinstance(value, str):
             value = _SYMBOL.sub(self.in_own_units, value)
         elif isinstance(value, bool) or not isinstance(value, int | float) or not value or math.isinf(value):
             return value
-        factors = [f for f in (self.factor(unit) if isinstance(unit, str) else "", own or "") if f]
+        own = _KEYS.get(quantity.field, "") if quantity.owner else GRAVITY if quantity.field == "gravity" else ""
+        factors = [factor for factor in (self.factor(quantity.unit), own if own in self.wanted else "") if factor]
         return f"({' * '.join(factors)}) * ({value})" if factors else value
 
     def in_own_units(self, match: re.Match[str]) -> str:

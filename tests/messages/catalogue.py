@@ -1,7 +1,8 @@
 """Upkeep of the catalogue of messages, ``eomgen/base/message_rows``: ``python -m tests.messages``.
 
-The number of a line is the code, so lines are added at the end and never move. A message that was reworded keeps its
-line: its new pattern is the one of the same room that is most alike. The line of a message that is gone becomes empty.
+The number of a line is the code, so lines are added at the end and never move. A message whose source gives its code
+stands in the line of this code, in the words of the source. Any other message that was reworded keeps its line: its new
+pattern is the one of the same room that is most alike. The line of a message that is gone becomes empty.
 """
 
 from __future__ import annotations
@@ -223,8 +224,15 @@ def _site(
     hints = hints if len(hints) == 1 and len(hints[0]) <= _LONGEST else []
     return Site(
         module.name, node.lineno, kind, general(map(_pattern, texts)), general(map(_pattern, hints)),
-        ast.unparse(what) if what else "",
+        ast.unparse(what) if what else "", _code(node),
     )  # fmt: skip
+
+
+def _code(node: ast.expr) -> str:
+    """Return the code that a call gives for its message."""
+    words = node.keywords if isinstance(node, ast.Call) else []
+    given = [word.value for word in words if word.arg in ("row", "code")]
+    return next((str(value.value) for value in given if isinstance(value, ast.Constant)), "")
 
 
 def _is_message(text: str, kind: str) -> bool:
@@ -285,13 +293,19 @@ def messages(source: Source) -> dict[tuple[str, str], tuple[str, str, str]]:
     return made
 
 
+def given_codes(source: Source) -> dict[str, str]:
+    """Return the patterns of the messages whose sources give a code, by code."""
+    return {site.code: site.patterns[0] for site in sites(source) if site.code and site.patterns}
+
+
 def renewed(known: Sequence[Row], source: Source) -> dict[str, list[str]]:
     """Return the lines of the catalogue by letter for the present source; known messages keep their lines."""
-    now, made = messages(source), dict[str, list[str]]()
+    now, given, made = messages(source), given_codes(source), dict[str, list[str]]()
     for letter in FILES:
         wanted = {pattern: row for (one, pattern), row in now.items() if one == letter}
         before = {int(row.code[1:]): row for row in known if row.code[0] == letter}
         kept = {number: row.pattern.replace("\n", "\\n") for number, row in before.items()}
+        kept |= {int(code[1:]): pattern for code, pattern in given.items() if code[0] == letter}
         fresh = [pattern for pattern in wanted if pattern not in kept.values()]
         for number, pattern in kept.items():
             if pattern not in wanted:

@@ -54,6 +54,7 @@ class Site:
     patterns : texts with ``{}`` for values, none if the text is passed on from elsewhere
     hints : remedies, likewise
     text : the expression
+    code : that the source gives; empty if the text alone identifies the message
     """
 
     module: str
@@ -62,6 +63,7 @@ class Site:
     patterns: tuple[str, ...]
     hints: tuple[str, ...]
     text: str
+    code: str = ""
 
 
 class Source:

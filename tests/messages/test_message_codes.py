@@ -9,6 +9,7 @@ import subprocess
 import sys
 import zlib
 from functools import cache
+from pathlib import Path
 
 import pytest
 
@@ -112,6 +113,21 @@ def test_a_reworded_message_keeps_its_code() -> None:
     ]
     made = catalogue.renewed(gone, small)["E"]
     assert made[30] == "" and made[:30] == lines["E"][:30] and len(made) == len(lines["E"]) + 1
+
+
+def test_a_message_with_a_code_at_its_source_is_identified_by_this_code_alone(tmp_path: Path) -> None:
+    package = tmp_path / "eomgen"
+    package.mkdir()
+    (package / "gates.py").write_text(
+        'def gate(width):\n    raise ModelError(f"the gate of {width} m is narrow", "a wider gate", code="E0002")\n'
+    )
+    (package / "errors.py").write_text("class EomgenError(Exception): ...\nclass ModelError(EomgenError): ...\n")
+    before = numbered(["m\tgates\tthe first", "m\tgates\tanother text altogether"])
+    assert "the gate of {} m is narrow" in catalogue.renewed(before, Source(package))["E"][1]
+    error = eomgen.ModelError("the gate of 2 m is narrow", code="E0002")
+    assert error.code == error.problems[0].code == "E0002"
+    problem = eomgen.Problem("a.toml:1", "the mass -1 is negative", row="E0009", data={"mass": -1.0})
+    assert problem.code == "E0009" and problem.data["mass"] == -1.0
 
 
 def test_examples_are_found_again_and_every_entry_with_one_problem_has_one_code() -> None:

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from eomgen.analysis.state_warnings import LargestBending
+from eomgen.base.limits import Limit
 from eomgen.base.message_codes import code_of_finding
 from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
@@ -270,3 +271,17 @@ def test_findings_that_continue_one_another_have_one_hint() -> None:
         " turns; try: three; it grows"
     )
     assert message_of("", found[2:]) == "rk4 was chosen; an element turns; try: three; it grows"
+
+
+def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
+    limits = [limit for check in CHECKS for limit in check.limits]
+    assert limits and all(limit.unit and limit.meaning and limit.source for limit in limits)
+    copy = pickle.loads(pickle.dumps(limits[0]))
+    assert copy == limits[0] == float(limits[0]) and copy.source == limits[0].source and isinstance(copy, Limit)
+
+
+def test_limits_of_modules_belong_to_rows() -> None:
+    listed = {id(limit) for check in CHECKS for limit in check.limits}
+    for module in (doubts, remarks, start_checks):
+        for name, value in vars(module).items():
+            assert not isinstance(value, Limit) or id(value) in listed, f"{module.__name__}.{name} is in no row"

@@ -39,6 +39,7 @@ from eomgen.scene.section import Reading
 from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
+    from eomgen.base.limits import Limit
     from eomgen.scene.document.schema import Document
 
 
@@ -95,11 +96,13 @@ class Note:
     name : of the row
     evaluate : from the facts to the texts of the notes, none if there is no doubt
     behind : name of the preceding row, for a row of a product
+    limits : thresholds that ``evaluate`` compares with, for the documentation
     """
 
     name: str
     evaluate: Callable[[SceneFacts], Iterable[str]]
     behind: str = ""
+    limits: tuple[Limit, ...] = ()
 
 
 def _beyond_stops(facts: SceneFacts) -> Iterator[str]:

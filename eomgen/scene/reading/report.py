@@ -51,13 +51,14 @@ class Report:
         line = re.search(r":(\d+)$", self.place(key))
         return int(line[1]) if line else 0
 
-    def add(self, key: str, fault: str, hint: str = "", follows: Sequence[str] = ()) -> None:
+    def add(self, key: str, fault: str, hint: str = "", follows: Sequence[str] = (), code: str = "") -> None:
         """Note a problem, which is left out if it ``follows`` from another problem under one of some keys."""
+        problem = Problem(self.where(key), fault, hint, code)
         if follows:
-            self.following.append((follows, self.line(key), Problem(self.where(key), fault, hint)))
+            self.following.append((follows, self.line(key), problem))
             return
         self.keys.add(key)
-        self._append(self.line(key), Problem(self.where(key), fault, hint))
+        self._append(self.line(key), problem)
 
     def concerns(self, key: str) -> bool:
         """Return whether a problem is noted under a key, or under a key below; faults that follow from such a problem

@@ -12,6 +12,7 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import linear_range_exceeded
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.base.messages import listed
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, Finding
@@ -21,9 +22,10 @@ from eomgen.simulation.judgement.invariants import FAILED_ENERGY, REPORTED_ENERG
 from eomgen.simulation.judgement.invariants import FAILED_VIOLATION as BROKEN
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
 
-#: Part of the motion above which an error is always reported, and estimates above which the error may be that large,
-#: since estimates are uncertain by a factor.
-LARGE_ERROR, DOUBTFUL_ERROR = 0.1, 0.1 / 1.5
+LARGE_ERROR = Limit(0.1, "1", "error in parts of the motion", "a tenth of a motion is seen in a plot")
+DOUBTFUL_ERROR = Limit(
+    LARGE_ERROR / 1.5, "1", "estimated error in parts of the motion", "errors are up to 1.5 times their estimate"
+)
 #: The same limit for velocities, as a part of the largest velocity (for a beam, of its largest velocity): over one
 #: step, velocities are some three times less accurate.
 WRONG_VELOCITY = 0.3
@@ -243,7 +245,13 @@ def _singular_position(run: FinishedRun) -> Iterator[Finding]:
 
 _DOUBTS = (
     Check("halved_steps", _halved_steps, unless=FAULTS, continues=", and "),
-    Check("discretisation_error", _discretisation_error, unless=FAULTS, continues=", and "),
+    Check(
+        "discretisation_error",
+        _discretisation_error,
+        unless=FAULTS,
+        continues=", and ",
+        limits=(LARGE_ERROR, DOUBTFUL_ERROR),
+    ),
     Check("unresolved_coordinate", _unresolved_coordinate, unless=FAULTS, continues=", and "),
     Check("energy_balance", _energy_balance, severity=FAILURE, fails=_energy_gained, unless=FAULTS, continues=", and "),
     Check("momentum_drift", _momentum_drift, unless=FAULTS, continues=", and "),

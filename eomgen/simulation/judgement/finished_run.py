@@ -30,6 +30,7 @@ from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 
 if TYPE_CHECKING:
     from eomgen.analysis.state_warnings import LargestBending
+    from eomgen.base.limits import Limit
     from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
     from eomgen.simulation.judgement.instability import Growth
     from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
@@ -414,6 +415,8 @@ class Check:
         Whether the findings are part of the message.
     fails : callable
         Whether findings of the severity ``failure`` fail a run.
+    limits : tuple of Limit
+        Thresholds that ``evaluate`` compares with, for the documentation.
     """
 
     name: str
@@ -425,3 +428,4 @@ class Check:
     continues: str = ""
     said: bool = True
     fails: Callable[[FinishedRun], bool] = lambda run: True
+    limits: tuple[Limit, ...] = ()

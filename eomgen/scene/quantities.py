@@ -1,0 +1,100 @@
+"""The numbers and formulas of a scene, each with its key, its SI unit and the entry that holds it: one walk over nested
+data by the metadata of the keys."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from eomgen.base.messages import key_of
+from eomgen.scene.document.schema import document_for
+from eomgen.scene.reading.key_metadata import ANY_UNIT, KeyMetadata, Table, Units, fields_of
+from eomgen.scene.signals.schema import State
+
+Data = Mapping[str, Any]
+Path = tuple[str | int, ...]
+
+
+class Quantity(NamedTuple):
+    """A number, a formula or a text with a unit in a scene.
+
+    Attributes
+    ----------
+    path : names and indices from the top of the scene
+    field : key in the table, without names of entries: ``mass``
+    unit : in SI; "1" or "" for a plain number
+    value : as in the data
+    owner : path of the table that holds the key
+    table : class of this table
+    meaning : metadata of the key
+    """
+
+    path: Path
+    field: str
+    unit: str
+    value: object
+    owner: Path
+    table: type[Table]
+    meaning: KeyMetadata
+
+    @property
+    def key(self) -> str:
+        """The dotted key, ``bodies.arm.inertia[2]``."""
+        return key_of(*self.path)
+
+
+def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Quantity]:
+    """Yield all values of keys with units or formulas, tables before the tables in them; a list component by component.
+
+    Parameters
+    ----------
+    data : nested data of a well-formed scene
+    without : fields whose values are left out, with all tables below
+    """
+    kinds = {str(name): joint.get("type", "fixed") for name, joint in data.get("joints", {}).items()}
+    ahead: deque[tuple[type[Table], Data, Path, object]] = deque([(document_for(data), data, (), None)])
+    while ahead:
+        table, entries, path, kind = ahead.popleft()
+        kind = entries.get("type", kind or kinds.get(str(entries.get("joint"))))
+        for field, (meaning, inner) in fields_of(table).items():
+            if field not in entries or field in without:
+                continue
+            value, place = entries[field], (*path, field)
+            if inner is None:
+                yield from _components(table, entries, field, meaning, kind, path)
+            elif inner.shape == "table":
+                ahead += [(inner.model, value, place, kind)] * isinstance(value, Mapping)
+            elif isinstance(value, Mapping | list | tuple):
+                items = value.items() if isinstance(value, Mapping) else enumerate(value)
+                ahead += [(inner.model, one, (*place, name), kind) for name, one in items if isinstance(one, Mapping)]
+
+
+def _components(
+    table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path
+) -> Iterator[Quantity]:
+    """Yield the numbers and texts of one key."""
+    units = meaning.unit.get(str(kind), "") if isinstance(meaning.unit, Mapping) else meaning.unit
+    if units == ANY_UNIT:
+        units = str(entries.get("unit", ""))
+    elif isinstance(units, tuple) and isinstance(entries.get("index"), int):
+        units = units[entries["index"]]
+    elif issubclass(table, State) and field == "rate":
+        units = f"{entries.get('unit') or '1'}/s"
+    if not units and meaning.names is None:
+        return
+    for path, unit, value in _leaves((*owner, field), units, entries[field]):
+        yield Quantity(path, field, unit if isinstance(unit, str) else "", value, owner, table, meaning)
+
+
+def _leaves(path: Path, unit: Units, value: object) -> Iterator[tuple[Path, Units, object]]:
+    """Yield path, unit and value of each component of a value."""
+    if isinstance(value, list | tuple):
+        each = (unit,) * len(value) if isinstance(unit, str) else unit
+        for place, (one, part) in enumerate(zip(each, value, strict=True)):
+            yield from _leaves((*path, place), one, part)
+    elif isinstance(value, Mapping):
+        for name, part in value.items():
+            yield from _leaves((*path, name), unit, part)
+    else:
+        yield path, unit, value
