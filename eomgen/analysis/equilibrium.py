@@ -529,6 +529,15 @@ def _failure(
     if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
         fault = f"the constraints are off by {violation:.3g} after {steps} steps"
         return NumericalError(Problem("equilibrium", fault, "an initial state nearer to assembly"))
+    if search.states_alone:
+        k = int(np.argmax(np.abs(point.rates) / np.maximum(point.rate_noise, np.finfo(float).tiny)))
+        unit = "" if model.z_units[k] in ("", "1") else f"{model.z_units[k]} "
+        fault = (
+            f"the forces balance, but the state {model.states[k]} does not rest: it changes at"
+            f" {point.rates[k]:.4g} {unit}per s"
+        )
+        hint = "inputs and parameters with which its rate is 0, as of an integral of an error that is 0 at rest"
+        return NumericalError(Problem("equilibrium", fault, hint))
     fault = (
         f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g}"
         f" {unit}; {stepped}"

@@ -39,6 +39,7 @@ from eomgen.solvers.critical_points import (
     examined,
     half_way,
     linear_buckling,
+    load_scale,
     lowest_frequency_squared,
 )
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
@@ -408,9 +409,15 @@ def buckling_loads(
     if count < 1:
         raise UsageError(Problem("buckling_loads", f"{count} loads are asked for", "count=4"))
     value = number_of("at", at)
-    varied, statics, start = start_of_path(
-        model, "buckling_loads", parameter, value, max(abs(value), 1.0), initial, parameters, t, u
-    )
+    given = model, "buckling_loads", parameter, value
+    reach = abs(value) or 1.0
+    varied, statics, start = start_of_path(*given, reach, initial, parameters, t, u)
+    for _ in range(4):  # forces by load are differences over a part of the scale
+        scale = load_scale(statics, start.rest)
+        if not scale > 0.0 or 0.1 * reach <= scale <= 10.0 * reach:
+            break
+        reach = scale
+        varied, statics, start = start_of_path(*given, reach, initial, parameters, t, u)
     try:
         factors, modes = linear_buckling(statics, start.rest, count)
     except ArithmeticError as error:
@@ -424,9 +431,13 @@ def buckling_loads(
 
 
 def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float, factors: Array) -> str:
-    """Return a warning if another load is predicted half way to the lowest load; empty if the predictions agree."""
+    """Return a warning if there is no load, or another is predicted half way to the lowest load; empty if the
+    predictions agree."""
     if not len(factors):
-        return ""
+        return (
+            f"no buckling load was found: the stiffness at {name} = {value:.6g} does not become singular along the"
+            " load, extrapolated in either direction; try: equilibrium_path, which follows large displacements"
+        )
     lowest = float(factors[0])
     later = half_way(statics, rest, lowest)
     if later is not None and abs(later - lowest) <= STEADY * abs(lowest):

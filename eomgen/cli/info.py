@@ -353,8 +353,8 @@ def _print_lists(data: dict[str, Any]) -> None:
 
 
 def _lengths(position: Sequence[float]) -> str:
-    """Return coordinates in m, with 0 for rounding of coordinates of 1 m."""
-    return ", ".join(f"{0.0 if abs(x) < 1e-12 * max(1.0, *map(abs, position)) else x:.6g}" for x in position)
+    """Return coordinates in m, with 0 for rounding of the largest."""
+    return ", ".join(f"{0.0 if abs(x) < 1e-12 * max(map(abs, position)) else x:.6g}" for x in position)
 
 
 def _print_places(places: Sequence[Mapping[str, Any]], fixed: str) -> None:

@@ -521,6 +521,8 @@ def _said(lin: Linearization) -> str:
     import numpy as np  # noqa: PLC0415
 
     modes = lin.modes()
+    if not len(modes.eigenvalues):
+        return "no mode: drives and constraints determine the whole motion"
     # steady motions and equilibria keep the linear model, states that accelerate leave the point of linearization
     accelerating = np.abs(lin.reference.a).max(initial=0.0) > 1e-9
     frozen = f", frozen at t = {lin.reference.t:.6g} s in a state that accelerates" if accelerating else ""

@@ -3,8 +3,10 @@ large, deep, ill-scaled."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from functools import cached_property, reduce
+from sys import float_info
 
 from eomgen.base.data import replace
 from eomgen.errors import ModelError
@@ -21,6 +23,7 @@ from eomgen.mechanics.constraints.joints import (
 )
 from eomgen.mechanics.constraints.loops import rows_of_loops
 from eomgen.mechanics.constraints.rows import ConstraintCalculus, ConstraintRow, constraint_rows, forces_at_points
+from eomgen.mechanics.describe import extent
 from eomgen.mechanics.dynamics import separated
 from eomgen.mechanics.dynamics.elimination import loses_digits
 from eomgen.mechanics.dynamics.energy import energies
@@ -93,6 +96,7 @@ class Derivation:
         self.quantities: Quantities = made(scene, self.tree, self.kinematics, offered_by(scene))
         if not self.absolute:
             self.quantities.dynamics = ReferenceEfforts(scene, self.grouped, self.motion, self.quantities)
+        self.quantities.machine, _ = extent(scene, self.algebra, self.constant)
         self.section_loads = RecordedSectionLoads(scene, self.quantities, self._section_multipliers, self._fields)
         self.quantities.section_loads = self.section_loads
         self.constraints = self._constraint_calculus()
@@ -429,24 +433,41 @@ class Derivation:
     def constraint_size(self) -> list[Block]:
         """Return the scales of violations of each row: the sum of the magnitudes of the summands, and the extent, m."""
         rows = self.calculus().rows.all
-        sizes, extents = [row.size for row in rows], self._extents(rows)
+        extents = self._extents(rows)
+        sizes = [
+            # a body held at its origin has summands that are only rounding, and moves by rounding of the machine
+            row.size if row.unit == "1" or scale is row.extent else self.algebra.call(Op.MAX, row.size, scale)
+            for row, scale in zip(rows, extents, strict=True)
+        ]
         return [
             self._vector(
-                "size", sizes, "sum of the magnitudes of the summands of each row, in the unit of the row; m of m/s"
+                "size",
+                sizes,
+                "sum of the magnitudes of the summands of each row, in the unit of the row, no less than the extent of"
+                " rows in m; m of m/s",
             ),
             self._vector("extent", extents, "largest displacement of the joined points of each row per radian, m"),
         ]
 
     def _extents(self, rows: Sequence[ConstraintRow]) -> list[Scalar]:
-        """Return the extent of each equation; an extent of 0 is replaced by the largest extent, or by the path length
-        if all extents are 0."""
-        own = [row.extent for row in rows if not row.extent.is_zero]
-        if not own:
+        """Return the extent of each equation; an extent of 0, or of rounding, is replaced by the largest extent of the
+        equations and of the bodies, or by the path length if all of these are 0."""
+        machine = reduce(
+            lambda one, other: self.algebra.call(Op.MAX, one, other),
+            [row.extent for row in rows if not row.extent.is_zero],
+            self.quantities.machine,
+        )
+        if machine.is_zero:
             return [row.path_length for row in rows]
-        if len(own) == len(rows):
-            return own
-        machine = reduce(lambda one, other: self.algebra.call(Op.MAX, one, other), own)
-        return [machine if row.extent.is_zero else row.extent for row in rows]
+        rounding = machine * math.sqrt(float_info.epsilon)
+        extents = []
+        for row in rows:
+            there = self.algebra.call(Op.LT, rounding, row.extent)
+            known = there.constant
+            extents.append(
+                self.algebra.select(there, row.extent, machine) if known is None else row.extent if known else machine
+            )
+        return extents
 
     def velocity_partials(self) -> list[Block]:
         """Return Z = dw/dq, (rows, nv), left-trivialised."""

@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.initial_state import corrected_start
-from eomgen.errors import ModelError
+from eomgen.errors import ModelError, Problem
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import EPSILON, ConstrainedSystem, RowsInMetric, elastic_components, split_sizes
@@ -66,6 +66,7 @@ def with_initial_assembly(
     equations = constrained(system, description=description)
     assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
     rows = redundancy(equations, assembly.q)
+    _refuse_surplus_drives(system, rows)
     prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
     undetermined = _undetermined(system, equations, assembly.q, rows)
     sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
@@ -87,6 +88,15 @@ def with_initial_assembly(
         warnings=(*system.warnings, *locked, *undetermined),
         left_out=sensitive,
     )
+
+
+def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
+    """Raise ModelError if a drive adds no condition: its motion would be left out without effect."""
+    surplus = [system.multipliers[row] for row in rows.dependent if _driven(system, row)]
+    if surplus:
+        fault = f"the constraints before it already determine this motion, so the drive has no effect: {surplus[0]}"
+        hint = "the drive removed, or a constraint less, such as another drive of the same loop"
+        raise ModelError(Problem("constraints", fault, hint))
 
 
 def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:

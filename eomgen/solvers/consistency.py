@@ -370,12 +370,19 @@ class _Rows:
         rounding = WORST_ROUNDING * EPSILON * np.maximum(self.size, spread[:, np.newaxis])
         extent = np.where((spread[:, np.newaxis] == 0.0) | (extent > rounding), extent, 0.0)
         machine = extent.max(axis=1, initial=0.0)
-        machine = np.where(machine > 0.0, machine, np.where(spread > 0.0, spread, 1.0))[:, np.newaxis]
+        summands = self.size[:, system.lengths].max(axis=1, initial=0.0)
+        for other in (spread, summands, np.ones(len(q))):
+            machine = np.where(machine > 0.0, machine, other)
+        machine = machine[:, np.newaxis]
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.angular = system.angular
         finite = [np.isfinite(part.reshape(len(q), -1)).all(axis=1) for part in (self.B, mass, self.size, self.extent)]
         self.defined: NDArray[np.bool_] = np.logical_and.reduce(finite)
         mass[~self.defined], self.B[~self.defined] = np.eye(mass.shape[-1]), 0.0
+        touched = np.where((self.B != 0.0) & self.lengths[:, np.newaxis], self.extent[:, :, np.newaxis], 0.0)
+        reach = touched.max(axis=1, initial=0.0)
+        self.reach = np.where(system.angular, np.where(reach > 0.0, reach, machine), 1.0)
+        self.reach[~self.defined] = 1.0
         self.metric = self._factored(mass)
 
     def _factored(self, mass: Array) -> Array:
@@ -423,20 +430,21 @@ class _Rows:
         count = violation.shape[1]
         if count == 0:
             return np.zeros((len(violation), self.B.shape[2]))
-        inverse = np.linalg.inv(self.metric)
-        speeds = np.sum(inverse**2, axis=1)
+        speeds = 1.0 / self.reach**2
         summands = self._summands()
         vanishing = VANISHING * EPSILON * np.sqrt(_times(summands**2, speeds))[:, :count]
         there = np.abs(self.B) > VANISHING * EPSILON * summands
         natural = np.sqrt(_times(np.where(there, self._possible(), 0.0) ** 2, speeds))[:, :count]
         says = natural > vanishing
         weights = np.where(says, 1.0 / np.where(says, natural, 1.0), 0.0)
-        weighed = np.linalg.solve(self.metric, np.swapaxes(self.B[:, :count], 1, 2))
-        left, values, right = np.linalg.svd(np.swapaxes(weighed, 1, 2) * weights[:, :, np.newaxis], full_matrices=False)
+        rows = self.B[:, :count] / self.reach[:, np.newaxis] * weights[:, :, np.newaxis]
+        left, values, right = np.linalg.svd(rows, full_matrices=False)
         kept = values > SINGULAR * values[:, :1]
-        parts = _times(np.swapaxes(left, 1, 2), violation * weights) * kept / np.where(kept, values, 1.0)
-        along = _times(np.swapaxes(right, 1, 2), parts)
-        return np.asarray(np.linalg.solve(np.swapaxes(self.metric, 1, 2), along[:, :, np.newaxis]))[:, :, 0]
+        along = _times(np.swapaxes(left, 1, 2), violation * weights) * kept / np.where(kept, values, 1.0)
+        ways = right * self.reach[:, np.newaxis] * kept[:, :, np.newaxis]
+        directions = np.linalg.solve(self.metric, np.swapaxes(ways, 1, 2))
+        least = _times(np.linalg.pinv(np.swapaxes(directions, 1, 2)), along)
+        return np.asarray(np.linalg.solve(np.swapaxes(self.metric, 1, 2), least[:, :, np.newaxis]))[:, :, 0]
 
 
 def consistent_states(system: ConstrainedSamples, q: Array, v: Array) -> ConsistentStates:

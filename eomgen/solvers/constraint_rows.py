@@ -1,5 +1,7 @@
-"""Constraint equations at one configuration: their Jacobian in the metric of the kinetic energy, and the lengths
-(extents of the joined bodies) that scale their violations.
+"""Constraint equations at one configuration: their Jacobian scaled by lengths, which decides their rank, corrections in
+the metric of the kinetic energy, and the lengths (extents of the joined bodies) that scale their violations.
+
+Geometry alone decides rank: a rotation counts as the displacement of the points that it moves, whatever the masses.
 
 No absolute number is a scale here: a row is compared with the sum of magnitudes of its summands, with rounding
 a few digits below, and with its largest possible value, the extent of the joined bodies. So units and the
@@ -166,7 +168,8 @@ EveryRow = Callable[[Array], "ConstrainedSystem"]
 
 
 class RowsInMetric:
-    """The rows of B at one configuration in the metric of the kinetic energy, M = L L^T, and the scales of the rows."""
+    """The rows of B at one configuration, scaled by lengths, and the scales of the rows; corrections are of least
+    kinetic size, by M = L L^T."""
 
     def __init__(self, system: ConstrainedSystem, q: Array, t: float) -> None:
         self.holonomic = system.holonomic
@@ -182,11 +185,13 @@ class RowsInMetric:
         spread = _spread(system.factors, q)
         if spread:  # frames at origins of free bodies have no extent except rounding
             extent = np.where(extent > WORST_ROUNDING * EPSILON * np.maximum(self.size, spread), extent, 0.0)
-        self.machine = machine = _positive(float(np.max(extent, initial=0.0))) or spread or 1.0
+        self.lengths = np.array([unit not in ("1", "1/s") for unit in system.units], dtype=bool)
+        # travels alone have no extent: the largest summands are the scale
+        summands = float(np.max(self.size[self.lengths], initial=0.0))
+        self.machine = machine = _positive(float(np.max(extent, initial=0.0))) or spread or _positive(summands) or 1.0
         # Bodies joined by a row may coincide up to a tolerated contradiction; motions of the whole machine then satisfy
         # the row.
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
-        self.lengths = np.array([unit not in ("1", "1/s") for unit in system.units], dtype=bool)
 
     @cached_property
     def B(self) -> Array:
@@ -241,7 +246,7 @@ class RowsInMetric:
         straight = np.where(self.angular, 0.0, self.B[row])
         if not np.max(np.abs(straight), initial=0.0) > 0.1:
             return False
-        part = float(np.linalg.norm(np.linalg.solve(self.metric, straight)))
+        part = float(np.linalg.norm(straight))
         return part < 10.0 * REDUNDANT * float(np.linalg.norm(self.weighed[row]))
 
     @cached_property
@@ -257,16 +262,26 @@ class RowsInMetric:
             return np.asarray(np.linalg.cholesky(raised * np.outer(weights, weights)))
 
     @cached_property
-    def weighed(self) -> Array:
-        """B L^-T."""
-        return np.asarray(np.linalg.solve(self.metric, self.B.T).T)
+    def reach(self) -> Array:
+        """Displacements per unit of the components of v, (nv,): 1 of translations, of rotations the largest extent of
+        the rows in m that they change."""
+        if self._sparse is None:
+            row, column = np.nonzero(self.B)
+        else:
+            row, column = self._sparse.row, self._sparse.column
+        reach, of_lengths = np.zeros(len(self.angular)), self.lengths[row]
+        np.maximum.at(reach, column[of_lengths], self.extent[row[of_lengths]])
+        return np.where(self.angular, np.where(reach > 0.0, reach, self.machine), 1.0)
 
     @cached_property
+    def weighed(self) -> Array:
+        """B scaled by lengths, (rows, nv)."""
+        return np.asarray(self.B / self.reach)
+
+    @property
     def speeds(self) -> Array:
-        """Squares of the velocity components of unit kinetic energy, (nv,)."""
-        if self._in_blocks is not None:
-            return self._in_blocks.speeds
-        return np.asarray(np.sum(np.linalg.inv(self.metric) ** 2, axis=0))
+        """Squares of the velocity components of unit displacement per second, (nv,)."""
+        return 1.0 / np.asarray(self.reach) ** 2
 
     def _entries_of_row(self, scale: Array) -> tuple[Array, Array]:
         """Return entries of B for a row with a scale, (rows,): per radian; per metre, 1 or the lever of rotation."""
@@ -326,27 +341,37 @@ class RowsInMetric:
         """Return whether a part of each row of at least ``least``, relative to its possible length, is new next to
         others; None if whole matrices have to show it."""
         natural = self.natural
-        if self._in_blocks is None or not np.all(natural > 0.0):
+        if self._sparse is None or not np.all(natural > 0.0):
             return None
-        independent = self._in_blocks.independent(1.0 / natural, len(natural))
+        independent = self._sparse.scaled(self.reach).independent(1.0 / natural, len(natural))
         if independent is None:
             return None
         return bool(np.all(independent.new >= least)) and bool(np.all(independent.new * natural > self.vanishing))
 
     def correction(self, violation: Array) -> Array:
-        """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone."""
+        """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone.
+
+        The range of B, scaled by lengths, is that of its singular values; in this range the correction is of least
+        kinetic size.
+        """
         count = len(violation)
         says = self.natural[:count] > self.vanishing[:count]
         weights = 1.0 / self.natural[:count][says]
         if not np.any(says):
             return np.zeros(len(self.angular))
         if np.all(says) and self._in_blocks is not None:
-            independent = self._in_blocks.independent(weights, count)
+            kinetic = 1.0 / self._in_blocks.lengths[:count]
+            independent = self._in_blocks.independent(kinetic, count)
             if independent is not None:
-                return independent.correction(violation * weights)
+                return independent.correction(violation * kinetic)
         rows = self.weighed[:count][says] * weights[:, np.newaxis]
-        along = np.linalg.lstsq(rows, violation[says] * weights, rcond=SINGULAR)[0]
-        return np.asarray(np.linalg.solve(self.metric.T, along))
+        left, values, right = np.linalg.svd(rows, full_matrices=False)
+        kept = values > SINGULAR * values[0]
+        # B = U S V: a change x with V x = S^-1 U^T violation, of least kinetic size
+        along = left[:, kept].T @ (violation[says] * weights) / values[kept]
+        directions = np.linalg.solve(self.metric, (right[kept] * self.reach).T).T
+        least = np.linalg.lstsq(directions, along, rcond=None)[0]
+        return np.asarray(np.linalg.solve(self.metric.T, least))
 
 
 def _positive(extent: float) -> float:

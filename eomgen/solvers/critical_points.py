@@ -271,6 +271,24 @@ def linear_buckling(statics: LoadedStatics, rest: LoadedState, count: int) -> tu
     return factors, np.array(scaled).T.reshape(len(statics.sizes), len(scaled))
 
 
+def load_scale(statics: LoadedStatics, rest: LoadedState) -> float:
+    """Return the change of the load factor with the forces of the softest motion displaced by 1 rad, or by the scene's
+    length; 0 if the load or the stiffness is without effect."""
+    tangents = statics.tangents(rest)
+    solve = compliance(tangents.K, tangents.B)
+    force = float(np.linalg.norm(statics.by_factor(rest).residual * statics.sizes))
+    if solve is None or not force > 0.0:
+        return 0.0
+    along, softness = np.ones(len(statics.sizes)), 0.0
+    for _ in range(_TRIALS):  # inverse iteration: the order of magnitude is enough
+        along = solve(along / statics.sizes) / statics.sizes
+        softness = float(np.linalg.norm(along))
+        if not np.isfinite(softness) or softness == 0.0:
+            return 0.0
+        along = along / softness
+    return 1.0 / (softness * force)
+
+
 def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float | None:
     """Return the critical load factor, less the present one, that ``linear_buckling`` predicts at half of ``factor``.
 

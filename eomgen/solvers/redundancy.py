@@ -173,12 +173,12 @@ def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
 
 
 def _nearby(system: ConstrainedSystem, q: Array, t: float, count: int) -> list[Array]:
-    """Return consistent configurations near a given one, with displacements along each coordinate by its inertia."""
+    """Return consistent configurations near a given one, with displacements along each coordinate."""
     rows, generator = RowsInMetric(system, q, t), np.random.default_rng(1)
     configurations: list[Array] = []
     extent = float(np.max(rows.extent, initial=0.0))
     for attempt in range(3 * count):
-        way = np.linalg.solve(rows.metric.T, generator.standard_normal(len(system.angular)))
+        way = generator.standard_normal(len(system.angular)) / rows.reach
         turn = float(np.max(np.abs(way[system.angular]), initial=0.0))
         travel = float(np.max(np.abs(way[~system.angular]), initial=0.0))
         longest = max(turn, travel / extent if extent > 0.0 else 0.0) or 1.0

@@ -68,11 +68,19 @@ class SparseRows:
         made.eliminate_zeros()
         return made
 
+    def scaled(self, reach: Array) -> SparseRows:
+        """Return the rows in the metric of displacements ``reach``, (nv,), per unit of velocity."""
+        from scipy import sparse  # noqa: PLC0415  # systems without constraints need no SciPy
+
+        return SparseRows(self.B, sparse.diags(reach**2))
+
     @cached_property
-    def speeds(self) -> Array:
-        """Squares of the velocity components of unit kinetic energy, (nv,)."""
+    def lengths(self) -> Array:
+        """Lengths of the rows B L^-T, (rows,)."""
         assert self.inverse is not None  # asked for by the caller
-        return np.asarray(self.inverse.multiply(self.inverse).sum(axis=0)).ravel()
+        weighed = self.B @ self.inverse.T
+        lengths = np.sqrt(np.asarray(weighed.multiply(weighed).sum(axis=1)).ravel())
+        return np.where(lengths > 0.0, lengths, 1.0)
 
     def larger(self, turning: Array, straight: Array, angular: NDArray[np.bool_], factor: Array, power: int) -> Array:
         """Return sum_j max(e_ij, |B_ij|)^power factor_j for each row i.

@@ -190,21 +190,23 @@ class LargestForces:
 
     def balanced(self, point: SearchPoint) -> bool:
         """Return whether only round-off remains."""
-        return bool(
-            point.force <= BALANCED * self.force + point.noise
-            and np.all(np.abs(point.rates) <= BALANCED * self.rates + point.rate_noise)
-            and point.met
-        )
+        return self.rests(point) and bool(np.all(np.abs(point.rates) <= BALANCED * self.rates + point.rate_noise))
+
+    def rests(self, point: SearchPoint) -> bool:
+        """Return whether only round-off remains of forces and constraints, whatever the internal states do."""
+        return point.force <= BALANCED * self.force + point.noise and point.met
 
 
 @dataclass(frozen=True)
 class Search:
-    """End of a search, whether the end is balanced, the number of steps, and configurations on the way."""
+    """End of a search, whether the end is balanced, the number of steps, configurations on the way, and whether forces
+    and constraints are balanced and internal states alone are not."""
 
     point: SearchPoint
     balanced: bool
     steps: int
     path: Sequence[Array] = ()
+    states_alone: bool = False
 
 
 class SearchTrail:
@@ -247,7 +249,9 @@ class SearchTrail:
     def end(self, *, balanced: bool | None = None) -> Search:
         """Return the final point of the search; by default marked balanced if Newton's last steps have converged."""
         last = self.point if balanced is False else polished(self._statics, self.point)
-        return Search(last, self._largest.balanced(last) if balanced is None else balanced, self.steps, self._path)
+        reached = self._largest.balanced(last) if balanced is None else balanced
+        states_alone = not reached and self._largest.rests(last) and not self._largest.balanced(last)
+        return Search(last, reached, self.steps, self._path, states_alone)
 
 
 @contextlib.contextmanager
@@ -278,7 +282,7 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     lam = np.zeros(len(B))
     if len(B):
         U, sigma, Vt = np.linalg.svd(B)
-        rank = int(np.sum(sigma > 1e-10 * np.max(sigma, initial=0.0)))
+        rank = geometric_rank(B0 * sizes)
         free, spread = Vt[rank:].T, (Vt[:rank].T / sigma[:rank]) @ U[:, :rank].T
         lam = -spread.T @ (inverse @ r0)
     residual = r0 + B0.T @ lam
@@ -307,6 +311,14 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
         few * (np.abs(rate_q) @ sizes + np.abs(rate_z) @ np.abs(z)),
         np.where(row_sizes > 0.0, row_sizes, statics.length),
     )
+
+
+def geometric_rank(B: Array) -> int:
+    """Return the number of independent rows of a constraint Jacobian, (rows, nv), per 1 rad or length of the scene:
+    masses have no part in it."""
+    lengths = np.linalg.norm(B, axis=1)
+    values = np.linalg.svd(B[lengths > 0.0] / lengths[lengths > 0.0, np.newaxis], compute_uv=False)
+    return int(np.sum(values > 1e-10 * np.max(values, initial=0.0)))
 
 
 def newton_step(point: SearchPoint, right: Array) -> Array:

@@ -60,7 +60,8 @@ class ConstraintRow:
     size : sum of the magnitudes of the summands, in the unit of ``value``, the scale of rounding errors; at velocity
         level, of the lengths that multiply angular velocities
     extent : m, bound of the displacement by rotations of the joined bodies, for any sliding or rolling
-    path_length : m, ``extent`` plus the distance between the bodies: the scale of point masses, which have no extent
+    path_length : m, ``extent`` plus the distance between the bodies, or the machine for travels: the scale of point
+        masses, which have no extent
     owner, number : owner of the equation and the number of the equation, holonomic equations first: a constraint, or a
         joint with a drive for each coordinate; None for the equation of a joint that follows another
     driving : at velocity level, the part of ``value`` that time prescribes; None without one
@@ -493,19 +494,26 @@ class Equation:
         return sum(changes, sum(parts[1:], parts[0]))
 
     def scales(self) -> tuple[Scalar, Scalar, Scalar]:
-        """Return size, extent and path length of the row, see ``ConstraintRow``."""
-        zero = self.quantities.algebra.zero
-        extent, apart = zero, zero
+        """Return size, extent and path length of the row, see ``ConstraintRow``.
+
+        A coordinate counts with its partial: an angle as 1 rad, a travel as the machine, a point as the summands of its
+        position. So the sizes do not vanish at states in which all summands do.
+        """
+        zero, in_metres = self.quantities.algebra.zero, self.item.unit.startswith("m")
+        size, extent, path = self.size, zero, zero
         for symbol, slope in self.partials.items():
+            weight = magnitude(slope)
             if symbol.kind in ("position", "velocity"):
                 point = self.quantities.points[symbol.name]
                 pair = frame_pair(self.quantities, Frame(BASE), Frame(point.body, point.position))
-                extent, apart = extent + pair.lever * magnitude(slope), apart + pair.path_length
-            elif self.item.unit.startswith("m") and self._turns(symbol):
-                extent = extent + magnitude(slope)
-        size = extent if self.item.at_velocity else self.size
-        # an equation of travels alone has no length, and all summands may vanish together
-        return size, extent, extent + apart if not (extent + apart).is_zero else self.quantities.algebra.one
+                size, extent = size + weight * pair.size, extent + weight * pair.lever
+                path = path + weight * pair.path_length
+            elif self._turns(symbol):
+                size, path = size + weight, path + weight
+                extent = extent + weight if in_metres else extent
+            else:
+                size, path = size + weight * self.quantities.machine, path + weight * self.quantities.machine
+        return extent if self.item.at_velocity else size, extent, path
 
     def _turns(self, symbol: Symbol) -> bool:
         joint = next((joint for joint in self.quantities.scene.joints if joint.name == symbol.name), None)

@@ -46,6 +46,7 @@ class Quantities:
         self.tree = tree
         self.kinematics = kinematics
         self.algebra: Algebra = tree.algebra
+        self.machine: Scalar = tree.algebra.zero  #: extent of the machine, m, to which travels are relative
         self.points = {point.name: point for point in scene.points}
         self.elements = {(element.section, element.name): element for element in scene.elements}
         self.input_numbers = {item.name: number for number, item in enumerate(scene.inputs)}

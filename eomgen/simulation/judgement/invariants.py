@@ -360,7 +360,9 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     summands, extents = sizes[:, :count], sizes[:, rows:]
     lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
     machine = extents.max(axis=1, initial=0.0)
-    scale = np.where(lengths, np.where(machine > 0.0, machine, 1.0)[:, None], 1.0)
+    # travels alone have no extent: their summands along the run are the scale
+    travelled = float(summands[:, lengths].max(initial=0.0)) or 1.0
+    scale = np.where(lengths, np.where(machine > 0.0, machine, travelled)[:, None], 1.0)
     epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
     rounding = _LAST_PLACES * epsilon * summands
     shares = np.where(violation > rounding, violation / scale, 0.0)
