@@ -23,7 +23,7 @@ def center_of_mass(
     parameters: Parameters = None,
     base: ArrayLike | None = None,
 ) -> Array:
-    """Return the centre of mass of all bodies that move against the base.
+    """Return the centre of mass of all bodies that move against the base; without any mass, the base's origin.
 
     Parameters
     ----------

@@ -244,6 +244,7 @@ class SectionMethods:
         *,
         center_of_mass: Sequence[Value] | None = ...,
         inertia: Sequence[Any] | Mapping[str, Value] | None = ...,
+        check_inertia: bool | None = ...,
         given_in: str | None = ...,
         group: str | None = ...,
     ) -> Self: ...

@@ -108,41 +108,62 @@ def impossible(mass: float, about_center: Array) -> str:
     if mass < 0.0:
         return f"the mass {mass:.6g} is negative"
     moments = np.linalg.eigvalsh(about_center)
-    not_positive, one_sided = _impossible_moments(moments)
     listed = ", ".join(f"{moment:.6g}" for moment in moments)
-    if not_positive:
+    if _not_positive(moments):
         return f"the inertia is not positive semidefinite: its principal moments are {listed}"
-    if one_sided:
+    if _one_sided(moments, 0.0):
+        others = moments[0] + moments[1]
+        excess = f" by {100.0 * (moments[2] / others - 1.0):.2g} %" if 2.0 * others > moments[2] else ""
         return (
             f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the"
-            " other two"
+            f" other two{excess}"
         )
     return ""
 
 
-def _impossible_moments(moments: NDArray[np.floating[Any]]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """Return whether principal moments (..., 3), increasing, are negative, and whether the moments violate the triangle
-    inequality."""
-    smallest, middle, largest = moments[..., 0], moments[..., 1], moments[..., 2]
-    rounding = _RELATIVE * np.max(np.abs(moments), axis=-1)
-    return np.asarray(smallest < -rounding), np.asarray(smallest + middle < largest - rounding)
+def _not_positive(moments: NDArray[np.floating[Any]]) -> NDArray[np.bool_]:
+    """Return whether one of the principal moments (..., 3), increasing, is negative."""
+    return np.asarray(moments[..., 0] < -_RELATIVE * np.max(np.abs(moments), axis=-1))
 
 
-def not_physical(entries: Sequence[Numbers]) -> Flags:
+def _one_sided(moments: NDArray[np.floating[Any]], tolerance: float) -> NDArray[np.bool_]:
+    """Return whether the largest of principal moments (..., 3), increasing, exceeds the sum of the other moments by
+    more than a part of this sum."""
+    others, largest = moments[..., 0] + moments[..., 1], moments[..., 2]
+    return np.asarray((1.0 + tolerance) * others < largest - _RELATIVE * np.max(np.abs(moments), axis=-1))
+
+
+def not_physical(entries: Sequence[Numbers], tolerance: float = 0.0, *, rotors: bool = False) -> Flags:
     """Return flags of inertias (xx, yy, zz, xy, xz, yz) about a centre of mass, numbers or batches, that no real body
     has.
 
-    Both conditions are that half the trace less the inertia, the second moments of the density, is positive
-    semidefinite.
+    Both conditions, positive moments and the triangle inequality, are that half the trace less the inertia, the second
+    moments of the density, is positive semidefinite.
+
+    Parameters
+    ----------
+    tolerance : part of the sum of two principal moments by which the third one may exceed the sum
+    rotors : whether inertia about one axis alone is accepted, which stands for a rotor whose other moments belong to
+        its carrier
     """
     xx, yy, zz, xy, xz, yz = entries
     second_moments = (0.5 * (yy + zz - xx), 0.5 * (xx + zz - yy), 0.5 * (xx + yy - zz), -xy, -xz, -yz)
 
     def exactly(matrices: Array) -> Flags:
-        not_positive, one_sided = _impossible_moments(np.linalg.eigvalsh(matrices))
-        return not_positive | one_sided
+        moments = np.linalg.eigvalsh(matrices)
+        one_sided = _one_sided(moments, tolerance)
+        if rotors:
+            one_sided = one_sided & (moments[..., 1] > _RELATIVE * moments[..., 2])
+        return _not_positive(moments) | one_sided
 
     return _unless(smallest_moment_above(second_moments, 0.0), exactly, entries)
+
+
+def not_positive(entries: Sequence[Numbers]) -> Flags:
+    """Return flags of symmetric matrices (xx, yy, zz, xy, xz, yz), numbers or batches, with a negative moment."""
+    return _unless(
+        smallest_moment_above(entries, 0.0), lambda matrices: _not_positive(np.linalg.eigvalsh(matrices)), entries
+    )
 
 
 def singular(entries: Sequence[Numbers]) -> Flags:

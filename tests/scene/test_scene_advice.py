@@ -73,7 +73,7 @@ child = "ball"
     [
         ("", 'scene.toml: the scene is empty; try: format = 1, name = "...", and [bodies] and [joints]'),
         (
-            replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0, 0]\n"),
+            replaced("axis = [0, 1, 0]\n", "").replace("inertia = [0.1, 0.1, 0.01]\n", "inertia = [0.1, 0.01, 0.01]\n"),
             "scene.toml:9 (bodies.link.inertia): the principal moments",
         ),
         (

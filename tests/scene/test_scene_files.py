@@ -348,8 +348,8 @@ def test_files_that_cannot_be_read(tmp_path: Path) -> None:
         ),
         (
             "[0.1, 0.1, 0.01]",
-            "[0.1, 0.1, 0.21]",
-            "the principal moments 0.1, 0.1, 0.21 violate the triangle inequality",
+            "[0.1, 0.1, 0.22]",
+            "the principal moments 0.1, 0.1, 0.22 violate the triangle inequality",
         ),
         (
             "[0.1, 0.1, 0.01]",

@@ -216,7 +216,7 @@ def test_what_is_not_modelled_is_noted_once_and_refused_when_strict() -> None:
 
 def test_impossible_inertias_are_noted_by_link() -> None:
     text = replaced('ixx="1" iyy="1" izz="0.5"', 'ixx="1" iyy="1" izz="2.5"')
-    fault = "violate the triangle inequality: the largest exceeds the sum of the other two"
+    fault = "violate the triangle inequality: the largest exceeds the sum of the other two by 25 %"
     note = f"link upper: the principal moments 1, 1, 2.5 {fault}"
     assert note in load_urdf(text).notes
     assert refusals(text, strict=True) == [f"arm.urdf:4: {note}; try: no --strict (strict=False), to go on without"]

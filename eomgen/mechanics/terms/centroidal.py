@@ -32,7 +32,7 @@ from eomgen.mechanics.scene_tape import Derivation
 from eomgen.mechanics.tree.inertia import RecordedInertia
 from eomgen.mechanics.tree.links import ROOT, no_inertia
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
-from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Scalar, Vector, apply, cross, minus, plus, scaled
 from eomgen.symbolic.tape import ZERO, Ref
 from eomgen.system.system import Block
@@ -70,10 +70,19 @@ class Centroidal:
         return self._whole.mass
 
     @cached_property
+    def _divisor(self) -> Scalar:
+        """The mass, or 1 if nothing that moves has mass: its centre is then the base's origin, and as the linear
+        momentum vanishes, the angular momentum is the same about every point."""
+        algebra, mass = self.algebra, self.mass
+        if mass.number is not None:
+            return algebra.one if mass.is_zero else mass
+        return algebra.select(algebra.call(Op.LT, algebra.zero, mass), mass, algebra.one)
+
+    @cached_property
     def _center(self) -> Vector:
         """Centre of mass relative to the base, (3,), m, in base axes."""
         first = self._whole.first
-        return (first[0] / self.mass, first[1] / self.mass, first[2] / self.mass)
+        return (first[0] / self._divisor, first[1] / self._divisor, first[2] / self._divisor)
 
     def center(self) -> Vector:
         """Return the centre of mass in the world, (3,), m."""
@@ -100,7 +109,7 @@ class Centroidal:
     def jacobian(self) -> list[Scalar]:
         """Return the Jacobian of the centre of mass, (3, nv) row by row, in world axes, base at rest."""
         turn = self.kinematics.base.orientation
-        inverse = self.algebra.one / self.mass
+        inverse = self.algebra.one / self._divisor
         return _rows([apply(turn, scaled(inverse, linear)) for _, linear in self._columns])
 
     def momentum(self) -> list[Scalar]:
@@ -134,7 +143,7 @@ class Centroidal:
 
     def center_drift(self) -> list[Scalar]:
         """Return dJ/dt v for the Jacobian J of the centre of mass, (3,)."""
-        return [value / self.mass for value in self.drift()[3:]]
+        return [value / self._divisor for value in self.drift()[3:]]
 
     def rate(self, values: Sequence[Scalar]) -> list[Scalar]:
         """Return the time derivatives of values along the motion of the coordinates and of the base."""

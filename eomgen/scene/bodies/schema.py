@@ -24,6 +24,9 @@ class Body(Table):
         kind="see below, kg m²",
         shown_default="zero, a point mass",
     )
+    check_inertia: bool = key(
+        "`false` accepts any inertia with positive moments, as of rotors and gears lumped into a body", True
+    )
     given_in: str | None = given_in(
         "frame in which centre of mass and inertia are given, at the [design position](conventions.md#design-position)"
     )

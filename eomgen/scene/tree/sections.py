@@ -21,7 +21,7 @@ from eomgen.scene.bodies.reading import placed_body, read_base, read_body, read_
 from eomgen.scene.design_poses import DesignPoses, FramePlacement
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.inertia import Inertia, tensor
+from eomgen.scene.inertia import Inertia, impossible, not_physical, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joint_types import is_own
 from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
@@ -67,17 +67,24 @@ def body_inertias(bodies: Iterable[Body], values: Values) -> dict[str, Inertia]:
     return known
 
 
-def check_inertias(bodies: Iterable[Body], values: Values) -> None:
-    """Require of rigid bodies inertias that bodies can have; equal numbers are judged once."""
+def check_inertias(bodies: Iterable[Body], entries: Mapping[str, bodies.Body], values: Values) -> None:
+    """Require of rigid bodies inertias that bodies can have, and note measured ones that slightly miss it; equal
+    numbers are judged once."""
     sound: set[tuple[float, ...]] = set()
     for body in bodies:
         key = key_of("bodies", body.name)
-        numbers = tuple([entry.value for entry in body.inertia if isinstance(entry, Number)])
-        known = len(numbers) == len(body.inertia) and numbers in sound
+        checked = body.name not in entries or entries[body.name].check_inertia
+        numbers = (checked, *[entry.value for entry in body.inertia if isinstance(entry, Number)])
+        known = len(numbers) > len(body.inertia) and numbers in sound
         if body.beam is None and not body.node_of and not known and not values.report.concerns(key):
-            hint = f"the values of {body.name} about its centre of mass, in its own axes"
-            if values.require(f"{key}.inertia", replace(RELATIONS["inertia"], hint=hint), body.inertia):
+            rule = RELATIONS["inertia" if checked else "inertia without its check"]
+            if values.require(f"{key}.inertia", replace(rule, hint=rule.hint.format(body.name)), body.inertia):
                 sound.add(numbers)
+            if checked and f"{key}.inertia" not in values.judged and not values.report.concerns(key):
+                moments = [values.value(entry) for entry in body.inertia]
+                if not_physical(moments, rotors=True):
+                    fault = impossible(0.0, tensor(moments))
+                    values.note([f"{key}.inertia: {fault}; try: check_inertia = false, if these values are meant"])
 
 
 @dataclass(frozen=True)
@@ -222,7 +229,7 @@ class _Joints(Section):
         sections = {name: "beams" if name in document.section("beams") else "bodies" for name in bodies}
         order = ordered(links, sections, reading.broken, complete, reading.report)
         check_mimics(joints, reading.refused["joints"], reading.report)
-        check_inertias(bodies.values(), values)
+        check_inertias(bodies.values(), document.section("bodies"), values)
         tree = [joints[link.name] for link in order]
         unresisted: Sequence[str] = ()
         if complete and len(order) == len(links) == len(bodies):

@@ -260,7 +260,9 @@ class _RigidBodies:
             centers.append(rotated(turn[..., 0, :], c) + pose[..., k, 4:])
             linear.append(mass[..., np.newaxis] * rotated(turn, velocity))
             spin.append(rotated(turn, omega @ tensor) * moving[..., k, np.newaxis, :])
-        whole = sum(mass * center for mass, center in zip(masses, centers, strict=True)) / sum(masses)
+        total = sum(masses)
+        moment = sum(mass * center for mass, center in zip(masses, centers, strict=True))
+        whole = moment / np.where(total == 0.0, 1.0, total)  # without mass, momentum is the same about every point
         turning = [
             np.cross((center - whole)[..., np.newaxis, :], part) for center, part in zip(centers, linear, strict=True)
         ]
