@@ -123,8 +123,8 @@ def test_every_place_by_formulas_in_turn(rng: np.random.Generator) -> None:
             4.0,
             (
                 "(bodies.arm.inertia): the principal moments 0.298595, 0.399312, 1.00209 violate the triangle"
-                " inequality: the largest exceeds the sum of the other two by 44 % at X = 4; try: the values of arm about its"
-                " centre of mass, in its own"
+                " inequality: the largest exceeds the sum of the other two by 44 % at X = 4; try: the values of arm"
+                " about its centre of mass, in its own"
             ),
         ),
         (
