@@ -1,7 +1,7 @@
 # make demo   runs the main jobs: the spin-up beam and the active vehicle, from scene file to figure
 # make acados unpacks acados below .venv, for its tests, its example and benchmarks.optimisers
 # make test   passes the tests: one witness of each kind; make test-all runs the others
-# make test-long runs what takes most of the time of all, half an hour: before a release, not for every change
+# make test-long runs the tests of minutes, more than an hour: before a release; make test-long TENTH=3 runs a tenth of them
 # make coverage shows which lines the first tier runs, 90 % of them or more
 # make errors writes all messages of the catalogue of bad inputs as one page, out/errors.md
 # make mutants tries thirty random changes of the package against the first tier: python -m tests.mutants --help says more
@@ -79,7 +79,7 @@ test-all: $(VENV)/installed-all browser acados
 # PyTorch brings gigabytes of libraries of graphics cards on Linux, so that only these tests install it.
 test-long: $(VENV)/installed-all browser
 	$(INSTALL) '.[torch]'
-	$(BIN)/python -m pytest -n auto -m long
+	$(BIN)/python -m pytest -n auto -m long $(if $(TENTH),--part $(TENTH)/10)
 
 coverage: $(VENV)/installed-test browser
 	$(BIN)/python -m pytest -n auto -m "not slow" --cov=eomgen --cov-report=term --cov-fail-under=90

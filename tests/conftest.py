@@ -23,14 +23,27 @@ import pytest
 gc.set_threshold(50_000, 20, 20)
 
 
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add the option that takes a part of the tests."""
+    parser.addoption(
+        "--part", metavar="K/N", help="tests of part K of N, 0 <= K < N; each test is in the same part of N always"
+    )
+
+
 @pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Put tests with JAX behind those that fork, and spare hypothesis the search for constants in all of the package:
     each process would parse 800 files, among them some of acados with faults that Python warns of.
 
     JAX has threads, and a process with threads had better not fork, as tests of copies of a process do. No test of
     waves does; they stay at the end, since they are short enough to share them well.
     """
+    if part := config.getoption("--part"):
+        number, parts = map(int, part.split("/"))
+        others = [item for item in items if zlib.crc32(item.nodeid.encode()) % parts != number]
+        config.hook.pytest_deselected(items=others)
+        kept_out = set(others)
+        items[:] = [item for item in items if item not in kept_out]
     items.sort(key=lambda item: (("waves" in item.path.parts), "jax" in item.nodeid.lower()))
     if providers := sys.modules.get("hypothesis.internal.conjecture.providers"):
         providers.is_local_module_file = lambda path: False  # type: ignore[attr-defined]

@@ -36,7 +36,7 @@ def test_whole(): ...
 """
 
 
-def _collected(folder: Path, text: str, expression: str) -> tuple[set[str], str]:
+def _collected(folder: Path, text: str, expression: str, *more: str) -> tuple[set[str], str]:
     (folder / "test_file.py").write_text(text, encoding="utf-8")
     (folder / "conftest.py").write_text("from tests.conftest import *\n", encoding="utf-8")
     options = [
@@ -48,6 +48,7 @@ def _collected(folder: Path, text: str, expression: str) -> tuple[set[str], str]
         "-m",
         expression,
         "-pno:cacheprovider",
+        *more,
     ]
     done = subprocess.run(
         [sys.executable, "-m", "pytest", *options, str(folder)], capture_output=True, text=True, cwd=ROOT, check=False
@@ -78,3 +79,10 @@ def test_each_case_is_of_one_tier(tmp_path: Path, expression: str, names: set[st
 def test_a_name_that_is_no_case_is_refused(tmp_path: Path) -> None:
     _, screen = _collected(tmp_path, FILE.replace('"b-2"', '"b-2", "b-3"'), "not slow")
     assert "long_cases of test_pairs names no case: b-3" in screen
+
+
+@pytest.mark.slow
+def test_parts_hold_each_test_once(tmp_path: Path) -> None:
+    whole, _ = _collected(tmp_path, FILE, "")
+    parts = [_collected(tmp_path, FILE, "", f"--part={number}/3")[0] for number in range(3)]
+    assert sum(map(len, parts)) == len(whole) and set.union(*parts) == whole and max(map(len, parts)) < len(whole)
