@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.analysis.linearize import linearize
+from eomgen.analysis.linearize import AT_ONE_INSTANT, linearize
 from eomgen.analysis.operating_point import EquilibriumState
 from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.analysis.steady_motion import motion_along
@@ -227,7 +227,15 @@ def campbell(
     def of_oscillations(value: float, before: Linearization | None) -> Linearization:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", f".*{AT_ONE_AZIMUTH}")  # of signals, on which oscillations do not depend
-            return linearized(value, before)
+            warnings.filterwarnings("error", f".*{AT_ONE_INSTANT}")  # frozen eigenvalues are no frequencies
+            try:
+                return linearized(value, before)
+            except RuntimeWarning:
+                fault = (
+                    f"the linear model changes with the turn of {speed}, so modes at one instant are not of the motion"
+                )
+                hint = "bending by joints in front of the spin, multiblade for equal blades, or model.floquet"
+                raise NumericalError(Problem("campbell", fault, hint)) from None
 
     numbered = None
     if reference is not None:

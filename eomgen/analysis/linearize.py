@@ -166,6 +166,8 @@ def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]
 
 #: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
 _LATER, _SAME = 0.11, 1e-6
+#: Words of the warning of a linear model that is frozen at an instant.
+AT_ONE_INSTANT = "the linear model changes with the turn"
 #: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
 _AZIMUTHS = (0.11, 0.37, 0.71)
 #: Part of the largest coefficient of signals below which a coefficient is rounding.
@@ -394,8 +396,8 @@ def _warn_of_change(
     change = float(np.max(np.abs(after - before), initial=0.0))
     if change > _SAME * float(np.max(np.abs(before))):
         sentence = (
-            f"linear about the {state.kind}: the linear model changes with the turn of {drives(model, state.v)}, so it"
-            " holds at this instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
+            f"linear about the {state.kind}: {AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this"
+            " instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
             " symmetric about the axis of the turn, or model.floquet(period), in Python"
         )
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)

@@ -182,7 +182,7 @@ _BINARY = {
 }  # fmt: skip  # a table
 _NEGATION, _CHOICE, _ATOM = 4, 0, 9
 #: Kinds of symbols with three components, of points and of bodies.
-VECTORS = frozenset({"position", "velocity", "acceleration", "rotation", "angular_velocity"})
+VECTORS = frozenset({"position", "velocity", "acceleration", "rotation", "angular_velocity", "angular_acceleration"})
 #: Kinds of symbols that a formula names without a prefix.
 _PLAIN = ("parameter", "input", "state", "controller")
 

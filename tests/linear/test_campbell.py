@@ -443,6 +443,35 @@ def test_unbalance_refuses_a_diagram_with_the_body_and_its_distance() -> None:
     assert "unbalance acts on the balanced rotor as a force that turns (docs/python.md, Rotors)" in str(refusal.value)
 
 
+def test_a_bending_shaft_that_spins_in_a_standing_bearing_has_no_diagram_of_frozen_models() -> None:
+    """Bending is measured in axes that turn, the bearing's motion in axes that stand: the linear model is periodic."""
+    bending = {"shapes": "clamped_free", "modes": 1, "stiffness": 500.0}
+    scene = {
+        "format": 1,
+        "name": "shaft",
+        "gravity": [0, 0, 0],
+        "bodies": {"bearing": {"mass": 0.1}},
+        "beams": {
+            "shaft": {
+                "length": 1.0,
+                "mass_per_length": 1.0,
+                "polar_inertia": 1e-3,
+                "bending_y": bending,
+                "bending_z": bending,
+            }
+        },
+        "joints": {
+            "y": {"type": "prismatic", "parent": "base", "child": "bearing", "axis": [0, 1, 0], "stiffness": 1e4},
+            "spin": {"type": "revolute", "parent": "bearing", "child": "shaft", "axis": [1, 0, 0]},
+        },
+    }
+    model = eomgen.build(scene, profile="quick")
+    with pytest.raises(NumericalError, match=r"the linear model changes with the turn of spin.*model\.floquet"):
+        model.campbell("spin", [10.0, 100.0, 200.0])
+    with pytest.raises(NumericalError, match="the linear model changes with the turn of spin"):
+        model.campbell("spin", [0.0, 100.0, 200.0])  # at rest alone there are modes
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("spin", [200.0, 316.0, 500.0])
 def test_the_response_to_unbalance_is_that_to_a_force_that_turns(spin: float) -> None:

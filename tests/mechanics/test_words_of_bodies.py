@@ -84,6 +84,35 @@ def test_turn_and_turning_are_of_the_pose_and_its_rate(coordinates: str, rng: np
     np.testing.assert_allclose(2.0 * quaternion_product(rate, back)[:, 1:], y[:, 3:], atol=1e-12)
 
 
+def test_angular_accelerations_are_the_rates_of_angular_velocities(rng: np.random.Generator) -> None:
+    """On a body that turns, and on the moving base; complex steps along the motion."""
+    words = [
+        f"angular_{of}.{body}[{k}]"
+        for of in ("velocity", "acceleration")
+        for body in ("hand", "frame")
+        for k in range(3)
+    ]
+    parts = (
+        SCENE.split("[outputs]", maxsplit=1)[0]
+        + f"""
+[bodies.frame]
+mass = 1
+[joints.held]
+type = "fixed"
+parent = "base"
+child = "frame"
+[outputs]
+words = {{ formula = {words} }}
+"""
+    )
+    system = derive(load_toml(parts), ("outputs",))
+    evaluate = tape_evaluator(system)
+    state = on_base(evaluate, random_states(system, 4, rng))
+    along = {"q": state["v"], "v": state["a"], "t": np.ones((4, 1))}
+    rates = derivative(evaluate, system.factors, "outputs", state, along)["y"]
+    np.testing.assert_allclose(evaluate("outputs", state)["y"][:, 6:], rates[:, :6], atol=1e-11)
+
+
 def test_forces_by_the_motion_of_bodies_have_exact_partials(rng: np.random.Generator) -> None:
     effort = """
 [efforts.gyro]

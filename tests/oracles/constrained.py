@@ -33,6 +33,7 @@ FREEDOMS = {
     "fixed": 0,
     "distance": 5,
     "point_on_line": 4,
+    "orientation": 3,
     "rolling": 5,
     "sliding": 5,
     "formula": 5,
@@ -240,6 +241,8 @@ def freely_displaced(
             return anyhow, 1.3 * turn_about(2, s[3]) @ turn_about(0, s[4]) @ z
         case "point_on_line":
             return anyhow, s[3] * z
+        case "orientation":
+            return np.eye(3), np.array([s[0], s[1], s[2]])
         case "formula":
             return anyhow, np.array([s[3], s[4], 0.4 * s[3] * s[4] + 0.1 * np.sin(2.0 * s[4] + t)])
         case _ if shape.startswith(HILL):

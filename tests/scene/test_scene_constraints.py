@@ -109,6 +109,24 @@ def test_what_belongs_to_one_type() -> None:
     assert [row[2] for row in line.first.orientation] == [1.0, 0.0, 0.0]
 
 
+def test_a_frame_may_be_given_by_its_matrix() -> None:
+    matrix = "[[0, 0, 1], [1, 0, 0], [0, 1, 0]]"
+    fixed = loop(f'type = "fixed"\nfirst = {{ body = "base", orientation = {matrix} }}\nsecond = "tip"\n')
+    turned = loop(
+        'type = "fixed"\nfirst = { body = "base", rotation = [{ axis = [1, 1, 1], angle = "2 * pi / 3" }] }\n'
+        'second = "tip"\n'
+    )
+    np.testing.assert_allclose(fixed.first.orientation, turned.first.orientation, atol=1e-15)
+    [problem] = problems(
+        f'type = "fixed"\nfirst = {{ body = "base", axis = [0, 0, 1], orientation = {matrix} }}\nsecond = "tip"\n'
+    )
+    assert "axis and orientation are both given; try: one of them" in problem
+    [problem] = problems(
+        'type = "fixed"\nfirst = { body = "base", orientation = [[1, 0, 0], [0, 1, 0], [0, 0, -1]] }\nsecond = "tip"\n'
+    )
+    assert "(constraints.loop.first.orientation): the axes are left-handed" in problem
+
+
 @pytest.mark.parametrize(
     "axis", [*np.eye(3), -np.eye(3)[1], np.array([0.6, 0.0, 0.8]), np.array([2.0, -1.0, 2.0]) / 3.0]
 )
@@ -356,10 +374,10 @@ def test_json_schema() -> None:
     schema = json.loads(json_schema())
     definitions = schema["$defs"]
     assert definitions["Constraint"]["required"] == ["type"]
-    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 13
+    assert len(definitions["Constraint"]["properties"]["type"]["enum"]) == 14
     name, table = definitions["Frame"]["anyOf"]
     assert name["type"] == "string"
-    assert list(table["properties"]) == ["body", "point", "position", "rotation", "axis", "x_axis", "in"]
+    assert list(table["properties"]) == ["body", "point", "position", "rotation", "orientation", "axis", "x_axis", "in"]
     assert schema["properties"]["coordinates"]["enum"] == ["joint", "absolute"]
 
 

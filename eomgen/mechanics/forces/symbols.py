@@ -89,6 +89,8 @@ class Quantities:
                 return rotation_vector(self.algebra, self.kinematics.axes(symbol.name))[symbol.index]
             case "angular_velocity":
                 return self.kinematics.angular_velocity(symbol.name)[symbol.index]
+            case "angular_acceleration":
+                return self.kinematics.angular_acceleration(symbol.name)[symbol.index]
             case "gravity" | "tau":
                 return self.dynamics(symbol)
             case "reaction" | "drive_effort":

@@ -141,6 +141,16 @@ class Kinematics(LinkKinematics):
         turning = apply(self.pose(link)[0], self.inertial_twist(link)[0])
         return apply(self.base.orientation, turning)
 
+    def angular_acceleration(self, body: str) -> Vector:
+        """Return the inertial angular acceleration of a rigid body, (3,), rad/s^2, in world axes (depends on the block
+        ``a``)."""
+        link = self.tree.mounts[body].link
+        if link == WORLD:
+            return self.algebra.zero_vector
+        if link < 0:
+            return apply(self.carrier.orientation, self.field(link).alpha)
+        return apply(self.base.orientation, apply(self.pose(link)[0], self.field(link).alpha))
+
     def field(self, link: int) -> AccelerationField:
         """Return the inertial acceleration field of a link in link axes; for negative numbers of the carrying base."""
         if link < 0:

@@ -71,7 +71,7 @@ class Centroidal:
 
     @cached_property
     def _divisor(self) -> Scalar:
-        """The mass, or 1 if nothing that moves has mass: its centre is then the base's origin, and as the linear
+        """The mass, or 1 if all bodies that move have no mass: the centre is then the base's origin, and as the linear
         momentum vanishes, the angular momentum is the same about every point."""
         algebra, mass = self.algebra, self.mass
         if mass.number is not None:

@@ -530,7 +530,7 @@ class _FormulaReader:
             if kind == "rate" and name in self.names.states:
                 fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
                 raise self.error(node, fault, f"its formula, or the state {name}")
-            if kind in ("rotation", "angular_velocity") and name in self.bent:
+            if QUANTITIES.get(kind) == "body" and name in self.bent:
                 fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own"
                 raise self.error(node, fault, "a body that is fixed to the beam at the place of interest")
             noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
@@ -602,7 +602,7 @@ class _FormulaReader:
             return list(self.names.joints), row.v_size if row else None
         if kind in ("position", "velocity", "acceleration"):
             return list(self.names.points), 3
-        if kind in ("rotation", "angular_velocity"):
+        if QUANTITIES.get(kind) == "body":
             return [name for name in self.names.bodies if name not in self.bent], 3
         if kind == "drive_effort":
             row = JOINTS.get(self.names.joints.get(name, ""))

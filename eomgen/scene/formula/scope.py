@@ -18,7 +18,7 @@ DERIVATIVES: Mapping[str, int] = {"derivative": 1, "second_derivative": 2}
 QUANTITIES: Mapping[str, str] = {
     **dict.fromkeys(("q", "v", "a"), "joint"),
     **dict.fromkeys(("position", "velocity", "acceleration"), "point"),
-    **dict.fromkeys(("rotation", "angular_velocity"), "body"),
+    **dict.fromkeys(("rotation", "angular_velocity", "angular_acceleration"), "body"),
     "energy": "energy",
     "reaction": "reaction",
     "drive_effort": "drive",
@@ -201,7 +201,9 @@ ALONG_A_BEAM: Mapping[Scope, Scope] = {
     )
     for scope in (PARAMETERS, FIXED_PARAMETERS, LOCAL_LOAD)
 }
-EVERYTHING = Scope("any quantity", LOAD.kinds | {"a", "acceleration", "power", "reaction", "drive_effort"})
+EVERYTHING = Scope(
+    "any quantity", LOAD.kinds | {"a", "acceleration", "angular_acceleration", "power", "reaction", "drive_effort"}
+)
 #: Scope of named expressions before their use in a formula, which may be any formula.
 ANYWHERE = Scope(EVERYTHING.description, EVERYTHING.kinds | {"local"})
 ANYWHERE_ALONG_A_BEAM = Scope(EVERYTHING.description, ANYWHERE.kinds | {"place"})

@@ -11,7 +11,7 @@ from eomgen.scene.joint_types import CONSTRAINTS, DRIVE_UNITS, ConstraintType
 from eomgen.scene.joints import model as constraint_model
 from eomgen.scene.joints.model import EquationUnit, Shape
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, of_parameters, optional
-from eomgen.scene.reading.kinds import Rotations, Triple, Value
+from eomgen.scene.reading.kinds import Matrix, Rotations, Triple, Value
 
 
 class Frame(Table):
@@ -23,6 +23,7 @@ class Frame(Table):
     point: str | None = optional("the same, by a point's name", refers="points")
     position: Triple | None = of_parameters("in the body", unit="m", shown_default="`[0, 0, 0]`")
     rotation: Rotations | None = optional("the frame's axes, in place of `axis`")
+    orientation: Matrix | None = optional("the same as a matrix, the frame's axes to the body's; in place of `axis`")
     axis: Triple | None = of_fixed_parameters("the frame's z axis, in the body's axes")
     x_axis: Triple | None = of_fixed_parameters("the frame's x axis is the part of it across `axis`")
     given_in: str | None = given_in(

@@ -15,7 +15,7 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import Need
 from eomgen.scene.joints.model import Frame, Joint
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.reading.values import Values, read_placement
+from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.rotations import frame_about, rows, sequence
 from eomgen.system.description import BASE, WORLD, Point
 
@@ -65,11 +65,12 @@ def _orientation(
 ) -> tuple[tuple[float, float, float], ...]:
     """Return the frame's axes in the body: by rotations, or by z and, if the angle matters, x."""
     report = values.report
-    if frame.rotation is not None:
+    if frame.rotation is not None or frame.orientation is not None:
+        given = "orientation" if frame.rotation is None else "rotation"
         for field in ("axis", "x_axis"):
             if getattr(frame, field) is not None:
-                report.add(f"{key}.{field}", f"{field} and rotation are both given", "one of them")
-        return rows(sequence(values.constant_rotations(f"{key}.rotation", frame.rotation) or []))
+                report.add(f"{key}.{field}", f"{field} and {given} are both given", "one of them")
+        return read_orientation(key, frame.rotation, frame.orientation, values)
     if frame.axis is None:
         if frame.x_axis is not None:
             report.add(

@@ -44,10 +44,10 @@ class Constraint:
         ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of
         ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in the first's xy
         plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
-        ``point_on_line`` keeps the second's origin on the first's z axis; ``distance`` keeps the origins at the
-        distance ``length``; ``rolling`` lets a disc or a torus about the second frame's z axis, a sphere or an
-        ellipsoid roll on the first's xy plane without slip, ``sliding`` lets the body slide there; ``formula`` holds an
-        equation.
+        ``point_on_line`` keeps the second's origin on the first's z axis; ``orientation`` keeps the axes parallel;
+        ``distance`` keeps the origins at the distance ``length``; ``rolling`` lets a disc or a torus about the second
+        frame's z axis, a sphere or an ellipsoid roll on the first's xy plane without slip, ``sliding`` lets the body
+        slide there; ``formula`` holds an equation.
     drive : formula of t and parameters, or None
         Prescribes the free displacement: the angle or the travel that the type names.
     length : formula of t and parameters

@@ -13,7 +13,7 @@ from eomgen.scene.joint_types import JOINTS
 
 _OF_KINDS = {
     **{"time": "s", "position": "m", "velocity": "m/s", "acceleration": "m/s^2"},
-    **{"rotation": "rad", "angular_velocity": "rad/s"},
+    **{"rotation": "rad", "angular_velocity": "rad/s", "angular_acceleration": "rad/s^2"},
     **{"length": "m", "rate": "m/s", "tension": "N", "load": "N", "deflection": "m"},
 }
 _OF_LOCAL = dict(zip(LOCAL, ("m", "m/s", "rad", "rad/s"), strict=True))

@@ -381,8 +381,8 @@ CONSTRAINTS = _Constraints(
 
     A frame is a point's name, or a table with body and position (or point) and with axis, the frame's z (x_axis
     too if the angle about it matters), or rotation. Types: spherical, revolute, universal, cylindrical,
-    helical (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, rolling (with radius,
-    and shape disc or sphere).""",
+    helical (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, orientation, rolling (with
+    radius, and shape disc or sphere).""",
 )
 REACTIONS = _Reactions(
     key="reactions",
