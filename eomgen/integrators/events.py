@@ -85,11 +85,12 @@ AT_EVENTS = frozenset(status.number for status in _AT_EVENTS)
 
 
 #: Facts of each event for the templates: whether its rate is known, whether the action changes the motion, sets the
-#: state, is an impact, stops the run, or only counts.
+#: state, sets positions, is an impact, stops the run, or only counts.
 _FLAGS: Mapping[str, Callable[[EventRow], bool]] = {
     "has_rate": lambda row: row.has_rate,
     "acts": lambda row: row.action not in ("record", "count"),
     "moves": lambda row: row.action in ("reset", "impact"),
+    "places": lambda row: any(one.block == "q" for one in row.assignments),
     "impacts": lambda row: row.action == "impact",
     "stops": lambda row: row.action == "stop",
     "counts": lambda row: row.action == "count",
@@ -123,6 +124,7 @@ def event_state(rows: Sequence[EventRow], modes: Sequence[Mode]) -> tuple[Field,
         Field("event_side", "signs of the event functions: 1, -1, 0 on a root", count, "long", group, "side"),
         Field("event_count", "", count, "long", group, "count"),
         Field("event_time", "time of the last event of each kind, s", count, "real", group, "time"),
+        Field("event_alone", "1: no other event has changed the rate since", count, "long", group, "alone"),
         Field("event_last", "number of the last event", 0, "long", group, "last"),
         *([Field("mode", "values of the modes", len(modes), "real", group, "mode")] if modes else []),
     )
