@@ -101,7 +101,7 @@ def _arc_jet(jets: Any, x: Sequence[Ref], value: Ref, *, falling: bool) -> Any:
     """z' sqrt(1 - x^2) = x', or -x' if z falls."""
     low = x[:-1]
     square = jets.add(jets.constant(1.0, len(low)), jets.negative(jets.multiply(low, low)))
-    rate = jets.divide(jets.rate(x), jets.sqrt(square, jets.tape.call(Op.SQRT, square[0])))
+    rate = jets.slope_times(jets.rate(x), jets.sqrt(square, jets.tape.call(Op.SQRT, square[0])))
     return jets.integrate(value, jets.negative(rate) if falling else rate)
 
 
@@ -201,7 +201,7 @@ ELEMENTARY: Mapping[Op, Elementary] = {
         rough=True,
     ),
     Op.SQRT: Elementary(
-        slope=lambda tape, _, value: tape.div(tape.constant(0.5), value),
+        slope=lambda tape, x, value: tape.root_slope(x, value),
         jet=lambda jets, x, value: jets.sqrt(x, value),
         series=lambda series, x: series.sqrt(x),
         rough=True,

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
+from eomgen.symbolic.edges import logarithm_of_base, quotient
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -176,7 +177,7 @@ class Series:
         """z z = x."""
         tape = self.tape
         value = tape.call(Op.SQRT, x.value)
-        half = self.keep(tape.div(tape.constant(0.5), value))
+        half = self.keep(tape.root_slope(x.value, value))
         number = self.open_product()
         z = SeriesTerm(value, tape.mul(half, tape.sub(x.next, self.inner(number))))
         self.close_product(number, z, z)
@@ -247,7 +248,7 @@ class Series:
     def over(self, value: Ref, rate_of: SeriesTerm, w: SeriesTerm) -> SeriesTerm:
         """z' w = x', with w known before z."""
         tape = self.tape
-        reciprocal = self.keep(tape.div(ONE, w.value))
+        reciprocal = self.keep(quotient(tape, ONE, w.value, w.value))
         if w.next == ZERO:
             return SeriesTerm(value, tape.mul(reciprocal, rate_of.next))
         number = self.open_product()
@@ -270,7 +271,7 @@ class Series:
 
     def power(self, x: SeriesTerm, exponent: SeriesTerm) -> SeriesTerm:
         """x^e = exp(e log x); the value at order 0 is computed by the power."""
-        logarithm = self.multiply(exponent, self.logarithm(x))
+        logarithm = self.multiply(exponent, self.over(logarithm_of_base(self.tape, x.value), x, x))
         return self.exponential_of(self.tape.call(Op.POW, x.value, exponent.value), logarithm)
 
     def logarithm(self, x: SeriesTerm) -> SeriesTerm:

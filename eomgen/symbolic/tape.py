@@ -18,6 +18,7 @@ from operator import or_
 from typing import Any
 
 from eomgen.base.data import dataclass, field
+from eomgen.symbolic.edges import quotient
 from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op, Ref
 
 __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref", "Tape", "dot"]
@@ -67,6 +68,10 @@ class Tape:
     converged : set
         Nodes with the value of a converged iteration. Derivatives take these nodes as constants: each further step that
         is recorded from these nodes on has the derivatives of the result to an order more.
+    conditions : dict
+        Of derivatives that are zero unless a number is not zero: these numbers by node (``calculus.branches``).
+    unbounded : list
+        Whether a node's value may be infinite, or not a number, at finite inputs, as far as asked for.
     """
 
     op: list[Op] = field(default_factory=list)
@@ -82,6 +87,8 @@ class Tape:
     curves: list[tuple[CurveLike, int]] = field(default_factory=list)
     instances: dict[tuple[object, ...], tuple[Ref, ...]] = field(default_factory=dict, repr=False)
     converged: set[int] = field(default_factory=set, repr=False)
+    conditions: dict[int, Ref] = field(default_factory=dict, repr=False)
+    unbounded: list[bool] = field(default_factory=list, repr=False)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
     _constant_ids: dict[float, int] = field(default_factory=dict, repr=False)
     _generic: dict[tuple[object, ...], int] = field(default_factory=dict, repr=False)
@@ -268,6 +275,10 @@ class Tape:
             known = len(self.curves)
             self.curves.append((curve, derivative))
         return self._node(_CURVE, x, known)
+
+    def root_slope(self, x: Ref, root: Ref) -> Ref:
+        """Return the slope of the square root of x, 0 where x and its first derivatives are 0."""
+        return quotient(self, self.constant(0.5), root, x)
 
     def power(self, x: Ref, exponent: int) -> Ref:
         """Return x to an integer exponent by repeated squaring."""

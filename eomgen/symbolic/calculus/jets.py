@@ -3,8 +3,9 @@
 A jet is the list of normalised coefficients x_k = x^(k) / k!. Recurrences: Griewank and Walther, Evaluating Derivatives
 (2008), table 13.2. Input symbols own their jets: see ``configuration``.
 
-If a function is not smooth, the branch taken at order 0 is followed (as in ``derivatives``). The recurrences of
-SQRT, LOG, POW, ASIN, ACOS and ATAN2 have denominators that vanish at their singular points.
+If a function is not smooth, the branch taken at order 0 is followed (as in ``partials``). The recurrences of SQRT,
+LOG, POW, ASIN, ACOS and ATAN2 have denominators that vanish at their singular points; norms that are 0 stay 0, see
+``edges``.
 """
 
 from __future__ import annotations
@@ -13,7 +14,9 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from eomgen.base.data import replace
+from eomgen.symbolic.calculus.branches import chosen, guarded, plus, times
 from eomgen.symbolic.calculus.loops import map_jets
+from eomgen.symbolic.edges import flat_zero, logarithm_of_base, quotient
 from eomgen.symbolic.external import Call, add_call
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
@@ -120,11 +123,11 @@ class JetAlgebra:
             case Op.MIN | Op.MAX:
                 first = (x[0], operands[1][0]) if op is Op.MIN else (operands[1][0], x[0])
                 condition = tape.call(Op.LE, *first)
-                return [value, *(tape.select(condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
+                return [value, *(chosen(tape, condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
             case Op.SELECT:
                 return [
                     value,
-                    *(tape.select(x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
+                    *(chosen(tape, x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
                 ]
             case _:  # SIGN, LT and LE are flat
                 return [value] + [ZERO] * (len(x) - 1)
@@ -154,13 +157,13 @@ class JetAlgebra:
         return results
 
     def scale(self, factor: Ref, x: Jet) -> list[Ref]:
-        return [self.tape.mul(factor, ref) for ref in x]
+        return [times(self.tape, factor, ref) for ref in x]
 
     def negative(self, x: Jet) -> list[Ref]:
         return self.scale(-ONE, x)
 
     def add(self, x: Jet, y: Jet) -> list[Ref]:
-        return [self.tape.add(p, q) for p, q in zip(x, y, strict=True)]
+        return [plus(self.tape, p, q) for p, q in zip(x, y, strict=True)]
 
     def multiply(self, x: Jet, y: Jet) -> list[Ref]:
         """Return the product of two jets (Cauchy product), of the length of the jets."""
@@ -177,27 +180,40 @@ class JetAlgebra:
             z.append(self.tape.mul(reciprocal, self.tape.sub(x[k], self._convolution(y, z, k, 1, k))))
         return z
 
+    def slope_times(self, x: Jet, y: Jet) -> list[Ref]:
+        """Return the quotient of a rate x and a number y that is zero at the edge of a domain.
+
+        It is zero where a choice sets the rate to zero, and where y and its rates are zero.
+        """
+        if not y:
+            return []
+        reciprocal, z = quotient(self.tape, ONE, y[0], y[0]), list[Ref]()
+        for k in range(len(x)):
+            rest = plus(self.tape, x[k], -self._convolution(y, z, k, 1, k)) if k else x[k]
+            z.append(guarded(self.tape, reciprocal, rest))
+        return z
+
     def rate(self, x: Jet) -> list[Ref]:
         """Return the jet of dx/dt, one coefficient shorter."""
-        return [self.tape.mul(self.tape.constant(float(k)), x[k]) for k in range(1, len(x))]
+        return [times(self.tape, self.tape.constant(float(k)), x[k]) for k in range(1, len(x))]
 
     def integrate(self, start: Ref, rate: Jet) -> list[Ref]:
         """Return the jet that starts at ``start`` and has the given rate, one coefficient longer."""
-        return [start, *(self.tape.mul(self.tape.constant(1.0 / (k + 1)), ref) for k, ref in enumerate(rate))]
+        return [start, *(times(self.tape, self.tape.constant(1.0 / (k + 1)), ref) for k, ref in enumerate(rate))]
 
     def _convolution(self, x: Jet, y: Jet, k: int, first: int, last: int) -> Ref:
         total = ZERO
         for i in range(first, last + 1):
-            total = self.tape.add(total, self.tape.mul(x[i], y[k - i]))
+            total = plus(self.tape, total, times(self.tape, x[i], y[k - i]))
         return total
 
     def _square(self, x: Jet, k: int, first: int = 0) -> Ref:
         """Return the sum of x_i x_{k-i} for i = first .. k - first, each product once."""
         total = ZERO
         for i in range(first, (k + 1) // 2):
-            total = self.tape.add(total, self.tape.mul(x[i], x[k - i]))
-        total = self.tape.mul(self.tape.constant(2.0), total)
-        return total if k % 2 or k // 2 < first else self.tape.add(total, self.tape.mul(x[k // 2], x[k // 2]))
+            total = plus(self.tape, total, times(self.tape, x[i], x[k - i]))
+        total = times(self.tape, self.tape.constant(2.0), total)
+        return total if k % 2 or k // 2 < first else plus(self.tape, total, times(self.tape, x[k // 2], x[k // 2]))
 
     def constant(self, value: float, length: int) -> list[Ref]:
         """Return the jet of a constant."""
@@ -208,9 +224,9 @@ class JetAlgebra:
         if not x:
             return []
         z = [value]
-        half = self.tape.div(self.tape.constant(0.5), value) if _varies(x) else ZERO
+        half = self.tape.root_slope(x[0], value) if _varies(x) else ZERO
         for k in range(1, len(x)):
-            z.append(self.tape.mul(half, self.tape.sub(x[k], self._square(z, k, 1))))
+            z.append(guarded(self.tape, half, plus(self.tape, x[k], -self._square(z, k, 1))))
         return z
 
     def sine_and_cosine(self, x: Jet, *, hyperbolic: bool = False) -> tuple[list[Ref], list[Ref]]:
@@ -253,21 +269,33 @@ class JetAlgebra:
         """Return the jet of d/dt atan2(y, x) = (x y' - y x') / (x^2 + y^2)."""
         low_y, low_x = y[:-1], x[:-1]
         moment = self.add(self.multiply(low_x, self.rate(y)), self.negative(self.multiply(low_y, self.rate(x))))
-        return self.divide(moment, self.add(self.multiply(low_x, low_x), self.multiply(low_y, low_y)))
+        square = self.add(self.multiply(low_x, low_x), self.multiply(low_y, low_y))
+        return self.slope_times(moment, square)
 
     def _power(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
         tape = self.tape
         if _varies(exponent):
-            logarithm = self.integrate(tape.call(Op.LOG, x[0]), self.divide(self.rate(x), x[:-1]))
+            rates = self.slope_times(self.rate(x), x[:-1])
+            logarithm = self.integrate(logarithm_of_base(tape, x[0]), rates)
             return self.exponential(self.multiply(exponent, logarithm), value)
-        z, reciprocal = [value], tape.div(ONE, x[0])
-        for k in range(1, len(x)):
-            total = ZERO
-            for i in range(1, k + 1):
-                weight = tape.sub(tape.mul(tape.constant(float(i)), exponent[0]), tape.constant(float(k - i)))
-                total = tape.add(total, tape.mul(weight, tape.mul(x[i], z[k - i])))
-            z.append(tape.mul(tape.mul(tape.constant(1.0 / k), reciprocal), total))
-        return z
+        e, number = exponent[0], tape.value(exponent[0])
+        flat = flat_zero(tape, x[0]) if number is None or number < len(x) - 1 else None
+        if flat is None:
+            return self._powers(x, e, value)
+        regular = tape.call(Op.LT, ZERO, flat)
+        z = self._powers([tape.select(regular, x[0], ONE), *x[1:]], e, value)
+        return [value, *(chosen(tape, regular, ref, ZERO) for ref in z[1:])]
+
+    def _powers(self, x: Jet, exponent: Ref, value: Ref) -> list[Ref]:
+        """Return the jet of z = x^e with a constant e: z' = e x^(e - 1) x', without a quotient by x."""
+        if len(x) < 2:
+            return [value]
+        tape, number = self.tape, self.tape.value(exponent)
+        x = x if number is not None else [tape.select(tape.call(Op.ABS, exponent), x[0], ONE), *x[1:]]
+        below = tape.sub(exponent, ONE)
+        slope = self.scale(exponent, self._powers(x[:-1], below, tape.call(Op.POW, x[0], below)))
+        rate = self.rate(x)
+        return self.integrate(value, self.multiply(slope, rate))
 
 
 def _varies(x: Jet) -> bool:

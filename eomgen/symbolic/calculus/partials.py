@@ -5,7 +5,8 @@ Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols ow
 
 If a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and
 MAX take the operand they return, the first one recorded if both are equal; SELECT takes the branch it returns and
-never differentiates its condition. POW with an exponent that varies needs a positive base.
+never differentiates its condition. Branches that are not taken have no derivatives, whatever their values, see
+``branches``; slopes of norms at 0 are 0, see ``edges``. POW with an exponent that varies needs a base of at least 0.
 
 Named intermediates of long recursions may be kept as unknowns. The Jacobian of y = f(x, s(x)) with s given step by step
 is dense, but the pair (y, definitions of s) has a sparse one: each step of a recursion knows only its neighbour.
@@ -18,8 +19,10 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
+from eomgen.symbolic.calculus.branches import chosen, guarded, plus, times, unbounded
 from eomgen.symbolic.calculus.configuration import tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent, map_adjoints, map_partials, signed_tangent
+from eomgen.symbolic.edges import logarithm_of_base, power_slope, quotient
 from eomgen.symbolic.external import Call, call_adjoints
 from eomgen.symbolic.operations import ELEMENTARY, LEAVES, UNARY, InputSymbol, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
@@ -29,6 +32,10 @@ __all__ = [
     "tangent_seeds", "weighted_gradient",
 ]  # fmt: skip  # a table
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
+#: Operations that return one of their operands.
+CHOICES = frozenset({Op.SELECT, Op.MIN, Op.MAX})
+#: Operations whose slope may be infinite at the edge of the domain, where the value is finite.
+WITH_EDGES = frozenset({op for op, row in ELEMENTARY.items() if row.rough} | {Op.POW})
 
 
 def forward_partials(tape: Tape, outputs: Sequence[Ref], seeds: Seeds) -> list[Tangent]:
@@ -128,11 +135,17 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
             if not pending[number] and number in of_maps:
                 for ref, adjoint in _adjoints_of(tape, number, of_maps[number], reach):
                     _accumulate(tape, adjoints, ref, adjoint)
+        elif follow and op in CHOICES:
+            condition, *branches = _choice(tape, op, tape.operands(node))
+            for ref, share in zip(branches, ((adjoints[node], ZERO), (ZERO, adjoints[node])), strict=True):
+                if abs(ref) in reach:
+                    _accumulate(tape, adjoints, ref, chosen(tape, condition, *share))
         elif follow and op not in LEAVES:
             operands = tape.operands(node)
             active = [k for k, ref in enumerate(operands) if abs(ref) in reach]
             for k, partial in _local_partials(tape, node, op, active):
-                _accumulate(tape, adjoints, operands[k], tape.mul(adjoints[node], partial))
+                product = guarded if unbounded(tape, partial, adjoints[node]) else times
+                _accumulate(tape, adjoints, operands[k], product(tape, partial, adjoints[node]))
     return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
 
 
@@ -182,19 +195,20 @@ def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent])
     if not any(inner):
         return {}
     directions = dict.fromkeys(direction for tangent in inner for direction in tangent)
-    if op in (Op.SELECT, Op.MIN, Op.MAX):
+    if op in CHOICES:
         condition, then, otherwise = _choice(tape, op, operands)
         first, second = signed_tangent(tangents, then), signed_tangent(tangents, otherwise)
-        chosen = {d: tape.select(condition, first.get(d, ZERO), second.get(d, ZERO)) for d in directions}
-        return {d: ref for d, ref in chosen.items() if ref != ZERO}
+        taken = {d: chosen(tape, condition, first.get(d, ZERO), second.get(d, ZERO)) for d in directions}
+        return {d: ref for d, ref in taken.items() if ref != ZERO}
     partials = _local_partials(tape, node, op, [k for k, tangent in enumerate(inner) if tangent])
+    product = guarded if op in WITH_EDGES else times
     result: Tangent = {}
     for direction in directions:
         total = ZERO
         for k, partial in partials:
             derivative = inner[k].get(direction)
             if derivative is not None:
-                total = tape.add(total, tape.mul(partial, derivative))
+                total = plus(tape, total, product(tape, partial, derivative))
         if total != ZERO:
             result[direction] = total
     return result
@@ -216,10 +230,6 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
     if op is Op.CURVE:
         curve, order = tape.curves[tape.b[node]]
         return [(0, tape.curve(curve, order + 1, operands[0]))]
-    if op in (Op.SELECT, Op.MIN, Op.MAX):
-        condition, _, _ = _choice(tape, op, operands)
-        weights = (tape.select(condition, ONE, ZERO), tape.select(condition, ZERO, ONE))
-        return list(zip((1, 2) if op is Op.SELECT else (0, 1), weights, strict=True))
     x, y = operands
     partials: list[tuple[int, Ref]] = []
     for k in active:
@@ -237,11 +247,11 @@ def _local_partials(tape: Tape, node: int, op: Op, active: Iterable[int]) -> lis
                 partial = tape.mul(-node, tape.div(ONE, y))
             case (Op.ATAN2, _):
                 squares = tape.add(tape.mul(x, x), tape.mul(y, y))
-                partial = tape.div(y, squares) if k == 0 else tape.div(-x, squares)
+                partial = quotient(tape, y if k == 0 else -x, squares, squares)
             case (Op.POW, 0):
-                partial = tape.mul(y, tape.call(Op.POW, x, tape.sub(y, ONE)))
+                partial = power_slope(tape, x, y)
             case (Op.POW, 1):
-                partial = tape.mul(node, tape.call(Op.LOG, x)) if abs(x) != ZERO else ZERO
+                partial = tape.mul(node, logarithm_of_base(tape, x)) if abs(x) != ZERO else ZERO
         if partial != ZERO:
             partials.append((k, partial))
     return partials
@@ -273,7 +283,7 @@ def _depending(tape: Tape, live: Iterable[int], on: set[int]) -> set[int]:
 
 def _accumulate(tape: Tape, adjoints: dict[int, Ref], ref: Ref, adjoint: Ref) -> None:
     if abs(adjoint) != ZERO:
-        adjoints[abs(ref)] = tape.add(adjoints.get(abs(ref), ZERO), adjoint if ref > 0 else -adjoint)
+        adjoints[abs(ref)] = plus(tape, adjoints.get(abs(ref), ZERO), adjoint if ref > 0 else -adjoint)
 
 
 def cut_partials(

@@ -1,0 +1,104 @@
+"""Derivatives in branches that are not taken are zero, also where values or slopes there are infinite or not numbers.
+
+The derivative of a choice is a choice of derivatives, so no rule multiplies by what is not taken. Products of a
+derivative that a choice has set to zero and an infinite slope, as in sqrt(max(0, q)) below 0 and in adjoints within a
+branch, are selected again: zero times infinity never reaches a result. ``Tape.conditions`` has, for such derivatives,
+a number that is not zero only where the derivative may differ from zero.
+"""
+
+from __future__ import annotations
+
+from eomgen.symbolic.operations import ELEMENTARY, LEAVES, Op
+from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
+
+#: Operations that give finite values of finite operands.
+_BOUNDED = frozenset(
+    {Op.ADD, Op.SUB, Op.MUL, Op.ATAN2, Op.ABS, Op.SIGN, Op.MIN, Op.MAX, Op.LT, Op.LE, Op.SELECT}
+    | {op for op, row in ELEMENTARY.items() if row.smooth} - {Op.EXP, Op.SINH, Op.COSH}
+)
+
+
+def chosen(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
+    """Record the choice between two derivatives."""
+    result = tape.select(condition, then, otherwise)
+    if ZERO in (then, otherwise) or tape.conditions:
+        holds = _truth(tape, condition) if then != ZERO else ZERO
+        fails = _negation(tape, condition) if otherwise != ZERO else ZERO
+        holds, fails = (
+            _both(tape, case, tape.conditions.get(abs(branch), ONE))
+            for case, branch in ((holds, then), (fails, otherwise))
+        )
+        _note(tape, result, _either(tape, holds, fails))
+    return result
+
+
+def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
+    """Record a product, which is zero where one of the factors is."""
+    product = tape.mul(factor, derivative)
+    known = tape.conditions
+    if known and (abs(factor) in known or abs(derivative) in known):
+        _note(tape, product, _both(tape, *(known.get(abs(ref), ONE) for ref in (factor, derivative))))
+    return product
+
+
+def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
+    """Record a sum, which is zero where both terms are."""
+    total = tape.add(x, y)
+    known = tape.conditions
+    if known and abs(x) in known and abs(y) in known:
+        _note(tape, total, _either(tape, known[abs(x)], known[abs(y)]))
+    return total
+
+
+def guarded(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
+    """Record a product that is zero where the derivative is zero by a choice, also if the slope is infinite there."""
+    condition = tape.conditions.get(abs(derivative))
+    if condition is None:
+        return times(tape, slope, derivative)
+    node, sign = abs(derivative), derivative > 0
+    if tape.op[node] is Op.SELECT and ZERO in (tape.b[node], tape.c[node]):
+        branches = (tape.b[node], tape.c[node])
+        then, otherwise = (tape.mul(slope, ref if sign else -ref) for ref in branches)
+        return chosen(tape, tape.a[node], then, otherwise)
+    return chosen(tape, condition, tape.mul(slope, derivative), ZERO)
+
+
+def unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
+    """Return whether a slope may be infinite or not a number where a derivative is zero by a choice."""
+    if abs(derivative) not in tape.conditions:
+        return False
+    known = tape.unbounded
+    for node in range(len(known), len(tape.op)):
+        op = tape.op[node]
+        known.append(op not in LEAVES and (op not in _BOUNDED or any(known[abs(ref)] for ref in tape.operands(node))))
+    return bool(known[abs(slope)])
+
+
+def _note(tape: Tape, ref: Ref, condition: Ref) -> None:
+    if condition != ONE and tape.op[abs(ref)] not in LEAVES:
+        tape.conditions.setdefault(abs(ref), condition)
+
+
+def _truth(tape: Tape, condition: Ref) -> Ref:
+    """Return 1 if a condition holds, else 0."""
+    if condition > 0 and tape.op[condition] in (Op.LT, Op.LE):
+        return condition
+    return tape.call(Op.LT, ZERO, tape.call(Op.ABS, condition))
+
+
+def _negation(tape: Tape, condition: Ref) -> Ref:
+    return tape.select(_truth(tape, condition), ZERO, ONE)
+
+
+def _both(tape: Tape, first: Ref, second: Ref) -> Ref:
+    if first == second or ONE in (first, second) or ZERO in (first, second):
+        return first if second == ONE or first == ZERO else second
+    return tape.select(first, second, ZERO)
+
+
+def _either(tape: Tape, first: Ref, second: Ref) -> Ref:
+    if first == second or ZERO in (first, second):
+        return second if first == ZERO else first
+    if second == tape.select(first, ZERO, ONE) or first == tape.select(second, ZERO, ONE) or ONE in (first, second):
+        return ONE
+    return tape.call(Op.MAX, first, second)

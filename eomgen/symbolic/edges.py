@@ -1,0 +1,110 @@
+"""Edges of domains: slopes of roots, powers and angles that are infinite where the slope of the operand is zero.
+
+The chain rule of |v| = sqrt(v^2) at v = 0 is zero times infinity. Its derivative is taken as 0 there, the centre of
+the generalized gradient of norms (Clarke, Optimization and Nonsmooth Analysis, 1983, section 2.2). The divisor is
+selected before the division, so that derivatives of the slope are finite as well.
+
+Other slopes at edges are infinite in fact, as of sqrt(q) at q = 0, and stay infinite.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from eomgen.symbolic.operations import Op, Ref
+
+if TYPE_CHECKING:
+    from eomgen.symbolic.tape import Tape
+
+ZERO, ONE = 1, 2
+
+
+def flat_zero(tape: Tape, x: Ref) -> Ref | None:
+    """Return a number that is zero only where x and all first derivatives of x are zero, or None if none is known.
+
+    Squares, absolute values, max(0, y) and min(0, y), which are 0 beyond the edge, and sums, products and roots of such
+    numbers have one by their structure. The number is never negative.
+    """
+    node = abs(x)
+    op, a, b = tape.op[node], tape.a[node], tape.b[node]
+    if op in (Op.ADD, Op.SUB):
+        return _flat_sum(tape, node)
+    if op is Op.MUL:
+        if a == b:
+            return node
+        second = flat_zero(tape, b)
+        if tape.op[a] is Op.CONST:
+            return node if second == b and tape.value(a) is not None else second
+        first = flat_zero(tape, a)
+        if first is None or second is None:
+            return second if first is None else first
+        return node if (first, second) == (a, b) else tape.mul(first, second)
+    if op is Op.ABS or (op is Op.MAX and ZERO in (a, b)):
+        return node
+    if op is Op.MIN and ZERO in (a, b):
+        return -node
+    if op in (Op.DIV, Op.POW):
+        return flat_zero(tape, a)
+    if op is Op.SQRT:
+        return node if flat_zero(tape, a) == a else flat_zero(tape, a)
+    if op is Op.SELECT:
+        branches = [ZERO if ref == ZERO else flat_zero(tape, ref) for ref in (b, tape.c[node])]
+        if branches == [None, None]:
+            return None
+        then, otherwise = (ONE if ref is None else ref for ref in branches)
+        return tape.select(a, then, otherwise)
+    return None
+
+
+def _flat_sum(tape: Tape, node: Ref) -> Ref | None:
+    """Return ``flat_zero`` of a sum, whose terms must all have one; iterative, since sums may have many terms."""
+    terms, pending, positive = list[Ref](), [node], True
+    while pending:
+        ref = pending.pop()
+        if tape.op[abs(ref)] in (Op.ADD, Op.SUB):
+            first, second = tape.operands(abs(ref))
+            second = -second if tape.op[abs(ref)] is Op.SUB else second
+            pending += [second, first] if ref > 0 else [-second, -first]
+            continue
+        flat = flat_zero(tape, ref)
+        if flat is None:
+            return None
+        positive = positive and flat == ref
+        terms.append(flat)
+    if positive:
+        return node
+    total = ZERO
+    for term in terms:
+        total = tape.add(total, term)
+    return total
+
+
+def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
+    """Record numerator / divisor, 0 where x and its first derivatives are zero; the divisor is zero only with x."""
+    flat = flat_zero(tape, x)
+    if flat is None:
+        return tape.div(numerator, divisor)
+    regular = tape.call(Op.LT, ZERO, flat)
+    return tape.select(regular, tape.div(numerator, tape.select(regular, divisor, ONE)), ZERO)
+
+
+def power_slope(tape: Tape, x: Ref, exponent: Ref) -> Ref:
+    """Record d(x^e)/dx = e x^(e - 1).
+
+    It is 0 at a flat zero of x if e may be below 1, and where an exponent that is no constant is 0: x^(e - 1) may be
+    infinite there.
+    """
+    number, below = tape.value(exponent), tape.sub(exponent, ONE)
+    if number is None:
+        x = tape.select(tape.call(Op.ABS, exponent), x, ONE)
+    flat = flat_zero(tape, x) if number is None or 0.0 < number < 1.0 else None
+    if flat is None:
+        return tape.mul(exponent, tape.call(Op.POW, x, below))
+    regular = tape.call(Op.LT, ZERO, flat)
+    power = tape.call(Op.POW, tape.select(regular, x, ONE), below)
+    return tape.select(regular, tape.mul(exponent, power), ZERO)
+
+
+def logarithm_of_base(tape: Tape, x: Ref) -> Ref:
+    """Record log(x) as a factor of x^e, where 0 log(0) is 0."""
+    return tape.call(Op.LOG, tape.select(tape.call(Op.ABS, x), x, ONE))
