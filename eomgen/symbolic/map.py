@@ -314,6 +314,7 @@ def splice(
         else:
             copy[node] = record(target, op, [there(ref) for ref in source.operands(node)])
     target.converged |= {abs(copy[node]) for node in source.converged.intersection(copy)}
+    target.lengths |= {abs(copy[node]) for node in source.lengths.intersection(copy)}
     return [there(ref) for ref in refs]
 
 

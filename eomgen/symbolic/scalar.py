@@ -180,6 +180,23 @@ class Algebra:
     def call(self, op: Op, x: Scalar, y: Scalar | None = None) -> Scalar:
         return Scalar(self.tape, self.tape.call(op, x.ref, y.ref if y is not None else 0))
 
+    def length(self, x: Sequence[Scalar]) -> Scalar:
+        """Return the length of a vector that is not 0 wherever it is used, since its direction is used as well.
+
+        Parameters
+        ----------
+        x : sequence of Scalar
+            Vector (n,).
+
+        Returns
+        -------
+        Scalar
+            Its derivatives have no value at 0, unlike those of a root of squares (``edges``).
+        """
+        length = self.call(Op.SQRT, dot(x, x))
+        self.tape.lengths.add(abs(length.ref))
+        return length
+
     def select(self, condition: Scalar, then: Scalar, otherwise: Scalar) -> Scalar:
         return Scalar(self.tape, self.tape.select(condition.ref, then.ref, otherwise.ref))
 

@@ -68,6 +68,8 @@ class Tape:
     converged : set
         Nodes with the value of a converged iteration. Derivatives take these nodes as constants: each further step that
         is recorded from these nodes on has the derivatives of the result to an order more.
+    lengths : set
+        Roots that are not 0 wherever the equations have a value, since values are divided by them.
     conditions : dict
         Of derivatives that are zero unless a number is not zero: these numbers by node (``calculus.branches``).
     unbounded : list
@@ -87,6 +89,7 @@ class Tape:
     curves: list[tuple[CurveLike, int]] = field(default_factory=list)
     instances: dict[tuple[object, ...], tuple[Ref, ...]] = field(default_factory=dict, repr=False)
     converged: set[int] = field(default_factory=set, repr=False)
+    lengths: set[int] = field(default_factory=set, repr=False)
     conditions: dict[int, Ref] = field(default_factory=dict, repr=False)
     unbounded: list[bool] = field(default_factory=list, repr=False)
     _known: dict[tuple[int, ...], int] = field(default_factory=dict, repr=False)
@@ -278,7 +281,8 @@ class Tape:
 
     def root_slope(self, x: Ref, root: Ref) -> Ref:
         """Return the slope of the square root of x, 0 where x and its first derivatives are 0."""
-        return quotient(self, self.constant(0.5), root, x)
+        half = self.constant(0.5)
+        return self.div(half, root) if root in self.lengths else quotient(self, half, root, x)
 
     def power(self, x: Ref, exponent: int) -> Ref:
         """Return x to an integer exponent by repeated squaring."""

@@ -197,7 +197,7 @@ def _holonomic(quantities: Quantities, item: Constraint, pair: FramePair) -> lis
         return [length("formula", own.value, own.size) if item.unit == "m" else angle("formula", own.value, own.size)]
     match item.type:
         case "distance":
-            apart, length_given = quantities.algebra.call(Op.SQRT, dot(gap, gap)), quantities.formula(item.length)
+            apart, length_given = quantities.algebra.length(gap), quantities.formula(item.length)
             return [length("distance", apart - length_given, length_given)]
         case "rolling" | "sliding":
             height = _contact(quantities, item, pair).height
@@ -275,7 +275,7 @@ def _lowest(quantities: Quantities, item: Constraint, normal: Vector, origin: Ve
         reach = call(Op.SQRT, dot((x, y, z), own))
         return minus(origin, scaled(algebra.one / reach, apply(axes, (x, y, z))))
     down = minus(normal, scaled(dot(normal, axis), axis))
-    length = call(Op.SQRT, dot(down, down))
+    length = quantities.algebra.length(down)
     lowest = minus(origin, scaled(radius / length, down))
     return lowest if item.shape == "disc" else minus(lowest, scaled(quantities.formula(item.tube_radius), normal))
 
@@ -386,7 +386,7 @@ def _partials(algebra: Algebra, values: Sequence[Scalar]) -> list[tuple[Scalar, 
 
 
 def _unit(algebra: Algebra, vector: Vector) -> Vector:
-    return scaled(algebra.one / algebra.call(Op.SQRT, dot(vector, vector)), vector)
+    return scaled(algebra.one / algebra.length(vector), vector)
 
 
 def _curved_size(quantities: Quantities, item: Constraint) -> Scalar:

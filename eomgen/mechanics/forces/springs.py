@@ -22,7 +22,6 @@ from eomgen.mechanics.tree.links import ROOT, WORLD_NAME
 from eomgen.scene.forces.springs import Spring, TorsionSpring
 from eomgen.symbolic.calculus.loops import compact
 from eomgen.symbolic.map import Map, add_map
-from eomgen.symbolic.operations import Op
 from eomgen.symbolic.scalar import Algebra, Scalar, Vector, apply, cross, dot, minus, negative, plus, scaled, transpose
 from eomgen.symbolic.tape import Tape
 
@@ -172,7 +171,7 @@ def _results(
         velocities.append(apply(node.axes, plus(node.velocity, cross(node.omega, place))))
     stiffness, damping, slack = law
     span = minus(positions[1], positions[0])
-    length = algebra.call(Op.SQRT, dot(span, span))
+    length = algebra.length(span)
     direction = scaled(algebra.one / length, span)
     rate = dot(direction, minus(velocities[1], velocities[0]))
     extension = length - slack
@@ -192,7 +191,7 @@ def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vec
     velocities = [algebra.named(f"v_{name}", kinematics.velocity_in_base(*point)) for name, point in points.items()]
     span = minus(positions[1], positions[0])
     speed = minus(velocities[1], velocities[0])
-    length = quantities.algebra.call(Op.SQRT, dot(span, span))
+    length = quantities.algebra.length(span)
     if length.is_zero:
         fault = f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no direction"
         raise ModelError(Problem(f"spring {spring.name}", fault, "points that can separate, or a torsion spring"))

@@ -80,7 +80,7 @@ def _path(quantities: Quantities, tendon: Tendon) -> _Path:
             length = length + arc
         for start, end in ends:
             span = minus(end.position, start.position)
-            distance = algebra.call(Op.SQRT, dot(span, span))
+            distance = algebra.length(span)
             if distance.is_zero:
                 names = " and ".join(tendon.points[index : index + 2])
                 fault = f"the points {names} coincide for all coordinates, so the path has no direction between them"
@@ -124,7 +124,7 @@ def _contacts(
 
     touches, contacts, arc = (_on_cylinder if wrap.cylinder else _on_sphere)(algebra, ends, side, on_circle)
     span = minus(ends[1], ends[0])
-    third = algebra.call(Op.SQRT, dot(span, span)) / 3.0
+    third = algebra.length(span) / 3.0
     places = []
     for part, contact in zip((1.0 / 3.0, 2.0 / 3.0), contacts, strict=True):
         straight = plus(ends[0], scaled(part, span))
@@ -280,7 +280,7 @@ def _distance(algebra: Algebra, x: Plane, y: Plane) -> Scalar:
 
 
 def _unit(algebra: Algebra, x: Vector) -> Vector:
-    return scaled(algebra.one / algebra.call(Op.SQRT, dot(x, x)), x)
+    return scaled(algebra.one / algebra.length(x), x)
 
 
 def _choice(algebra: Algebra, condition: Scalar, then: Vector, otherwise: Vector) -> Vector:

@@ -137,7 +137,7 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     to_world = multiply(kinematics.base.orientation, kinematics.pose(mount.link)[0])
     axis = apply(to_world, apply(mount.orientation, algebra.vector(slip.axis)))
     sideways = minus(axis, scaled(dot(axis, up), up))
-    level = algebra.call(Op.SQRT, dot(sideways, sideways))
+    level = algebra.length(sideways)
     if level.is_zero:
         fault = "the spin axis is normal to the road for all coordinates, so the wheel has no heading"
         raise ModelError(Problem(f"tyres.{tyre.name}.slip.axis", fault, "a level axis, as [0, 1, 0]"))

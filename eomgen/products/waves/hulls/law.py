@@ -101,7 +101,7 @@ def member_of(algebra: Algebra, hull: Hull, number: Callable[[Formula], Scalar])
     """Return a hull in numbers; ``number`` evaluates a formula of parameters."""
     start, end = (algebra.vector([number(part) for part in place]) for place in (hull.start, hull.end))
     span = minus(end, start)
-    length = algebra.call(Op.SQRT, dot(span, span))
+    length = algebra.length(span)
     diameter, density, added = number(hull.diameter), number(hull.density), number(hull.added_mass)
     area = number(hull.area) if hull.area is not None else (0.25 * math.pi) * (diameter * diameter)
     wet = number(hull.wet) if hull.wet is not None else length
