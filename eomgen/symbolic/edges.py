@@ -4,7 +4,8 @@ The chain rule of |v| = sqrt(v^2) at v = 0 is zero times infinity. Its derivativ
 the generalized gradient of norms (Clarke, Optimization and Nonsmooth Analysis, 1983, section 2.2). The divisor is
 selected before the division, so that derivatives of the slope are finite as well.
 
-Other slopes at edges are infinite in fact, as of sqrt(q) at q = 0, and stay infinite.
+Where one-sided slopes are infinite with equal signs, as of sign(v) sqrt(abs(v)), that is a choice as well. Other slopes
+at edges are infinite in fact, as of sqrt(q) at q = 0, and stay infinite.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from eomgen.symbolic.tape import Tape
 
 ZERO, ONE = 1, 2
+#: Operations that may vanish in the first power of their operand.
+_FIRST_ORDER = frozenset({Op.ABS, Op.MAX, Op.MIN, Op.SQRT})
 
 
 def flat_zero(tape: Tape, x: Ref) -> Ref | None:
@@ -30,8 +33,8 @@ def flat_zero(tape: Tape, x: Ref) -> Ref | None:
     if op in (Op.ADD, Op.SUB):
         return _flat_sum(tape, node)
     if op is Op.MUL:
-        if a == b:
-            return node
+        if a == b:  # a root of a fourth power has second derivatives, which a selected slope would not have
+            return node if tape.op[a] in _FIRST_ORDER or flat_zero(tape, a) is None else None
         second = flat_zero(tape, b)
         if tape.op[a] is Op.CONST:
             return node if second == b and tape.value(a) is not None else second

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
+from eomgen.symbolic.branches import chosen, common_condition, note, plus, times, zero_unless
 from eomgen.symbolic.edges import logarithm_of_base, quotient
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
@@ -135,7 +136,7 @@ class Series:
         return SeriesTerm(self.tape.constant(value), ZERO)
 
     def add(self, x: SeriesTerm, y: SeriesTerm) -> SeriesTerm:
-        return SeriesTerm(self.tape.add(x.value, y.value), self.tape.add(x.next, y.next))
+        return SeriesTerm(self.tape.add(x.value, y.value), plus(self.tape, x.next, y.next))
 
     def negative(self, x: SeriesTerm) -> SeriesTerm:
         return SeriesTerm(*(ref if ref == ZERO else -ref for ref in x))
@@ -143,7 +144,7 @@ class Series:
     def scale(self, factor: Ref, x: SeriesTerm) -> SeriesTerm:
         """Return a value that does not change in time, times x."""
         return SeriesTerm(
-            self.tape.mul(factor, x.value), self.tape.mul(self.keep(factor), x.next) if x.next != ZERO else ZERO
+            self.tape.mul(factor, x.value), times(self.tape, self.keep(factor), x.next) if x.next != ZERO else ZERO
         )
 
     # -- nonlinear operations -----------------------------------------------------------------------------------------
@@ -159,7 +160,9 @@ class Series:
             if x == y
             else tape.add(rest, tape.mul(self.first(RIGHT, number, y), x.next))
         )
-        return SeriesTerm(tape.mul(x.value, y.value), tape.add(self.inner(number), rest))
+        change = tape.add(self.inner(number), rest)
+        note(tape, change, common_condition(tape, (x.next, y.next)))
+        return SeriesTerm(tape.mul(x.value, y.value), change)
 
     def divide(self, x: SeriesTerm, y: SeriesTerm) -> SeriesTerm:
         """z y = x."""
@@ -179,7 +182,8 @@ class Series:
         value = tape.call(Op.SQRT, x.value)
         half = self.keep(tape.root_slope(x.value, value))
         number = self.open_product()
-        z = SeriesTerm(value, tape.mul(half, tape.sub(x.next, self.inner(number))))
+        change = tape.mul(half, tape.sub(x.next, self.inner(number)))
+        z = SeriesTerm(value, zero_unless(tape, common_condition(tape, [x.next]), change))
         self.close_product(number, z, z)
         return z
 
@@ -252,7 +256,8 @@ class Series:
         if w.next == ZERO:
             return SeriesTerm(value, tape.mul(reciprocal, rate_of.next))
         number = self.open_product()
-        z = SeriesTerm(value, tape.mul(reciprocal, tape.sub(rate_of.next, tape.mul(self.per_k, self.inner(number)))))
+        change = tape.mul(reciprocal, tape.sub(rate_of.next, tape.mul(self.per_k, self.inner(number))))
+        z = SeriesTerm(value, zero_unless(tape, common_condition(tape, [rate_of.next]), change))
         self.close_product(number, self.weighted(z), w)
         return z
 
@@ -290,14 +295,14 @@ class Series:
         values = [term.value for term in operands]
         if op is Op.SELECT:
             branch = self.keep(values[0])
-            return SeriesTerm(tape.select(*values), tape.select(branch, operands[1].next, operands[2].next))
+            return SeriesTerm(tape.select(*values), chosen(tape, branch, operands[1].next, operands[2].next))
         value = tape.call(op, *values)
         if op is Op.ABS:
             return SeriesTerm(value, tape.mul(self.keep(tape.call(Op.SIGN, values[0])), operands[0].next))
         if op in (Op.MIN, Op.MAX):
             first = values if op is Op.MIN else values[::-1]
             branch = self.keep(tape.call(Op.LE, *first))
-            return SeriesTerm(value, tape.select(branch, operands[0].next, operands[1].next))
+            return SeriesTerm(value, chosen(tape, branch, operands[0].next, operands[1].next))
         return SeriesTerm(value, ZERO)
 
     def _from_derivative(self, number: int, x: SeriesTerm, slope: SeriesTerm) -> Ref:

@@ -18,7 +18,7 @@ from operator import or_
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.symbolic.edges import quotient
+from eomgen.symbolic.edges import flat_zero, quotient
 from eomgen.symbolic.operations import EVEN, FOLD, FOLD_TWO, LEAVES, ODD, UNARY, Counts, CurveLike, InputSymbol, Op, Ref
 
 __all__ = ["LEAVES", "ONE", "UNARY", "ZERO", "Counts", "InputSymbol", "Op", "Ref", "Tape", "dot"]
@@ -71,7 +71,7 @@ class Tape:
     lengths : set
         Roots that are not 0 wherever the equations have a value, since values are divided by them.
     conditions : dict
-        Of derivatives that are zero unless a number is not zero: these numbers by node (``calculus.branches``).
+        Of derivatives that are zero unless a number is not zero: these numbers by node (``branches``).
     unbounded : list
         Whether a node's value may be infinite, or not a number, at finite inputs, as far as asked for.
     """
@@ -238,6 +238,8 @@ class Tape:
             number = self.value(x)
             if number is not None:
                 return self.constant(FOLD[op](number))
+            if op is Op.SQRT and x > 0 and self.op[x] is _MUL and self.a[x] == self.b[x] == flat_zero(self, self.a[x]):
+                return self.a[x]  # the root of the square of a number that is never negative
             if x < 0 and op in ODD:
                 return -self._node(op, -x)
             return self._node(op, abs(x) if op in EVEN else x)

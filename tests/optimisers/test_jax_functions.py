@@ -289,3 +289,26 @@ def test_gradient_of_a_run_with_impacts_and_samples_is_the_adjoint() -> None:
     )
     exact = model.sensitivities(1.5, 0.01, by=["gain", "e"]).gradient("final(way)")
     np.testing.assert_allclose(gradient, list(exact.values()), rtol=1e-12)
+
+
+@pytest.mark.parametrize("force", ["-3*q.x - v.x", "2.0"], ids=["linear", "constant"])
+def test_derivatives_without_nonzeros_are_zeros(force: str) -> None:
+    """Second derivatives of a linear oscillator, and first ones of a free fall."""
+    scene = {
+        "format": 1,
+        "name": "slide",
+        "gravity": [0, 0, 0],
+        "bodies": {"b": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}},
+        "joints": {"x": {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0]}},
+        "efforts": {"pull": {"joint": "x", "effort": force}},
+    }
+    functions = eomgen.jax(eomgen.build(scene, profile="quick"))
+    slope = -3.0 if force.startswith("-3") else 0.0
+
+    def acceleration(q: Any) -> Any:
+        return functions.forward_dynamics(q, jax.numpy.array([0.2]))[0]
+
+    q = jax.numpy.array([0.5])
+    assert jax.grad(acceleration)(q).tolist() == jax.jacfwd(acceleration)(q).tolist() == [slope]
+    assert jax.jit(jax.hessian(acceleration))(q).tolist() == [[0.0]]
+    assert jax.vmap(jax.hessian(acceleration))(jax.numpy.ones((3, 1))).tolist() == [[[0.0]]] * 3

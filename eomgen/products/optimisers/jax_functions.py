@@ -465,7 +465,7 @@ class _Function:
 
     @property
     def size(self) -> int:
-        return self._terms(self._name).outputs[0]
+        return sum(self._terms(self._name).outputs[:1])  # none of a term without nonzeros
 
     def values(self, package: Any, arguments: Sequence[Array]) -> Array:
         """Return the values of arguments; a moving base follows the law of the scene."""
@@ -578,7 +578,7 @@ class _TermCall:
         of_term.threads = min(64, thread_count())
         of_term.stack = stack_size(int(library.layout.get("stack", 0)))
         self.address = int(ffi.cast("uintptr_t", of_term))
-        if library.companion is not None and (choice := chosen()) is not Choice.OFF:
+        if self.outputs and library.companion is not None and (choice := chosen()) is not Choice.OFF:
             work = functools.partial(self._compile_lanes, term, operations, samples, choice)
             if choice is Choice.NOW:
                 work(RunningCompilers())
@@ -589,6 +589,8 @@ class _TermCall:
         """Return the first output (..., size) of arguments (..., size), with batch axes of length 1 if constant."""
         arguments = [blocks[block] for block, size in zip(self.inputs, self._sizes, strict=True) if size]
         leading = _leading(blocks.values())
+        if not self.outputs:
+            return package.numpy.zeros((*leading, 0))
         shapes = tuple(package.ShapeDtypeStruct((*leading, size), np.float64) for size in self.outputs)
         return package.ffi.ffi_call(_TARGET, shapes)(*arguments, term=np.int64(self.address))[0]
 

@@ -14,9 +14,9 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from eomgen.base.data import replace
-from eomgen.symbolic.calculus.branches import chosen, guarded, plus, times
+from eomgen.symbolic.branches import chosen, guarded, plus, times
 from eomgen.symbolic.calculus.loops import map_jets
-from eomgen.symbolic.edges import flat_zero, logarithm_of_base, quotient
+from eomgen.symbolic.edges import flat_zero, quotient
 from eomgen.symbolic.external import Call, add_call
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
@@ -273,29 +273,35 @@ class JetAlgebra:
         return self.slope_times(moment, square)
 
     def _power(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
-        tape = self.tape
-        if _varies(exponent):
-            rates = self.slope_times(self.rate(x), x[:-1])
-            logarithm = self.integrate(logarithm_of_base(tape, x[0]), rates)
-            return self.exponential(self.multiply(exponent, logarithm), value)
-        e, number = exponent[0], tape.value(exponent[0])
+        """Return the jet of z = x^e, constant where x and its rates are zero (``flat_zero``)."""
+        tape, number = self.tape, None if _varies(exponent) else self.tape.value(exponent[0])
         flat = flat_zero(tape, x[0]) if number is None or number < len(x) - 1 else None
         if flat is None:
-            return self._powers(x, e, value)
+            return self._powers(x, exponent, value)
         regular = tape.call(Op.LT, ZERO, flat)
-        z = self._powers([tape.select(regular, x[0], ONE), *x[1:]], e, value)
+        z = self._powers([tape.select(regular, x[0], ONE), *x[1:]], exponent, value)
         return [value, *(chosen(tape, regular, ref, ZERO) for ref in z[1:])]
 
-    def _powers(self, x: Jet, exponent: Ref, value: Ref) -> list[Ref]:
-        """Return the jet of z = x^e with a constant e: z' = e x^(e - 1) x', without a quotient by x."""
+    def _powers(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
+        """Return the jet of z = x^e: z' = e x^(e - 1) x' + z log(x) e', without a quotient of z and x.
+
+        Factors of x^(e - 1) that are 0, as of e = 0, and of log(x), as z at x = 0, count before the infinite factor.
+        """
         if len(x) < 2:
             return [value]
-        tape, number = self.tape, self.tape.value(exponent)
-        x = x if number is not None else [tape.select(tape.call(Op.ABS, exponent), x[0], ONE), *x[1:]]
-        below = tape.sub(exponent, ONE)
-        slope = self.scale(exponent, self._powers(x[:-1], below, tape.call(Op.POW, x[0], below)))
-        rate = self.rate(x)
-        return self.integrate(value, self.multiply(slope, rate))
+        tape, e = self.tape, exponent[0]
+        nonzero = [tape.select(tape.call(Op.ABS, x[0]), x[0], ONE), *x[1:]]
+        base = x if tape.value(e) is not None else [tape.select(tape.call(Op.ABS, e), x[0], ONE), *x[1:]]
+        below = [tape.sub(e, ONE), *exponent[1:-1]]
+        powers = self._powers(base[:-1], below, tape.call(Op.POW, base[0], below[0]))
+        rate = self.multiply(self.multiply(exponent[:-1], powers), self.rate(x))
+        if _varies(exponent):
+            logarithm = self.integrate(
+                tape.call(Op.LOG, nonzero[0]), self.divide(self.rate(nonzero[:-1]), nonzero[:-2])
+            )
+            same = self._powers(x[:-1], exponent[:-1], value)
+            rate = self.add(rate, self.multiply(self.multiply(same, logarithm), self.rate(exponent)))
+        return self.integrate(value, rate)
 
 
 def _varies(x: Jet) -> bool:

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
-from eomgen.symbolic.calculus.branches import chosen, guarded, plus, times, unbounded
+from eomgen.symbolic.branches import chosen, common_condition, guarded, plus, times, unbounded, zero_unless
 from eomgen.symbolic.calculus.configuration import tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent, map_adjoints, map_partials, signed_tangent
 from eomgen.symbolic.edges import logarithm_of_base, power_slope, quotient
@@ -133,8 +133,9 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
             # first recorded result of the Map: all adjoints are complete
             if not pending[number] and number in of_maps:
+                condition = common_condition(tape, of_maps[number].values()) if tape.conditions else None
                 for ref, adjoint in _adjoints_of(tape, number, of_maps[number], reach):
-                    _accumulate(tape, adjoints, ref, adjoint)
+                    _accumulate(tape, adjoints, ref, zero_unless(tape, condition, adjoint))
         elif follow and op in CHOICES:
             condition, *branches = _choice(tape, op, tape.operands(node))
             for ref, share in zip(branches, ((adjoints[node], ZERO), (ZERO, adjoints[node])), strict=True):

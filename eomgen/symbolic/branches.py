@@ -8,6 +8,8 @@ a number that is not zero only where the derivative may differ from zero.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from eomgen.symbolic.operations import ELEMENTARY, LEAVES, Op
 from eomgen.symbolic.tape import ONE, ZERO, Ref, Tape
 
@@ -28,7 +30,7 @@ def chosen(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
             _both(tape, case, tape.conditions.get(abs(branch), ONE))
             for case, branch in ((holds, then), (fails, otherwise))
         )
-        _note(tape, result, _either(tape, holds, fails))
+        note(tape, result, _either(tape, holds, fails))
     return result
 
 
@@ -37,7 +39,7 @@ def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
     product = tape.mul(factor, derivative)
     known = tape.conditions
     if known and (abs(factor) in known or abs(derivative) in known):
-        _note(tape, product, _both(tape, *(known.get(abs(ref), ONE) for ref in (factor, derivative))))
+        note(tape, product, _both(tape, *(known.get(abs(ref), ONE) for ref in (factor, derivative))))
     return product
 
 
@@ -46,7 +48,7 @@ def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
     total = tape.add(x, y)
     known = tape.conditions
     if known and abs(x) in known and abs(y) in known:
-        _note(tape, total, _either(tape, known[abs(x)], known[abs(y)]))
+        note(tape, total, _either(tape, known[abs(x)], known[abs(y)]))
     return total
 
 
@@ -58,9 +60,23 @@ def guarded(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
     node, sign = abs(derivative), derivative > 0
     if tape.op[node] is Op.SELECT and ZERO in (tape.b[node], tape.c[node]):
         branches = (tape.b[node], tape.c[node])
-        then, otherwise = (tape.mul(slope, ref if sign else -ref) for ref in branches)
+        then, otherwise = (guarded(tape, slope, ref if sign or ref == ZERO else -ref) for ref in branches)
         return chosen(tape, tape.a[node], then, otherwise)
     return chosen(tape, condition, tape.mul(slope, derivative), ZERO)
+
+
+def common_condition(tape: Tape, derivatives: Iterable[Ref]) -> Ref | None:
+    """Return a number that is not zero wherever one of the derivatives is not, None if none is known."""
+    total = ZERO
+    for ref in derivatives:
+        if abs(ref) != ZERO:
+            total = _either(tape, total, tape.conditions.get(abs(ref), ONE))
+    return None if total == ONE else total
+
+
+def zero_unless(tape: Tape, condition: Ref | None, derivative: Ref) -> Ref:
+    """Record the derivative, zero unless a condition holds; without a condition the derivative itself."""
+    return derivative if condition is None else chosen(tape, condition, derivative, ZERO)
 
 
 def unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
@@ -74,8 +90,9 @@ def unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
     return bool(known[abs(slope)])
 
 
-def _note(tape: Tape, ref: Ref, condition: Ref) -> None:
-    if condition != ONE and tape.op[abs(ref)] not in LEAVES:
+def note(tape: Tape, ref: Ref, condition: Ref | None) -> None:
+    """Note that a derivative is zero unless a condition holds."""
+    if condition not in (ONE, None) and tape.op[abs(ref)] not in LEAVES:
         tape.conditions.setdefault(abs(ref), condition)
 
 
