@@ -309,8 +309,9 @@ ORDER: dict[str, tuple[str, ...]] = {
     ),
     "symbolic": (
         "operations",
+        "edges",
         "tape",
-        "map scalar",
+        "branches map scalar",
         "external",
         "latency",
         "calculus evaluate kernel periodic rotation series summation",

@@ -28,28 +28,34 @@ _GIVEN = frozenset({"parameter", "number", "place"})
 _NAMED = 2
 
 
-def rough_operations(formulas: Iterable[Formula]) -> str:
+def rough_operations(formulas: Iterable[Formula], *, quotients: bool = False) -> str:
     """Return the first operations with a value but an unbounded slope somewhere, as text, and the number of further
     operations.
 
     Such operations are square roots, logarithms, asin, acos, atan2, and powers other than numbers of at least 1, but
     not abs, min and max. The text is empty without such operations.
+
+    Parameters
+    ----------
+    quotients : whether quotients by numbers that change count as well
     """
-    result = list(dict.fromkeys(text for formula in formulas for text in _rough(formula)))
+    result = list(dict.fromkeys(text for formula in formulas for text in _rough(formula, quotients=quotients)))
     more = f" and {len(result) - _NAMED} more" if len(result) > _NAMED else ""
     return f"{', '.join(result[:_NAMED])}{more}"
 
 
-def _rough(formula: Formula) -> Iterator[str]:
+def _rough(formula: Formula, *, quotients: bool) -> Iterator[str]:
     """Yield the operations of a formula that may have a value and no derivative."""
     if isinstance(formula, Application):
-        yield from _rough(formula.argument)
+        yield from _rough(formula.argument, quotients=quotients)
     elif isinstance(formula, Operation):
-        moving = any(symbol.kind not in _GIVEN for symbol in symbols(formula.arguments[0]))
-        if moving and (formula.name in _ROUGH or (formula.name == "pow" and _broken(formula.arguments[1]))):
+        by_zero = quotients and formula.name == "div"
+        moving = any(symbol.kind not in _GIVEN for symbol in symbols(formula.arguments[1 if by_zero else 0]))
+        broken = formula.name in _ROUGH or (formula.name == "pow" and _broken(formula.arguments[1]))
+        if moving and (by_zero or broken):
             yield infix(formula, _size)
         for argument in formula.arguments:
-            yield from _rough(argument)
+            yield from _rough(argument, quotients=quotients)
 
 
 def _size(symbol: Symbol) -> int:

@@ -10,13 +10,11 @@ at edges are infinite in fact, as of sqrt(q) at q = 0, and stay infinite.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 from eomgen.symbolic.operations import Op, Ref
 
-if TYPE_CHECKING:
-    from eomgen.symbolic.tape import Tape
-
+Tape = Any  # which imports this module
 ZERO, ONE = 1, 2
 #: Operations that may vanish in the first power of their operand.
 _FIRST_ORDER = frozenset({Op.ABS, Op.MAX, Op.MIN, Op.SQRT})

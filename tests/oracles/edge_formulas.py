@@ -41,8 +41,7 @@ class EdgeFormula(NamedTuple):
 
 def _derivative(function: Callable[[Any], Any], x: float, order: int, side: int | None) -> Any:
     sides = [
-        mpmath.diff(function, mpmath.mpf(x), order, direction=direction)
-        for direction in ((side,) if side else (-1, 1))
+        mpmath.diff(function, mpmath.mpf(x), order, direction=direction) for direction in ((side,) if side else (-1, 1))
     ]
     if side == 0:
         assert abs(sides[0] - sides[1]) <= 1e-9 * (1.0 + abs(sides[0])), (sides, x, order)

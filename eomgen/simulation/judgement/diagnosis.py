@@ -20,10 +20,11 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
-from eomgen.formula.features import WITH_EDGE
+from eomgen.formula.features import WITH_EDGE, rough_operations
 from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
 from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.integrators.families.adaptive import MOST_STEPS
+from eomgen.integrators.families.family import NOT_FINITE
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 from eomgen.lie.numeric import rotated
@@ -190,6 +191,18 @@ def first_non_finite(
                     cause = _NO_CONTACT
                 return f"{block} at t = {time:.9g} s", not ahead, cause
     return "", False, ("", "")
+
+
+def doubtful_formulas(model: CompiledModel, status: int, block: str) -> str:
+    """Return the operations of formulas that may be the reason of a number that is not finite, with a separator; empty
+    for another status, or without such operations.
+
+    ``block`` is not finite; without one a slope is not.
+    """
+    if status != NOT_FINITE.number:
+        return ""
+    named = rough_operations(model.description.formulas, quotients=bool(block))
+    return f"; {named} may have no {'value' if block else 'slope'} there" if named else ""
 
 
 def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> tuple[str, str]:
@@ -452,8 +465,9 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
     reason = inertia.text if inertia else fast_joint(model, t, q, v, p, step)
     details = f"; the first block that is not finite is {block}" if block else f"; {reason}" if reason else ""
     hint = inertia.hint if inertia else advice(run.method, status, {**run.settings, "step": step})
+    details += cause[0] or doubtful_formulas(model, status, block)
     if cause[0]:
-        details, hint = details + cause[0], cause[1]
+        hint = cause[1]
     elif already:
         hint = "other inputs, parameters or coordinates there: no smaller step helps"
     fault = f"the step from t = {t:.9g} s, of {step:.9g} s, failed: {stepper.status_text(status)}{details}"

@@ -17,6 +17,7 @@ from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.simulation.judgement.diagnosis import (
     SMALLER_ANGLES,
     advice,
+    doubtful_formulas,
     failed_controller,
     fast_joint,
     first_non_finite,
@@ -114,11 +115,12 @@ def _diagnosis(run: Run, stepper: Stepper, trajectory: Trajectory, last: _LastSt
             away = unbounded_growth(run, states_of(trajectory.rows, run.model))
             details = f"{details}; {away.text}" if away else details
             hint = away.hint if away else OTHER_FORCES
-    elif already:
+        return details, hint
+    if already:
         hint = "other parameters, formulas or coordinates there: no smaller step helps"
     elif not fault and (growth := _growth(run, stepper, trajectory)):
-        details, hint = f"{details}; {growth.text}", growth.hint
-    return details, hint
+        return f"{details}; {growth.text}", growth.hint
+    return details + ("" if fault else doubtful_formulas(run.model, trajectory.status, block)), hint
 
 
 def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, finite: bool) -> Finding | None:
