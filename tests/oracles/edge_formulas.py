@@ -36,7 +36,7 @@ class EdgeFormula(NamedTuple):
 
     def value(self, x: Any, y: Any) -> Any:
         """Return the value for mpmath numbers."""
-        return mpmath.mpf(eval(self.text, {"__builtins__": {}}, {**_FUNCTIONS, "x": x, "y": y}))  # noqa: S307
+        return mpmath.mpf(eval(self.text, {"__builtins__": {}}, {**_FUNCTIONS, "x": x, "y": y}))
 
 
 def _derivative(function: Callable[[Any], Any], x: float, order: int, side: int | None) -> Any:

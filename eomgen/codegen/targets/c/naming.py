@@ -29,6 +29,11 @@ _STANDARD_HEADERS = re.compile(
 )
 
 
+#: Counter of loops within loops in functions of the model. Counters, locals and arguments share one space of names, and
+#: j is an argument, the rate of the acceleration.
+INNER = "n"
+#: Locals and counters of functions of the model, which no argument may be named as.
+_LOCALS = re.compile(rf"[xy]\d+|r\d+|[wijk{INNER}]|angle|sine|cosine|table\d+|eg_.*|EG_.*")
 #: Names of generated code.
 _TAKEN = ("main", "interface", "eg", "eomgen", "eomgen_real")
 #: Numbers of a table that stand in one line.
@@ -110,7 +115,7 @@ def check_identifier(name: str, kind: str) -> str:
 def output_name(name: str, inputs: tuple[str, ...]) -> str:
     """Return the name of an output argument, out of the way of inputs, locals and words of C."""
     check_identifier(name, "the output")
-    clash = name in inputs or _C_WORDS.fullmatch(name) or re.fullmatch(r"x\d+|[wij]|eg_.*|EG_.*", name)
+    clash = name in inputs or _C_WORDS.fullmatch(name) or _LOCALS.fullmatch(name)
     return f"{name}_out" if clash else name
 
 

@@ -14,7 +14,7 @@ from typing import Any, cast
 
 from eomgen.base.data import dataclass, field
 from eomgen.codegen.program import Expression, Statement
-from eomgen.codegen.targets.c.naming import comment
+from eomgen.codegen.targets.c.naming import INNER, comment
 from eomgen.codegen.targets.c.tables import chosen, moved, place
 
 #: Characters in a line.
@@ -527,7 +527,7 @@ class Printer:
             if kind == "cell":
                 *first, step = rule
                 texts = [] if len(first) == 2 else [str(value) for value in first[0]]
-                return moved(table("int", texts, "j") if texts else place(first[0], first[1], "j"), step)
+                return moved(table("int", texts, INNER) if texts else place(first[0], first[1], INNER), step)
             return place(rule[0], rule[1], "k") if len(rule) == 2 else table("int", [str(value) for value in rule[0]])
 
         def text(expression: Expression) -> str:
@@ -539,7 +539,7 @@ class Printer:
                 is_counted = isinstance(inner, tuple) and inner[0] in _COUNTED
                 return f"-{text(inner)}" if is_counted else self.expression(expression)
             if kind in ("numbers", "cells"):
-                counter = "k" if kind == "numbers" else "j"
+                counter = "k" if kind == "numbers" else INNER
                 if self.numbers is not None:
                     first = self.numbers.first_of(rest[0])
                     return f"K({self.numbers.name}[{first} + {counter}])"
@@ -562,9 +562,9 @@ class Printer:
         inside = Printer(loads, targets, self.prefix, "y", self.constants, numbers=self.numbers)
         body = [f"        {line}" for line in [*loaded, *inside.lines(statements)]]
         if period > 1:
-            inner_loop = f"        for (j = 0; j < {period}; ++j) {{"
+            inner_loop = f"        for ({INNER} = 0; {INNER} < {period}; ++{INNER}) {{"
             body = [inner_loop, *(f"    {line}" for line in body), "        }"]
-        lines = ["{", *(f"    {line}" for line in tables), f"    int {'j, ' if period > 1 else ''}k;"]
+        lines = ["{", *(f"    {line}" for line in tables), f"    int {f'{INNER}, ' if period > 1 else ''}k;"]
         return [*lines, f"    for (k = 0; k < {count}; ++k) {{", *body, "    }", "}"]
 
     def _target(self, output: int, component: int) -> str:
