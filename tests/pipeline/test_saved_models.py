@@ -170,3 +170,23 @@ def test_files_that_are_damaged_or_none_say_so(saved: Path, elsewhere: Path) -> 
         eomgen.load_model(changed(saved, elsewhere, lambda metadata: metadata.pop("record")))
     with pytest.raises(eomgen.ToolchainError, match="another machine or version: format 2, here 1"):
         eomgen.load_model(changed(saved, elsewhere, lambda metadata: metadata.update(format=2)))
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["examples/bouncing_ball/scene.toml", "examples/duffing_random_excitation/system/oscillator.toml"],
+    ids=["rule_within_a_function", "method_of_an_entry"],
+)
+def test_functions_of_eomgen_without_a_name_of_their_own_are_kept(path: str, tmp_path: Path) -> None:
+    model = eomgen.build(path, profile="instant")
+    again = eomgen.load_model(model.save(tmp_path / "model.eomgen"))
+    runs = [item.simulate(0.02, 1e-3, error_estimate=False) for item in (model, again)]
+    assert np.array_equal(runs[0].q, runs[1].q)
+
+
+@pytest.mark.slow
+def test_laws_in_c_are_kept(tmp_path: Path) -> None:
+    model = eomgen.build("examples/car_in_side_wind/system/car.toml", profile="quick")
+    again = eomgen.load_model(model.save(tmp_path / "model.eomgen"))
+    runs = [item.simulate(0.02, 1e-3, error_estimate=False) for item in (model, again)]
+    assert np.array_equal(runs[0].q, runs[1].q)
