@@ -1,6 +1,7 @@
 """Runs of a compiled model: settings, inputs, the compiled time loop, checkpoints, diagnosis."""
 
 __all__ = [
+    "accuracy",
     "automatic_method",
     "checkpoint",
     "floquet",

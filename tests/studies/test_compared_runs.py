@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import expm, logm
 from scipy.spatial.transform import Rotation
 
 from eomgen.integrators.newton.signs import _parity, _pivots
@@ -16,10 +17,15 @@ from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
 from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
 from eomgen.products.studies.work_precision.reference import _extrapolated
+from eomgen.simulation.accuracy.motion_size import Components
 from eomgen.simulation.judgement.invariants import _is_pulse
 
 FACTORS = (Factor("SE3", "base", 0, 7, 0, 6), Factor("R", "hinge", 7, 1, 6, 1), Factor("R", "slide", 8, 1, 7, 1))
 UNITS = ("1",) * 4 + ("m",) * 3 + ("rad", "m")
+NAMES = Components(
+    FACTORS, ("q.base",) * 7 + ("q.hinge", "q.slide"), UNITS, ("rad/s",) * 3 + ("m/s",) * 3 + ("rad/s", "m/s"),
+    ("z.level", "z.flow"), ("V", "A"), {"tip": "m", "load": "N"},
+)  # fmt: skip
 TIMES, EVERY = 9, 2
 
 
@@ -46,7 +52,8 @@ def observation_of(rng: np.random.Generator, times: int, step: float, **changes:
     q = np.column_stack([quaternions(turned), rng.normal(size=(times, 5)) * [1.0, 1.0, 1.0, 3.0, 0.1]])
     given = {
         "t": 1.0 + step * np.arange(times), "q": q, "v": rng.normal(size=(times, 8)),
-        "multipliers": rng.normal(size=(times, 2)), "factors": FACTORS, "units": UNITS, "rows": ("a", "b"),
+        "z": rng.normal(size=(times, 2)) * [1.0, 1e-3],
+        "multipliers": rng.normal(size=(times, 2)), "components": NAMES, "rows": ("a", "b"),
         "poses": {
             name: np.column_stack([quaternions(Rotation.random(times, random_state=rng)), rng.normal(size=(times, 3))])
             for name in ("arm", "leg")
@@ -67,31 +74,44 @@ def measured(series: np.ndarray) -> tuple[float, float, float]:
     return series.max(), np.sqrt(np.mean(series**2)), series[-1]
 
 
-def test_errors_of_coordinates_are_relative_to_the_largest_motion_of_their_kind(rng: np.random.Generator) -> None:
+def test_errors_are_relative_to_the_motion_of_each_coordinate_state_and_output(rng: np.random.Generator) -> None:
     true = observation_of(rng, EVERY * (TIMES - 1) + 3, 0.05)
     run = observation_of(rng, TIMES, 0.1)
     at = slice(0, EVERY * (TIMES - 1) + 1, EVERY)
     result = errors(run, true)
     here, there = run.q, true.q[at]
-    first = np.broadcast_to(true.q[:1], true.q.shape)
-    turned = max(turn_between(first, true.q).max(), np.abs(true.q[:, 7] - true.q[0, 7]).max())
-    way = max(np.linalg.norm(true.q[:, 4:7] - true.q[0, 4:7], axis=1).max(), np.abs(true.q[:, 8] - true.q[0, 8]).max())
+
+    def apart(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+        poses = []
+        for array in (one, two):
+            pose = np.broadcast_to(np.eye(4), (len(array), 4, 4)).copy()
+            pose[:, :3, :3] = Rotation.from_quat(array[:, :4], scalar_first=True).as_matrix()
+            pose[:, :3, 3] = array[:, 4:7]
+            poses.append(pose)
+        screws = [np.real(logm(np.linalg.solve(first, second))) for first, second in zip(*poses, strict=True)]
+        return np.array([[*Rotation.from_matrix(expm(s[:3, :3])).as_rotvec(), *s[:3, 3]] for s in screws])
+
+    moved = apart(np.broadcast_to(true.q[:1], true.q.shape), true.q)
+    turned, way = (np.linalg.norm(moved[:, k : k + 3], axis=1).max() for k in (0, 3))
+    off = np.abs(apart(here, there))
     parts = [
-        turn_between(here, there) / turned, np.abs(here[:, 7] - there[:, 7]) / turned,
-        np.linalg.norm(here[:, 4:7] - there[:, 4:7], axis=1) / way, np.abs(here[:, 8] - there[:, 8]) / way,
+        off[:, :3].max(axis=1) / turned, off[:, 3:].max(axis=1) / way,
+        (np.abs(here[:, 7:] - there[:, 7:]) / np.ptp(true.q[:, 7:], axis=0)).max(axis=1),
     ]  # fmt: skip
     q = np.max(parts, axis=0)
     off, kinds = np.abs(run.v - true.v[at]), ([0, 1, 2, 6], [3, 4, 5, 7])
     v = np.max([off[:, kind].max(axis=1) / np.abs(true.v[:, kind]).max() for kind in kinds], axis=0)
-    compared = {"multipliers": (run.multipliers, true.multipliers)}
-    compared |= {name: (run.outputs[name], true.outputs[name]) for name in ("tip", "load")}
-    expected = {"q": q, "v": v, "state": np.maximum(q, v)}
-    for name, (ours, theirs) in compared.items():
-        expected[name] = np.linalg.norm(ours - theirs[at], axis=1) / np.linalg.norm(theirs, axis=1).max()
+    z = (np.abs(run.z - true.z[at]) / np.ptp(true.z, axis=0)).max(axis=1)
+    expected = {"q": q, "v": v, "z": z, "state": np.max([q, v, z], axis=0)}
+    rows = np.linalg.norm(true.multipliers, axis=1).max()
+    expected["multipliers"] = np.linalg.norm(run.multipliers - true.multipliers[at], axis=1) / rows
+    for name in ("tip", "load"):
+        spans = np.ptp(true.outputs[name], axis=0)
+        expected[name] = (np.abs(run.outputs[name] - true.outputs[name][at]) / spans).max(axis=1)
     for name, series in expected.items():
         size = result[name]
         assert (size.largest, size.rms, size.final) == pytest.approx(measured(series), rel=1e-9)
-    assert list(result) == ["q", "v", "state", "multipliers", "tip", "load"]
+    assert list(result) == list(expected)
     bars = {name: type(result["q"])(1e9, 0.0, 2e9) for name in ("q", "tip")}
     known = known_errors(run, true, bars)
     for name in result:
@@ -100,7 +120,10 @@ def test_errors_of_coordinates_are_relative_to_the_largest_motion_of_their_kind(
 
 
 def test_errors_of_other_coordinates_are_of_poses_and_twists(rng: np.random.Generator) -> None:
-    true, run = observation_of(rng, TIMES, 0.1), observation_of(rng, TIMES, 0.1, factors=FACTORS[1:], rows=("a",))
+    true, run = (
+        observation_of(rng, TIMES, 0.1),
+        observation_of(rng, TIMES, 0.1, components=NAMES._replace(factors=FACTORS[1:]), rows=("a",)),
+    )
     result = errors(run, true)
     poses = [(run.poses[name], true.poses[name]) for name in ("arm", "leg")]
     turned = max(turn_between(np.broadcast_to(there[:1], there.shape), there).max() for _, there in poses)
@@ -114,13 +137,17 @@ def test_errors_of_other_coordinates_are_of_poses_and_twists(rng: np.random.Gene
             np.linalg.norm(run.twists[name][:, part] - true.twists[name][:, part], axis=1) / size for name in run.twists
         ]
     q, v = np.max(parts, axis=0), np.max(twists, axis=0)
-    for name, series in (("q", q), ("v", v), ("state", np.maximum(q, v))):
+    z = (np.abs(run.z - true.z) / np.ptp(true.z, axis=0)).max(axis=1)
+    for name, series in (("q", q), ("v", v), ("z", z), ("state", np.max([q, v, z], axis=0))):
         size = result[name]
         assert (size.largest, size.rms, size.final) == pytest.approx(measured(series), rel=1e-9)
-    assert list(result) == ["q", "v", "state", "tip", "load"]
-    without = observation_of(rng, TIMES, 0.1, factors=(), rows=(), poses={}, outputs={"load": np.ones((TIMES, 2))})
+    assert list(result) == ["q", "v", "z", "state", "tip", "load"]
+    without = observation_of(
+        rng, TIMES, 0.1, components=NAMES._replace(factors=(), z_names=()), rows=(), poses={},
+        outputs={"load": np.ones((TIMES, 2))},
+    )  # fmt: skip
     assert errors(without, true) == {}
-    again = with_arrays(true.arrays, true.factors, true.units, true.rows)
+    again = with_arrays(true.arrays, true.components, true.rows)
     assert list(again.arrays) == list(true.arrays)
     assert all(again.arrays[name] is array for name, array in true.arrays.items())
 
@@ -228,12 +255,12 @@ def test_extrapolation_removes_the_leading_error(order: int, rng: np.random.Gene
     fine, coarse = (
         with_arrays(
             {name: array + size * (name != "t") * off.arrays[name] for name, array in true.arrays.items()},
-            FACTORS, UNITS, ("a", "b"),
+            NAMES, ("a", "b"),
         )
         for size in (1e-3, 1e-3 * 2.0**order)
     )  # fmt: skip
     result = _extrapolated(fine, coarse, order)
-    assert (result.factors, result.units, result.rows) == (FACTORS, UNITS, ("a", "b"))
+    assert (result.components, result.rows) == (NAMES, ("a", "b"))
     for name, array in result.arrays.items():
         np.testing.assert_allclose(array, true.arrays[name], atol=1e-12)
     wrong = _extrapolated(fine, coarse, order + 1)

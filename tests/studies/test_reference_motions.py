@@ -14,6 +14,7 @@ from eomgen.products.studies.tuning import judge as under_test
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, under, verified
 from eomgen.products.studies.work_precision.observation import ErrorSize, Observation
 from eomgen.products.studies.work_precision.running import REACHED
+from eomgen.simulation.accuracy.motion_size import Components
 
 T = np.linspace(0.0, 1.0, 11)
 ROW = 0.1
@@ -23,7 +24,9 @@ def motion(error: float) -> Observation:
     """Return a motion of one coordinate from 0 to 1, wrong by a part at its end."""
     q = (T * (1.0 + error * T))[:, None]
     factors = (Factor("R", "slide", 0, 1, 0, 1),)
-    return Observation(T, q, np.ones((11, 1)), np.zeros((11, 0)), factors, ("m",), (), {}, {}, {})
+    names = Components(factors, ("q.slide",), ("m",), ("m/s",), (), (), {})
+    none = np.zeros((11, 0))
+    return Observation(T, q, np.ones((11, 1)), none, none, names, (), {}, {}, {})
 
 
 def method(name: str, chooses: bool = False, tolerances: tuple[float, ...] = ()) -> Any:

@@ -9,7 +9,7 @@ constraint. The angle of a symmetric wheel, for which no shift changes any force
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
 from eomgen.lie import product
+from eomgen.lie.product import Factor
 from eomgen.simulation.stepping.states import states_of
 
 if TYPE_CHECKING:
@@ -114,6 +115,24 @@ _FORCES = ("N", "N m")
 Kinds = dict[str, Array]
 
 
+class Components(NamedTuple):
+    """Names and units of the components of a run: of q, of v, of internal states, and the units of the outputs by
+    name."""
+
+    factors: tuple[Factor, ...]
+    q_names: tuple[str, ...]
+    q_units: tuple[str, ...]
+    v_units: tuple[str, ...]
+    z_names: tuple[str, ...]
+    z_units: tuple[str, ...]
+    outputs: Mapping[str, str]
+
+    @property
+    def nv(self) -> int:
+        """Number of velocities."""
+        return len(self.v_units)
+
+
 @dataclass(frozen=True)
 class MotionSize:
     """How far a motion goes, component by component, and names and units of increments and internal states.
@@ -143,17 +162,31 @@ def columns_of(model: CompiledModel, rows: Array) -> Kinds:
     return {"q": states.q, "v": states.v, "multipliers": states.multipliers, "z": states.z}
 
 
+def components_of(model: CompiledModel) -> Components:
+    """Return names and units of the components of a model's runs."""
+    states, units = (tuple(model.z_names), tuple(model.z_units)), (tuple(model.q_units), tuple(model.v_units))
+    outputs = {item["name"]: item["unit"] for item in model.library.layout["outputs"]}
+    return Components(tuple(model.factors), tuple(model.q_names), *units, *states, outputs)
+
+
 def differences(
     model: CompiledModel, first: Array, second: Array, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
 ) -> Kinds:
     """Return absolute differences between rows (n, width) of two runs; quaternions of either sign are the same
     rotation."""
-    one, other = columns_of(model, first), columns_of(model, second)
+    return differences_of(model.factors, columns_of(model, first), columns_of(model, second), outputs)
+
+
+def differences_of(
+    factors: Sequence[Factor], one: Kinds, other: Kinds, outputs: tuple[Mapping[str, Array], Mapping[str, Array]]
+) -> Kinds:
+    """Return absolute differences between the columns of two runs, by kind; quaternions of either sign are the same
+    rotation."""
     apart = {name: np.abs(one[name] - other[name]) for name in ("v", "z", "multipliers")}
-    increment = product.difference(model.factors, one["q"], other["q"])
+    increment = product.difference(factors, one["q"], other["q"])
     apart["increment"] = np.abs(increment, out=increment)
     apart["q"] = np.abs(one["q"] - other["q"])
-    starts = np.array([factor.q_start for factor in model.factors if factor.group != "R"], int)
+    starts = np.array([factor.q_start for factor in factors if factor.group != "R"], int)
     quaternions = starts[:, np.newaxis] + np.arange(4)
     row, turned = np.nonzero(np.sum(one["q"][:, quaternions] * other["q"][:, quaternions], axis=2) < 0.0)
     opposite = row[:, np.newaxis], quaternions[turned]
@@ -169,7 +202,18 @@ def motion_size(
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
 ) -> MotionSize:
-    """Return the size of the motion of recorded rows, (n, width).
+    """Return the size of the motion of recorded rows, (n, width); see ``size_of``."""
+    return size_of(components_of(model), columns_of(model, rows), outputs, turns, energies)
+
+
+def size_of(
+    model: Components,
+    column: Kinds,
+    outputs: Mapping[str, Array],
+    turns: NDArray[np.bool_] | None = None,
+    energies: float = 0.0,
+) -> MotionSize:
+    """Return the size of a motion with given columns, by kind.
 
     The size of a joint's coordinate is the range of the coordinate, of a rotation the largest angle from the start, of
     a velocity or a multiplier the largest value; a size below a thousandth of the largest one in its unit is raised to
@@ -178,7 +222,6 @@ def motion_size(
     bearing compared with its forces, counts as rounding. An energy that is kept, or nearly so, is measured by the
     energies at work, ``energies`` in J.
     """
-    column = columns_of(model, rows)
     travel = np.ptp(column["q"], axis=0)
     turned = np.abs(product.difference(model.factors, column["q"][:1], column["q"]))
     size, names, units, triples = np.zeros(model.nv), [""] * model.nv, [""] * model.nv, []
@@ -202,7 +245,7 @@ def motion_size(
     sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units)
     sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, _REST * np.abs(column["z"]).max(axis=0))
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
-    units_of = {item["name"]: item["unit"] for item in model.library.layout["outputs"]}
+    units_of = model.outputs
     at_work = _at_work(model, column, [(units_of[name], values) for name, values in outputs.items()])
     for name, values in outputs.items():
         table = _table(values)
@@ -221,7 +264,7 @@ def motion_size(
     return MotionSize(sizes, *labels, tuple(own.tolist()), of_turns, travelled, still)
 
 
-def _at_work(model: CompiledModel, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:
+def _at_work(model: Components, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:
     """Return by unit the largest value of a run: of coordinates, velocities, and outputs.
 
     Forces and multipliers also count as moments at a lever of 1 m, and moments as forces.
@@ -286,10 +329,10 @@ def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:
     return np.array([largest[unit] for unit in units])
 
 
-def _of_coordinates(model: CompiledModel, increment: Array) -> Array:
+def _of_coordinates(model: Components, increment: Array) -> Array:
     """Return the sizes of the components of q from the sizes of the increment; the references of angles have no
     size."""
-    size = np.ones(model.nq)
+    size = np.ones(len(model.q_units))
     for factor in model.factors:
         own = increment[factor.v]
         size[factor.q] = own if factor.group == "R" else np.concatenate([np.full(4, own[0]), own[3:]])

@@ -1,4 +1,5 @@
-"""Compared quantities of two runs, and their errors: configuration, velocity, multipliers and the scene's outputs."""
+"""Compared quantities of two runs, and their errors: configuration, velocity, internal states, multipliers and the
+scene's outputs."""
 
 from __future__ import annotations
 
@@ -10,13 +11,16 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import asdict, dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
+from eomgen.lie import product
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.results.solution import Solution
+from eomgen.simulation.accuracy.motion_size import Components, Kinds, components_of, shares, size_of
 
 #: Quantities of every run besides the outputs of the scene.
-STATE, Q, V, MULTIPLIERS = "state", "q", "v", "multipliers"
-OWN = (STATE, Q, V, MULTIPLIERS)
+STATE, Q, V, Z, MULTIPLIERS = "state", "q", "v", "z", "multipliers"
+OWN = (STATE, Q, V, Z, MULTIPLIERS)
+_STATES = (Q, V, Z, MULTIPLIERS)
 #: Sizes of an error over time.
 MEASURES = ("largest", "rms", "final")
 
@@ -40,8 +44,8 @@ class Observation:
     Attributes
     ----------
     t : (nt,)
-    q, v, multipliers : (nt, n)
-    factors, units : of q
+    q, v, z, multipliers : (nt, n)
+    components : names and units of q, v, z and the outputs
     rows : names of the constraint rows
     poses : of the bodies, name -> (nt, 7)
     twists : name -> (nt, 6), angular first
@@ -51,32 +55,46 @@ class Observation:
     t: Array
     q: Array
     v: Array
+    z: Array
     multipliers: Array
-    factors: tuple[Factor, ...]
-    units: tuple[str, ...]
+    components: Components
     rows: tuple[str, ...]
     poses: Mapping[str, Array]
     twists: Mapping[str, Array]
     outputs: Mapping[str, Array]
 
     @property
+    def factors(self) -> tuple[Factor, ...]:
+        """Factors of the configuration space."""
+        return self.components.factors
+
+    @property
     def arrays(self) -> dict[str, Array]:
         """All arrays by name, in the form of ``with_arrays``."""
-        own = {"t": self.t, "q": self.q, "v": self.v, "multipliers": self.multipliers}
+        own = {"t": self.t} | {name: getattr(self, name) for name in _STATES}
         kinds = {"poses": self.poses, "twists": self.twists, "outputs": self.outputs}
         return own | {f"{kind}.{name}": array for kind, named in kinds.items() for name, array in named.items()}
 
+    def columns(self, at: slice = slice(None)) -> Kinds:
+        """Return states and multipliers of some rows by kind."""
+        return {name: getattr(self, name)[at] for name in _STATES}
 
-def with_arrays(
-    arrays: Mapping[str, Array], factors: tuple[Factor, ...], units: tuple[str, ...], rows: tuple[str, ...]
-) -> Observation:
+
+def with_arrays(arrays: Mapping[str, Array], components: Components, rows: tuple[str, ...]) -> Observation:
     """Return the observation that has these arrays, by the names of ``Observation.arrays``."""
 
     def named(kind: str) -> dict[str, Array]:
         return {key.partition(".")[2]: array for key, array in arrays.items() if key.startswith(f"{kind}.")}
 
-    t, q, v, multipliers = (arrays[name] for name in ("t", "q", "v", "multipliers"))
-    return Observation(t, q, v, multipliers, factors, units, rows, named("poses"), named("twists"), named("outputs"))
+    states = {name: arrays[name] for name in ("t", *_STATES)}
+    return Observation(
+        **states,
+        components=components,
+        rows=rows,
+        poses=named("poses"),
+        twists=named("twists"),
+        outputs=named("outputs"),
+    )
 
 
 def observed(model: Model, solution: Solution) -> Observation:
@@ -91,9 +109,9 @@ def observed(model: Model, solution: Solution) -> Observation:
         solution.t,
         solution.q,
         solution.v,
+        solution.z,
         solution.multipliers,
-        model.factors,
-        tuple(model.q_units),
+        components_of(model),
         model.multipliers,
         poses,
         twists,
@@ -103,7 +121,7 @@ def observed(model: Model, solution: Solution) -> Observation:
 
 def check_output(argument: str, name: str, model: Model) -> None:
     """Check that runs of a model have a quantity. Raises UsageError, which names the argument."""
-    own = tuple(name for name in OWN if name != MULTIPLIERS or model.multipliers)
+    own = tuple(name for name in OWN if {MULTIPLIERS: model.multipliers, Z: model.nz}.get(name, True))
     known = (*own, *(output.name for output in model.description.outputs))
     if name not in known:
         raise UsageError(Problem(argument, f"the scene has no output {shown(name)}", nearest(name, known)))
@@ -115,28 +133,50 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
     The reference has these times and may have further times between; errors are relative to the largest value over all
     times of the reference.
 
-    ``q`` and ``v`` are coordinates if both runs have the same coordinates, else poses and twists of the bodies. Each
-    kind of component (lengths, angles) is relative to the largest motion, or velocity, of this kind in the reference;
-    outputs and multipliers are relative to the largest value of each; ``state`` is the larger error of q and v.
-    Multipliers are compared if both runs have the same rows.
+    ``q`` and ``v`` are coordinates if both runs have the same coordinates, else poses and twists of the bodies. The
+    sizes of coordinates, internal states and outputs are as in error estimates of runs (``size_of``): a demand that is
+    met here is met by the estimate of the run. Velocities, and poses of other coordinates, are relative to the largest
+    velocity, or motion, of a kind (lengths, angles) in the reference, multipliers to the largest value; ``state`` is
+    the largest error of q, v and z. Multipliers are compared if both runs have the same rows.
     """
     result: dict[str, Array] = {}
     at = _places(of.t, reference.t)
-    if of.factors == reference.factors:
-        result[Q] = _largest(_coordinates(of, reference, at))
-        result[V] = _relative(of.v - reference.v[at], reference.v, _kinds(of))
-    elif of.poses and reference.poses:
-        result[Q] = _largest(_of_poses(of.poses, reference.poses, at))
-        if of.twists and reference.twists:
-            result[V] = _twists(of.twists, reference.twists, at)
-    if result:
-        result[STATE] = np.max(np.stack(list(result.values())), axis=0)
-    if of.rows and of.rows == reference.rows:
-        result[MULTIPLIERS] = _one_kind(of.multipliers - reference.multipliers[at], reference.multipliers)
-    for name, values in reference.outputs.items():
-        if name in of.outputs and of.outputs[name].shape[1:] == values.shape[1:]:
-            result[name] = _one_kind(of.outputs[name] - values[at], values)
+    names, there = reference.components, reference.columns(at)
+    outputs = {name: reference.outputs[name] for name in names.outputs if _alike(name, of, reference)}
+    ours, theirs = {name: of.outputs[name] for name in outputs}, {name: one[at] for name, one in outputs.items()}
+    energies = max((float(np.abs(outputs[name]).max()) for name in outputs if names.outputs[name] == "J"), default=0.0)
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = size_of(names, reference.columns(), outputs, energies=energies)
+        if of.factors == reference.factors:
+            apart = np.abs(product.difference(of.factors, of.q, there[Q]))
+            result[Q] = _greatest(shares({"increment": apart}, size, ("increment",)))
+            result[V] = _relative(of.v - there[V], reference.v, _kinds(of))
+        elif of.poses and reference.poses:
+            result[Q] = _largest(_of_poses(of.poses, reference.poses, at))
+            if of.twists and reference.twists:
+                result[V] = _twists(of.twists, reference.twists, at)
+        if of.z.size and of.components.z_names == names.z_names:
+            result[Z] = _greatest(shares({Z: np.abs(of.z - there[Z])}, size, (Z,)))
+        if result:
+            result[STATE] = np.max(np.stack(list(result.values())), axis=0)
+        if of.rows and of.rows == reference.rows:
+            result[MULTIPLIERS] = _one_kind(of.multipliers - there[MULTIPLIERS], reference.multipliers)
+        for name in outputs:
+            kind = f"output.{name}"
+            result[name] = _greatest(shares({kind: np.abs(ours[name] - theirs[name])}, size, (kind,)))
     return {name: _size(series) for name, series in result.items()}
+
+
+def _alike(name: str, of: Observation, reference: Observation) -> bool:
+    """Return whether both runs have an output, of the same size."""
+    here, there = of.outputs.get(name), reference.outputs.get(name)
+    return here is not None and there is not None and here.shape[1:] == there.shape[1:]
+
+
+def _greatest(share: Array) -> Array:
+    """Return the largest error of all components, (nt, n) -> (nt,)."""
+    result: Array = share.max(axis=1, initial=0.0)
+    return result
 
 
 def _places(t: Array, among: Array) -> slice:
@@ -175,7 +215,7 @@ def _kinds(of: Observation) -> list[list[int]]:
     for factor in of.factors:
         for k in range(factor.v_size):
             of_group = "rad" if k < 3 else "m"
-            kind = of.units[factor.q_start + k] if factor.group == "R" else of_group
+            kind = of.components.q_units[factor.q_start + k] if factor.group == "R" else of_group
             kinds.setdefault(kind, []).append(factor.v_start + k)
     return list(kinds.values())
 
@@ -191,22 +231,6 @@ def _relative(difference: Array, reference: Array, kinds: Sequence[Sequence[int]
 
 #: By kind: errors of components, (nt, n), and the motion from the start of the reference.
 _Parts = dict[str, list[tuple[Array, Array]]]
-
-
-def _coordinates(of: Observation, reference: Observation, at: slice) -> _Parts:
-    parts: _Parts = {}
-    for factor in of.factors:
-        here, there = of.q[:, factor.q], reference.q[:, factor.q]
-        if factor.group == "R":
-            for k in range(factor.q_size):
-                kind = of.units[factor.q_start + k]
-                moved = np.abs(there[:, k] - there[0, k])
-                parts.setdefault(kind, []).append((np.abs(here[:, k] - there[at, k]), moved))
-            continue
-        parts.setdefault("rad", []).append((_angle(here[:, :4], there[at, :4]), _angle(there[:1, :4], there[:, :4])))
-        if factor.q_size > 4:
-            parts.setdefault("m", []).append(_distances(here[:, 4:], there[:, 4:], at))
-    return parts
 
 
 def _of_poses(poses: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:

@@ -267,4 +267,4 @@ def _extrapolated(fine: Observation, coarse: Observation, order: int) -> Observa
             arrays["q"][:, part] /= np.linalg.norm(arrays["q"][:, part], axis=1, keepdims=True)
     for name in [key for key in arrays if key.startswith("poses.")]:
         arrays[name][:, :4] /= np.linalg.norm(arrays[name][:, :4], axis=1, keepdims=True)
-    return with_arrays(arrays, fine.factors, fine.units, fine.rows)
+    return with_arrays(arrays, fine.components, fine.rows)

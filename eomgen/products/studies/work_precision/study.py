@@ -46,6 +46,7 @@ from eomgen.products.studies.work_precision.running import (
     per_coarsest,
     timed,
 )
+from eomgen.simulation.accuracy.motion_size import Components
 
 _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
 
@@ -106,7 +107,7 @@ class PointJournal:
         observation = held.observation
         metadata = {
             "factors": [[f.group, f.name, f.q_start, f.q_size, f.v_start, f.v_size] for f in observation.factors],
-            "units": list(observation.units),
+            "components": observation.components._replace(factors=())._asdict(),
             "rows": list(observation.rows),
             **held.to_dict(),
         }
@@ -118,7 +119,8 @@ class PointJournal:
             return None
         arrays, data = read_arrays(self._folder / _REFERENCE, "reference of a study", "another folder")
         factors = tuple(Factor(*factor) for factor in data["factors"])
-        observation = with_arrays(arrays, factors, tuple(data["units"]), tuple(data["rows"]))
+        names = {name: part if name == "outputs" else tuple(part) for name, part in data["components"].items()}
+        observation = with_arrays(arrays, Components(**{**names, "factors": factors}), tuple(data["rows"]))
         uncertainty = {name: ErrorSize(**size) for name, size in data["uncertainty"].items()}
         return RunReference(observation, data["by"], data["held against"], uncertainty)
 
