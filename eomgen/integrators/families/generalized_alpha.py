@@ -397,7 +397,8 @@ class GeneralizedAlpha(Family):
             Field("max_constraint", "largest |Phi| over the recorded states and the last one"),
             Field("max_constraint_velocity", "largest |w| over these states"),
             Field("max_eta", "largest multiplier of the velocity constraints; it is O(step^2)"),
-            Field("max_rounding", f"largest rounding relative to the multipliers over these states{raw}"),
+            Field("max_rounding", f"largest rounding of multipliers, relative to the largest forces{raw}"),
+            Field("max_impulse_rate", "largest constraint and inertial forces, in roots of kinetic energy per s"),
             Field("pivot_ratio", "ratio of largest to smallest pivot of the last iteration matrix"),
         )
 
