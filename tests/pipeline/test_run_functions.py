@@ -142,7 +142,9 @@ def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> No
     # relative motion: 3000 N s/m on the reduced mass of 0.4 kg, and the softer damper adds a little
     M, C = np.array([[2.5, 0.5], [0.5, 0.5]]), np.diag([100.0, 3000.0])
     fastest = float(np.linalg.eigvals(np.linalg.solve(M, C)).real.max())
-    said = f"damping or friction decays at up to {fastest:.3g} 1/s at the start, too fast for an explicit method"
+    said = (
+        f"damping or friction of second decays at up to {fastest:.3g} 1/s at t = 0 s, too fast for an explicit method"
+    )
     assert f"{fastest:.3g}" == "7.51e+03"
     for model in (whole, short):
         assert said in model.simulate(1e-3, 1e-3, error_estimate=False).message

@@ -21,13 +21,13 @@ from eomgen.errors import Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
+from eomgen.simulation.accuracy.richardson import FastestRates, Rate
 from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
 from eomgen.simulation.judgement import doubts, remarks, start_checks
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.invariants import Drift, EnergyBalance, Violation
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
-from eomgen.simulation.judgement.start_checks import FastestDecay
 from tests.docs.parts import whole
 from tests.models.scenes import pendulum
 
@@ -99,6 +99,8 @@ def partly_examined(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
 
 
 FOUND = Finding(text="it is found", hint="another one", value=2.0, time=0.05)
+STILL, FAST = Rate.none(), Rate(1e6, 0.05, "v.hinge")
+DECAYING, GROWING = FastestRates(FAST, STILL, STILL, FAST), FastestRates(STILL, FAST, FAST, STILL)
 #: For every check: how to make it find something.
 WITNESSES: dict[str, tuple[Change, ...]] = {
     "stopped": (stopped,),
@@ -142,11 +144,9 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "method_limits": (method_with(warnings=lambda self, constrained: [str(FOUND)]),),
     "steep_law": (returning(remarks, "followed_laws", ([], [str(FOUND)])),),
     "doubtful_call": (returning(remarks, "doubtful_call", [str(FOUND)]),),
-    "unresolved_damping": (method_with(real_stability=1e-9),),
-    "unresolved_states": (
-        method_with(real_stability=1e-9),
-        returning(start_checks, "decay_of_states", FastestDecay("internal states decay", 5.0)),
-    ),
+    "unresolved_damping": (method_with(real_stability=1e-9), having(fastest=DECAYING)),
+    "unresolved_states": (method_with(real_stability=1e-9), having(fastest=DECAYING)),
+    "passed_growth": (having(fastest=GROWING),),
     "lost_digits": (
         returning(start_checks, "largest_cancellation", 1e10),
         returning(start_checks, "cancellation", np.array([1e10])),
@@ -169,8 +169,9 @@ def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(
 ) -> None:
     multipliers = SimpleNamespace(multipliers=np.ones((2, 1)))
     run = SimpleNamespace(
-        run=SimpleNamespace(name=method), single=single, longest_part=1e-3, statistics={"max_rounding": 0.3}
-    )
+        run=SimpleNamespace(name=method, method=SimpleNamespace(chooses_steps=False)), single=single,
+        longest_part=1e-3, statistics={"max_rounding": 0.3}, settings={"step": 1e-3}, fastest=DECAYING,
+    )  # fmt: skip
     check = BY_NAME["multiplier_rounding"].evaluate
     (told,) = check(cast(FinishedRun, SimpleNamespace(**vars(run), states=multipliers)))
     assert told.text == "up to 30 % of the multipliers is rounding, which grows as 1/step^2"
@@ -178,20 +179,6 @@ def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(
     assert not [
         *check(cast(FinishedRun, SimpleNamespace(**vars(run), states=SimpleNamespace(multipliers=np.zeros(1)))))
     ]
-
-
-@pytest.mark.parametrize("speed", [0.0, 3.0])
-def test_decay_without_partials_is_the_damping_by_the_mass(speed: float, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of M vdot = -C v with coupled velocities: rates of decay are eigenvalues of M^-1 C."""
-    M, C = np.array([[2.0, 0.3], [0.3, 1.0]]), np.array([[40.0, -5.0], [-5.0, 7.0]])
-    monkeypatch.setattr(
-        start_checks, "accelerations", lambda model, q, v, *_, **__: np.linalg.solve(M, -C @ np.atleast_2d(v).T).T
-    )
-    monkeypatch.setattr(start_checks, "reach_of", lambda model, q: np.array([0.5, 0.0]))
-    model = SimpleNamespace(functions=SimpleNamespace(of_runs=lambda name: name == "forward_dynamics"), nv=2)
-    state = SimpleNamespace(q=np.zeros(2), v=np.array([speed, -speed]), z=np.zeros(0))
-    decay = start_checks._decay(cast(Any, model), cast(Any, state), state.v, 0.0, None, np.zeros(0), 1e-2)
-    np.testing.assert_allclose(decay, np.linalg.solve(M, C), rtol=1e-7, atol=1e-6)
 
 
 @pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.name)

@@ -15,7 +15,8 @@ import numpy as np
 import pytest
 
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
-from eomgen.simulation.judgement import doubts, failures, instability, invariants, remarks, start_checks
+from eomgen.simulation.accuracy.richardson import FastestRates, Rate
+from eomgen.simulation.judgement import doubts, failures, instability, invariants, remarks
 from eomgen.simulation.judgement.fast_motions import _chosen, _Law
 from eomgen.simulation.judgement.finished_run import FinishedRun
 from eomgen.simulation.judgement.invariants import EnergyBalance, Violation, energy_balance
@@ -69,7 +70,8 @@ METHOD = SimpleNamespace(method=SimpleNamespace(chooses_steps=False), model=Simp
     (1e-3, lambda x: off_by(x, failures._broken_constraint)),
     (1e-3, lambda x: not off_by(x, doubts._constraint_violation)),
     (8.0, lambda x: remarks._improbable_variables(cast(Any, variables()), np.array([0.0, -x]))),
-    (2.0, lambda x: [*start_checks._too_fast(fast_run(), start_checks.FastestDecay("damping decays", x / 0.5))]),
+    (2.0, lambda x: [*remarks._unresolved_damping(fast_run(Rate(x / 0.5, 0.25, "v.hinge")))]),
+    (1.0, lambda x: [*remarks._passed_growth(fast_run(Rate(x / 0.5, 0.25, "v.hinge")))]),
     (math.nextafter(0.01, 0.0), lambda x: halved(x) > 0),
 )  # fmt: skip  # a table
 def test_a_number_at_its_threshold_says_nothing_and_the_next_one_does(
@@ -90,7 +92,8 @@ def with_balance(error: float) -> FinishedRun:
 
 def rounding(share: float) -> FinishedRun:
     states = SimpleNamespace(multipliers=np.ones((2, 1)))
-    return run_of(statistics={"max_rounding": share}, states=states, run=METHOD, single=False, longest_part=0.01)
+    run = run_of(statistics={"max_rounding": share}, states=states, run=METHOD, single=False, longest_part=0.01)
+    return run_of(**vars(run), settings={"step": 0.01}, fastest=FastestRates(*[Rate.none()] * 4))
 
 
 def variables() -> SimpleNamespace:
@@ -98,9 +101,9 @@ def variables() -> SimpleNamespace:
     return SimpleNamespace(parameters=("xi1", "xi2"), description=SimpleNamespace(parameters=parameters))
 
 
-def fast_run() -> FinishedRun:
-    owner = SimpleNamespace(method=SimpleNamespace(real_stability=2.0), grid=SimpleNamespace(start=0.25))
-    return run_of(run=owner, settings={"step": 0.5})
+def fast_run(rate: Rate) -> FinishedRun:
+    owner = SimpleNamespace(method=SimpleNamespace(real_stability=2.0, chooses_steps=False))
+    return run_of(run=owner, settings={"step": 0.5}, fastest=FastestRates(*[rate] * 4))
 
 
 def test_rows_that_miss_pulses_of_power_excuse_gained_energy() -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -33,6 +33,7 @@ from eomgen.simulation.accuracy.comparison_runs import (
 )
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
 from eomgen.simulation.accuracy.richardson import (
+    FastestRates,
     Pair,
     estimate,
     gain_by,
@@ -100,6 +101,7 @@ class ErrorEstimation:
         events: Events | None = None,
         statistics: Mapping[str, int | float] | None = None,
         at_rows: AtRows | None = None,
+        rates: Callable[[], FastestRates] | None = None,
     ) -> ErrorEstimate:
         """Return the estimate for a run.
 
@@ -110,6 +112,7 @@ class ErrorEstimation:
         seconds : s, duration of the run
         statistics : counts of the stepper
         at_rows : outputs and energy of the run at all rows; None: both are evaluated at the compared rows.
+        rates : returns the fastest rates along the run; None: none is known
         """
         began = time.perf_counter()
         try:
@@ -122,7 +125,7 @@ class ErrorEstimation:
                 raise NoEstimateError(f"{refused}; a class, or memory in the scene, can be had anew")
             rows, counts = trajectory.rows, statistics or {}
             runs = ComparisonRuns(run, library, rows, parameters, self.progress, events, counts, at_rows)
-            estimated = _by_tolerance if run.method.chooses_steps else _by_steps
+            estimated = _by_tolerance if run.method.chooses_steps else partial(_by_steps, rates=rates)
             result = estimated(runs)
             if result.relative > NOTICED and _moves_between_rows(runs, library, rows, parameters):
                 result = estimated(runs)
@@ -226,7 +229,7 @@ def _known(gain: float, order: float) -> Array:
     return np.full((1, 1), gain)
 
 
-def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
+def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = None) -> ErrorEstimate:
     order = float(runs.run.method.order)
     halvings = runs.own.statistics.get("halvings", 0)
     if runs.span.steps == 1 or (halvings and runs.span.steps < _FEW_STEPS):
@@ -234,7 +237,9 @@ def _by_steps(runs: ComparisonRuns) -> ErrorEstimate:
     if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
-    if crosses_jumps(runs.run, runs.span.rows, runs.span.parameters) and (result := _by_prime_parts(runs, twice)):
+    jumps = crosses_jumps(runs.run, runs.span.rows, runs.span.parameters)
+    jumps = jumps or (rates is not None and rates().passed.rate * runs.step > 1.0)
+    if jumps and (result := _by_prime_parts(runs, twice)):
         return result
     four = None if twice.stopped else runs.at(multiple=4.0)
     near = runs.apart(runs.own, twice)

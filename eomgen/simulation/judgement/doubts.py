@@ -208,8 +208,24 @@ def _multiplier_rounding(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _rounding(run: FinishedRun) -> float:
-    """Return the part of the multipliers that is rounding; 0 if all multipliers are zero."""
-    return float(run.statistics.get("max_rounding", 0.0)) if run.states.multipliers.any() else 0.0
+    """Return the part of the multipliers that is rounding; 0 if all multipliers are zero, or if corrections of Newton's
+    method do not shrink because a step passes over a law."""
+    share = float(run.statistics.get("max_rounding", 0.0)) if run.states.multipliers.any() else 0.0
+    return 0.0 if share > ROUNDED and passes_growth(run) else share
+
+
+STEP_OF_GROWTH = Limit(
+    1.0,
+    "1",
+    "step times the fastest rate at which a law of velocities makes motion grow",
+    "implicit steps have a pole at 2 at most, beyond which growth turns into decay: Hairer, Wanner, Solving Ordinary"
+    " Differential Equations II (1996), IV.3",
+)
+
+
+def passes_growth(run: FinishedRun) -> bool:
+    """Return whether the steps of a run pass over a law that makes motion grow."""
+    return not run.run.method.chooses_steps and run.settings["step"] * run.fastest.growth.rate > STEP_OF_GROWTH
 
 
 def _rounds(run: FinishedRun) -> bool:

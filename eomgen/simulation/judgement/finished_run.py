@@ -31,6 +31,7 @@ from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 if TYPE_CHECKING:
     from eomgen.analysis.state_warnings import LargestBending
     from eomgen.base.limits import Limit
+    from eomgen.simulation.accuracy.richardson import FastestRates
     from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
     from eomgen.simulation.judgement.instability import Growth
     from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
@@ -191,7 +192,15 @@ class FinishedRun:
             return no_estimate(run)
         statistics = self.statistics
         estimate = ErrorEstimation(self._progress).of(
-            run, self.stepper.library, trajectory, self.present, self.wall, self.events, statistics, self._at_rows
+            run,
+            self.stepper.library,
+            trajectory,
+            self.present,
+            self.wall,
+            self.events,
+            statistics,
+            self._at_rows,
+            lambda: self.fastest,
         )
         if not estimate.available:
             return estimate
@@ -297,6 +306,13 @@ class FinishedRun:
         taken = step_rows(self.run, self.stepper.library, rows, self.present, self.statistics)
         states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
         return states.q, states.z
+
+    @cached_property
+    def fastest(self) -> FastestRates:
+        """The fastest rates along the run."""
+        from eomgen.simulation.accuracy.richardson import fastest_rates  # noqa: PLC0415  # on request
+
+        return fastest_rates(self.run, self.trajectory.rows, self.present)
 
     @property
     def unseen_law(self) -> Finding | None:
@@ -411,6 +427,8 @@ class Check:
     continues : str
         Text that joins a finding to the sentence of the previous finding, if both findings have such a text. The joint
         sentence ends with the hint of its last finding.
+    alike : bool
+        Whether runs at other steps have the same fault, so that a comparison with these shows no error.
     said : bool
         Whether the findings are part of the message.
     fails : callable
@@ -426,6 +444,7 @@ class Check:
     unless: tuple[str, ...] = ()
     after: tuple[str, ...] = ()
     continues: str = ""
+    alike: bool = False
     said: bool = True
     fails: Callable[[FinishedRun], bool] = lambda run: True
     limits: tuple[Limit, ...] = ()

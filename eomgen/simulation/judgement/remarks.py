@@ -23,7 +23,8 @@ from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
-from eomgen.simulation.judgement.doubts import LARGE_ERROR
+from eomgen.simulation.accuracy.richardson import Rate
+from eomgen.simulation.judgement.doubts import LARGE_ERROR, STEP_OF_GROWTH, passes_growth
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.fast_motions import fast_laws
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
@@ -409,6 +410,34 @@ def _doubtful_call(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, doubtful_call(run.run.model, run.run.grid, run.run.signals.given, run.run.parameters))
 
 
+def _unresolved_damping(run: FinishedRun) -> Iterator[Finding]:
+    name = run.fastest.decay.name
+    yield from _too_fast(run, run.fastest.decay, f"damping or friction of {name.removeprefix('v.')} decays")
+
+
+def _unresolved_states(run: FinishedRun) -> Iterator[Finding]:
+    yield from _too_fast(run, run.fastest.states, "internal states decay")
+
+
+def _too_fast(run: FinishedRun, decay: Rate, text: str) -> Iterator[Finding]:
+    limit = run.run.method.real_stability
+    if run.settings["step"] * decay.rate > limit:
+        text += (
+            f" at up to {decay.rate:.3g} 1/s at t = {decay.time:.6g} s, too fast for an explicit method at this step"
+        )
+        hint = f"generalized_alpha, or a step below {limit / decay.rate:.2g} s"
+        yield Finding(value=decay.rate, time=decay.time, text=text, hint=hint)
+
+
+def _passed_growth(run: FinishedRun) -> Iterator[Finding]:
+    step, (rate, time, name) = run.settings["step"], run.fastest.growth
+    if passes_growth(run):
+        law = f"friction, or another law of velocities, makes the motion of {name.removeprefix('v.')} grow"
+        how = f"which steps of {step:.3g} s pass over, as do steps twice and half as long"
+        text = f"{law} at {rate:.3g} 1/s at t = {time:.6g} s, {how}"
+        yield Finding(value=rate, time=time, text=text, hint=f"a step below {1.0 / rate:.2g} s")
+
+
 ROWS = (
     Check(
         "large_deflection",
@@ -421,10 +450,10 @@ ROWS = (
     Check("turned_element", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
     Check("unbounded_growth", _unbounded_growth, unless=FAULTS),
     Check("unknown_error", _unknown_error, unless=(ANY_FAILURE,)),
-    Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,)),
+    Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,), alike=True),
     Check("missed_event", _missed_event, ("complete", "events"), unless=(ANY_FAILURE,)),
-    Check("fast_law", _fast_law, ("complete", "two rows")),
-    Check("unseen_law", _unseen_law, ("complete", "two rows"), unless=("fast_law",)),
+    Check("fast_law", _fast_law, ("complete", "two rows"), alike=True),
+    Check("unseen_law", _unseen_law, ("complete", "two rows"), unless=("fast_law",), alike=True),
     Check("partly_examined", _partly_examined, ("complete", "two rows"), severity=NOTE, unless=("unseen_law",)),
     Check("bounded_steps", _bounded_steps, severity=NOTE),
     Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
@@ -437,4 +466,14 @@ ROWS = (
     Check("steep_law", _steep_law, ()),
     Check("exchanged_times", _exchanged_times, ("begun",)),
     Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False),
+    Check("unresolved_damping", _unresolved_damping, ("explicit",), alike=True),
+    Check("unresolved_states", _unresolved_states, ("explicit",), alike=True),
+    Check(
+        "passed_growth",
+        _passed_growth,
+        ("complete", "fixed steps"),
+        unless=("unresolved_damping",),
+        alike=True,
+        limits=(STEP_OF_GROWTH,),
+    ),
 )

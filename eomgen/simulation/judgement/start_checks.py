@@ -7,13 +7,12 @@ Impacts that a run starts past, or on, and their effect on the motion, in words.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.equations import accelerations
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate
@@ -101,66 +100,6 @@ def _poses(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Arra
     return poses
 
 
-#: Difference step of velocities, relative to their size, and relative to the velocity that covers the coordinates in a
-#: step.
-_DIFFERENCE, _OF_REACH = 1e-7, 1e-10
-
-
-class FastestDecay(NamedTuple):
-    """The fastest decay: subject and verb in words, rate in 1/s."""
-
-    text: str
-    rate: float
-
-
-def decay_of_states(
-    model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array
-) -> FastestDecay | None:
-    """Return the fastest decay of internal states, by the eigenvalues of -Fz: 0 if no state decays.
-
-    Without internal states, or if Fz is not finite, the result is None.
-    """
-    if not model.functions.of_runs("internal_partials"):
-        return None
-    by_state = model.internal_partials(state.q, state.v, state.z, t, u, parameters=p).rate_z
-    if not np.all(np.isfinite(by_state)):
-        return None
-    return FastestDecay("internal states decay", float((-np.linalg.eigvals(by_state).real).max(initial=0.0)))
-
-
-def decay_of_motion(
-    model: CompiledModel, state: InitialState, t: float, u: Array | None, p: Array, step: float
-) -> FastestDecay | None:
-    """Return the fastest decay of velocities, at the initial velocities and at rest."""
-    fastest = 0.0
-    for rate in (state.v, np.zeros_like(state.v)):
-        decay = _decay(model, state, rate, t, u, p, step)
-        if decay is not None and np.all(np.isfinite(decay)):
-            fastest = max(fastest, float(np.linalg.eigvals(decay).real.max(initial=0.0)))
-    return FastestDecay("damping or friction decays", fastest)
-
-
-def _decay(
-    model: CompiledModel, state: InitialState, v: Array, t: float, u: Array | None, p: Array, step: float
-) -> NDArray[np.floating[Any]] | None:
-    """Return -d vdot/dv, (nv, nv), at velocities v: by partials, or by central differences if the model has none."""
-    if model.functions.of_runs("partials"):
-        _, C, M = model.partials(state.q, v, np.zeros_like(v), t, u, z=state.z, parameters=p)
-        known = np.all(np.isfinite(C)) and np.all(np.isfinite(M)) and np.linalg.matrix_rank(M) == len(M)
-        return np.linalg.solve(M, C) if known else None
-    if not model.functions.of_runs("forward_dynamics") or not model.nv:
-        return None
-    reach = reach_of(model, state.q)
-    least = _OF_REACH * np.where(reach > 0.0, reach, 1.0) / step
-    ways = np.diag(np.maximum(least, _DIFFERENCE * np.abs(v)))
-    with np.errstate(all="ignore"):
-        ahead, behind = (
-            accelerations(model, state.q, v + sign * ways, t, u, z=state.z, parameters=p) for sign in (1.0, -1.0)
-        )
-        columns: Array = (behind - ahead) / (2.0 * np.diag(ways)[:, np.newaxis])
-    return columns.T
-
-
 #: Limit of the distance of a function from its root, as a part of the coordinates, and of the rate within a step.
 _ON = 1e-12
 
@@ -223,28 +162,6 @@ def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArra
 
     limits = [limit for limit in model.description.limits if limit.coordinate in places]
     return [note for limit in limits if (note := limit.passed(float(q[places[limit.coordinate]]), value))]
-
-
-def _unresolved_damping(run: FinishedRun) -> Iterator[Finding]:
-    yield from _too_fast(run, decay_of_motion(*_state_at_start(run), run.settings["step"]))
-
-
-def _unresolved_states(run: FinishedRun) -> Iterator[Finding]:
-    yield from _too_fast(run, decay_of_states(*_state_at_start(run)))
-
-
-def _state_at_start(run: FinishedRun) -> tuple[CompiledModel, InitialState, float, Array | None, Array]:
-    owner, t = run.run, run.run.grid.start
-    u = owner.signals.rows(np.array([t]))[0] if owner.takes_rows else None
-    return owner.model, _beginning_of(run).state, t, u, owner.parameters
-
-
-def _too_fast(run: FinishedRun, decay: FastestDecay | None) -> Iterator[Finding]:
-    limit = run.run.method.real_stability
-    if decay is not None and run.settings["step"] * decay.rate > limit:
-        text = f"{decay.text} at up to {decay.rate:.3g} 1/s at the start, too fast for an explicit method at this step"
-        hint = f"generalized_alpha, or a step below {limit / decay.rate:.2g} s"
-        yield Finding(value=decay.rate, time=run.run.grid.start, text=text, hint=hint)
 
 
 def _beginning_of(run: FinishedRun) -> RunStart:
@@ -316,8 +233,6 @@ def _chosen_method(run: FinishedRun) -> Iterator[Finding]:
 
 
 ROWS = (
-    Check("unresolved_damping", _unresolved_damping, ("begun", "explicit", "no constraints")),
-    Check("unresolved_states", _unresolved_states, ("begun", "explicit")),
     # Beyond the linear range of a beam no pivot of M says anything: the finding above names the beam.
     Check("lost_digits", _lost_digits, ("begun", "no constraints"), unless=("linear_range",)),
     Check("start_beyond_limits", _start_beyond_limits, ("begun",)),
