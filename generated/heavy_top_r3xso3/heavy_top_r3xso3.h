@@ -190,7 +190,8 @@ typedef struct heavy_top_r3xso3_statistics {
     eomgen_real max_constraint; /* largest |Phi| over the recorded states and the last one */
     eomgen_real max_constraint_velocity; /* largest |w| over these states */
     eomgen_real max_eta; /* largest multiplier of the velocity constraints; it is O(step^2) */
-    eomgen_real max_rounding; /* largest rounding relative to the multipliers over these states */
+    eomgen_real max_rounding; /* largest rounding of multipliers, relative to the largest forces */
+    eomgen_real max_impulse_rate; /* largest constraint and inertial forces, in roots of kinetic energy per s */
     eomgen_real pivot_ratio; /* ratio of largest to smallest pivot of the last iteration matrix */
 } heavy_top_r3xso3_statistics;
 
@@ -246,7 +247,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real position_rounding;   /* rounding of q and Phi divided by the step, in these units */
     eomgen_real velocity_tolerance;  /* largest |w| that is accepted, in these units */
     eomgen_real multiplier_rounding; /* observed rounding of step lam, in these units */
-    eomgen_real rounding_share;      /* rounding of the multipliers relative to the multipliers */
+    eomgen_real rounding_rate, impulse_rate; /* rounding of the multipliers, and multipliers with inertial forces */
     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real jacobian[17];
     /* nonzeros of the partial derivatives, then their products with T */

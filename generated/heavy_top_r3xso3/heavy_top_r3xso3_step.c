@@ -1130,7 +1130,7 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     memset(work->rounding, 0, sizeof work->rounding);
     work->rounding_decay = K(0.0);
     work->tolerance_steps_left = 0;
-    work->multiplier_rounding = work->rounding_share = K(0.0);
+    work->multiplier_rounding = work->rounding_rate = work->impulse_rate = K(0.0);
     work->units_valid = 1;
     memset(work->vdot, 0, sizeof work->vdot);
     memset(work->lam, 0, sizeof work->lam);
@@ -1652,8 +1652,9 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     for (i = 6; i < 9; ++i)
         impulse = impulse + (work->per_unit[i] * work->unknown[i]) * (work->per_unit[i] * work->unknown[i]);
     impulse = EG_SQRT(impulse);
-    work->rounding_share = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]
-        + work->rounding_decay * work->multiplier_rounding) / (impulse + heavy_top_r3xso3_TINY);
+    work->rounding_rate = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]
+        + work->rounding_decay * work->multiplier_rounding) / step;
+    work->impulse_rate = impulse / step;
     impulse = (least + settings->rtol) * impulse
         + c->b * (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]);
     for (i = 6; i < 9; ++i)
@@ -2125,7 +2126,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_take_step(const heavy_top_r3xso3
 static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy_top_r3xso3_state *state,
     heavy_top_r3xso3_workspace *work)
 {
-    real position, velocity;
+    real position, velocity, rounding;
     memcpy(work->q, state->q, sizeof work->q);
     memcpy(work->v, state->v, sizeof work->v);
     memcpy(work->vdot, state->vdot, sizeof work->vdot);
@@ -2135,9 +2136,15 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     state->statistics.max_constraint_velocity = heavy_top_r3xso3_larger(state->statistics.max_constraint_velocity,
         velocity);
     /* at rest the impulses are zero, and rounding has no relative size */
-    if (work->speed[0] > K(4.0) * work->position_rounding)
-        state->statistics.max_rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding,
-            work->rounding_share < K(1.0) ? work->rounding_share : K(1.0));
+    if (!(work->speed[0] > K(4.0) * work->position_rounding))
+        return;
+    /* relative to the largest forces so far: any rounding is large compared with forces of about zero */
+    rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding * state->statistics.max_impulse_rate,
+        work->rounding_rate);
+    state->statistics.max_impulse_rate = heavy_top_r3xso3_larger(state->statistics.max_impulse_rate,
+        work->impulse_rate);
+    rounding = rounding / (state->statistics.max_impulse_rate + heavy_top_r3xso3_TINY);
+    state->statistics.max_rounding = rounding < K(1.0) ? rounding : K(1.0);
 }
 
 /* Ratio of the largest to the smallest pivot of the last factors: a cheap measure of ill conditioning. */
