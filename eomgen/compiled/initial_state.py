@@ -233,11 +233,20 @@ CORRECTED = "corrected onto the constraints: "
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
 #: are listed.
 _TOLD, _LISTED = 1e-6, 6
+#: Beginning of the sentence on values that were asked for, and the part by which these may change: digits of a scene.
+NOT_KEPT = "initial values are not kept by the constraints: "
+_KEPT = 0.01
 
 
 def tells_strain(sentence: str) -> bool:
     """Return whether a sentence on a start is about beams that a loop strains."""
     return STRAINED in sentence
+
+
+def tells_of_start(sentence: str) -> bool:
+    """Return whether a sentence on a start belongs into the message of a run: strained beams, and initial values that
+    are not kept."""
+    return tells_strain(sentence) or sentence.startswith(NOT_KEPT)
 
 
 def corrected_start(
@@ -246,13 +255,14 @@ def corrected_start(
     names: tuple[Sequence[str], Sequence[str]],
     units: tuple[Sequence[str], Sequence[str]],
 ) -> list[str]:
-    """Return one sentence on the largest changes from a guess to a consistent state; none if changes are small.
+    """Return a sentence on the largest changes from a guess to a consistent state, and one on changes of values that
+    are not zero, so that someone has asked for them; none if changes are small.
 
     Parameters
     ----------
     guess, names, units : of q and of v
     """
-    changed = []
+    changed, lost = [], []
     held = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
     for before, after, labels, units_of, off in zip(
         guess, (consistent.q, consistent.v), names, units, held, strict=True
@@ -269,7 +279,13 @@ def corrected_start(
             share = abs(after[k] - before[k]) / size if off and size else 0.0
             if share > _TOLD:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
-                changed.append((share, f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"))
-    changed.sort(key=lambda change: -change[0])
-    more = f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
-    return [f"{CORRECTED}{', '.join(text for _, text in changed[:_LISTED])}{more}"] if changed else []
+                words = f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"
+                changed.append((share, words))
+                if before[k] and share > _KEPT:
+                    lost.append((share, words))
+    sentences = []
+    for opening, changes in ((CORRECTED, changed), (NOT_KEPT, lost)):
+        changes.sort(key=lambda change: -change[0])
+        more = f" and {len(changes) - _LISTED} more" if len(changes) > _LISTED else ""
+        sentences += [f"{opening}{', '.join(text for _, text in changes[:_LISTED])}{more}"] if changes else []
+    return sentences

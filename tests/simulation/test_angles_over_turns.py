@@ -285,3 +285,14 @@ def test_all_joints_with_angles(group: str) -> None:
     assert np.all(np.ptp(expected.outputs["angles"], axis=0) > [4.0 * np.pi] * 4 + [0.5 * np.pi, 4.0 * np.pi])
     np.testing.assert_allclose(run.outputs["angles"], expected.outputs["angles"], atol=1e-6)
     np.testing.assert_allclose(run.energy["total"], expected.energy["total"], rtol=1e-6)
+
+
+def test_a_turning_joint_is_judged_beside_constraints_of_velocities_alone() -> None:
+    builder = eomgen.SceneBuilder("gear", gravity=[0, 0, 0])
+    for name, speed in (("drive", 2.4), ("driven", 1.2)):
+        builder.body(name, 1.0, inertia=[0.1, 0.1, 0.1])
+        builder.joint(f"{name}_axle", "revolute", "base", name, axis=[0, 0, 1], initial={"velocity": speed})
+    builder.constraint("mesh", "formula", velocity_equation="v.drive_axle - 2 * v.driven_axle")
+    run = eomgen.build(builder.build(), profile="quick").simulate(10.0, 1e-2)
+    assert run.message == "reached t = 10 s in 1000 steps" and run.error.relative < 1e-9
+    np.testing.assert_allclose(run.q[-1], [24.0, 12.0], rtol=1e-9)

@@ -260,3 +260,18 @@ def test_no_aliased_force_is_understated_by_more_than_three(seed: int) -> None:
         stated = run.error.relative if run.error.available else np.inf
         assert error < max(3.0 * stated, 1e-6) or names(run) & DOUBTS, (p, method, step, error, run.message)
         assert "unseen_law" not in names(run) or off(run, true) > 0.5 * stated, (p, method, step, run.message)
+
+
+def test_initial_values_that_constraints_do_not_keep_are_in_the_message() -> None:
+    """Of inertias I and wheels with v = 2 w the projection by kinetic energy turns v = 3 into 3 I / (I + I/4)."""
+    builder = eomgen.SceneBuilder("gear", gravity=[0, 0, 0])
+    for name in ("x", "y"):
+        builder.body(f"wheel_{name}", 1.0, inertia=[0.1, 0.1, 0.1])
+        builder.joint(name, "revolute", "base", f"wheel_{name}", axis=[0, 0, 1])
+    builder.constraint("mesh", "formula", velocity_equation="v.x - 2 * v.y")
+    model = eomgen.build(builder.build(), profile="quick")
+    lost, kept = (model.simulate(0.1, 1e-2, initial={"v": v}) for v in ([3.0, 0.0], [3.0, 1.5]))
+    assert lost.v[0].tolist() == pytest.approx([2.4, 1.2])
+    assert "; initial values are not kept by the constraints: v.x 3 -> 2.4 rad/s" in lost.message
+    assert "v.y" not in lost.message and "not kept" not in kept.message
+    assert kept.v[0].tolist() == pytest.approx([3.0, 1.5])

@@ -11,7 +11,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import of_motion
-from eomgen.compiled.initial_state import CORRECTED, InitialState, corrected_start, initial_state, tells_strain
+from eomgen.compiled.initial_state import CORRECTED, InitialState, corrected_start, initial_state, tells_of_start
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import turned
@@ -144,7 +144,7 @@ def start_of(
     own = not initial and p.tolist() == list(model.parameters.values())
     state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), []
     if own:
-        sentences = [note for note in model.notes if note.startswith(CORRECTED) or tells_strain(note)]
+        sentences = [note for note in model.notes if note.startswith(CORRECTED) or tells_of_start(note)]
     notes: list[str] = []
     if equilibrium_start:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
@@ -162,5 +162,5 @@ def start_of(
         sentences += [*consistent.corrections(), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
-    notes = [*notes, *(text for text in sentences if tells_strain(text))]
+    notes = [*notes, *(text for text in sentences if tells_of_start(text))]
     return state, sentences, notes
