@@ -159,11 +159,20 @@ class ErrorEstimate:
         return f"{order}by {self.method}, in {self.seconds:.2g} s"
 
     @property
+    def every(self) -> list[LargestError]:
+        """The largest errors of coordinates and internal states, and of outputs; empty if the errors are not known."""
+        return [one for one in (self.largest, self.largest_output) if self.available and one is not None]
+
+    @property
+    def worst(self) -> LargestError | None:
+        """The larger of both, as a part of the motion; None if the errors are not known."""
+        return max(self.every, key=lambda one: one.share, default=None)
+
+    @property
     def unordered(self) -> bool:
         """Whether runs at other steps differ noticeably, in states or outputs, and not less at smaller steps."""
         ordered = self.order >= NO_ORDER or np.isnan(self.declared_order)
-        of_outputs = 0.0 if self.largest_output is None else self.largest_output.share
-        return self.available and max(self.relative, of_outputs) > NOTICED and not ordered
+        return self.worst is not None and self.worst.share > NOTICED and not ordered
 
     def above(self, part: float) -> float:
         """Return the first time at which the error is above a part of the motion.
@@ -308,7 +317,7 @@ class SampleErrors:
     @property
     def worst(self) -> tuple[int | None, LargestError] | None:
         """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
-        result = [(number, one) for number, estimate in self._numbered for one in _largest_errors(estimate)]
+        result = [(number, one) for number, estimate in self._numbered for one in estimate.every]
         return max(result, key=lambda pair: pair[1].share, default=None)
 
     @property
@@ -354,7 +363,3 @@ class SampleErrors:
             "samples": {str(number): one.described() for number, one in self.of_samples.items()},
             "seconds": self.seconds,
         }
-
-
-def _largest_errors(estimate: ErrorEstimate) -> list[LargestError]:
-    return [one for one in (estimate.largest, estimate.largest_output) if estimate.available and one is not None]

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError
 from eomgen.products.ensembles.samples import SampleRunner
-from eomgen.results.error_estimate import ErrorEstimate, SampleErrors
+from eomgen.results.error_estimate import NOTICED, ErrorEstimate, SampleErrors
 from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 from eomgen.simulation.simulate import simulate
@@ -100,9 +100,11 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
     places = {} if work.alike is None else work.alike.places
     columns = {name: _of_column(every, *places[name]) for name in work.columns if name in places}
     step = float(nominal.metadata["settings"]["step"])
-    known, told = {finding.name for finding in nominal.findings} | {_OF_ERROR}, []
+    known, told = {finding.name for finding in nominal.findings}, []
     for number, one in solutions.items():
         for finding in one.findings:
+            if finding.name == _OF_ERROR and one.error.worst is not None and one.error.worst.share > NOTICED:
+                continue  # the worst one is the result
             if finding.severity == WARNING and finding.name not in known:
                 known.add(finding.name)
                 told.append(f"sample {number}: {finding}")

@@ -19,6 +19,7 @@ from eomgen.products.pages.sliders import sliders_of
 from eomgen.products.pages.web_module import FUNCTIONS, WebModule, check_supported, web_module
 from eomgen.results.animation import SCRIPTS, InlineAnimation, check_name, packed, page_of
 from eomgen.results.beam_curves import pieces_of
+from eomgen.results.finding import WARNING
 from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.inputs import jumps_known
 from eomgen.system.terms import Selection
@@ -222,10 +223,10 @@ def _extent(solution: Solution) -> float:
 def _error(solution: Solution) -> str:
     """Return the estimated error of the run, in words."""
     error = solution.error
-    if not error.available or error.largest is None:
+    if error.worst is None:
         return f"The error of the run with the scene's values is not known: {error.reason}"
     end = float(solution.t[-1])
-    return f"Estimated error of the run with the scene's values, to t = {end:.6g} s: {error.largest}"
+    return f"Estimated error of the run with the scene's values, to t = {end:.6g} s: {error.worst}"
 
 
 def _note(model: CompiledModel, solution: Solution) -> str:
@@ -237,6 +238,8 @@ def _note(model: CompiledModel, solution: Solution) -> str:
         notes.append("The motion starts at the equilibrium of the scene's values, also if parameters differ.")
     if not solution.success:
         notes.append(f"The run with the scene's values ended early: {solution.message}")
+    elif told := [str(finding) for finding in solution.findings if finding.severity == WARNING]:
+        notes.append(f"The run with the scene's values says: {'; '.join(told)}.")
     return " ".join(notes)
 
 

@@ -325,6 +325,8 @@ def _print_tuned(tuned: Tuned) -> None:
         rows.append(
             ("next" if rival is tuned.rivals[0] else "", f"{rival.label}: {rival.seconds / tuned.seconds:.3g} x{how}")
         )
+    if tuned.said:
+        rows.append(("its run says", tuned.said))
     for run in tuned.verified:
         fine = "met" if run.error <= tuned.demand else "MISSED"
         rows.append(("verified" if run is tuned.verified[0] else "", f"{run.what}: error {run.error:.2g}, {fine}"))

@@ -84,8 +84,8 @@ def _equations(run: Run, rows: Array, parameters: Array, place: int, shift: floa
             result.append(model.internal_rates(q, v, z, t, u, parameters=parameters))
         for name in ("constraint", "constraint_jacobian"):
             if model.multipliers and name in model.functions:
-                blocks = model.evaluate(name, q, t=t, parameters=parameters).values()  # none of velocity equations alone
-                result += [np.asarray(block).reshape(len(t), -1) for block in blocks]
+                blocks = model.evaluate(name, q, t=t, parameters=parameters)  # empty of velocity equations alone
+                result += [np.asarray(block).reshape(len(t), -1) for block in blocks.values()]
     return result
 
 

@@ -14,8 +14,8 @@ does not, runs at h, 2h and h/2 may be wrong alike. For x' = lambda x,
   the force there is an average that the law does not give;
 - an implicit method reproduces a growth h lambda below 1 alone: at 2 it has a pole, beyond it growth turns into decay
   (IV.3), so that a falling characteristic is passed over, and the run stays on the wrong branch;
-- a law that is passed in one step, h |lambda| above 1 within the step, is a jump for the steps: errors are of first
-  order with a factor that depends on its place in the step.
+- a law that is passed in one step, h |lambda| above 1 within the step and below 1 at an end of it, is a jump for the
+  steps: errors are of first order with a factor that depends on its place in the step.
 
 Rates of laws in velocities are slopes of accelerations, a_j over v_j with all else held but for the constraints,
 between the values of v_j at both ends of a step, on a mesh that halves towards v_j = 0: no width of a law is assumed.
@@ -33,6 +33,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
+from eomgen.compiled.constraints import NEEDED
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError
 from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, LargestError
@@ -253,6 +254,8 @@ _NOTICED = 0.1
 #: Difference step of velocities, relative to their size, and relative to the velocity that covers the coordinates in a
 #: step.
 _DIFFERENCE, _OF_REACH = 1e-7, 1e-10
+#: Multiple of the changes of other velocities in a step by which these may change along with one velocity.
+_ALONG = 2.0
 #: Singular values of B below this part of the largest belong to redundant rows.
 _RANK = 1e-10
 
@@ -310,12 +313,13 @@ class _Rates:
 
     def fastest(self) -> FastestRates:
         model, count = self._model, len(self._states.t)
-        moves = (bool(model.nv) and "forward_dynamics" in model.functions) or bool(model.multipliers)
+        needed = NEEDED if model.multipliers else ("forward_dynamics",)
+        moves = bool(model.nv) and all(map(model.functions.of_runs, needed))  # no other function is compiled for this
         decay = growth = passed = Rate.none()
         for step, column in self._steepest() if moves else ():
             held, grows, passes = self._within(step, column)
             decay, growth, passed = max(decay, held), max(growth, grows), max(passed, passes)
-        spread = np.unique(np.linspace(0, count - 1, min(count, _ROWS)).astype(int)).tolist()
+        spread = sorted(set(np.linspace(0, count - 1, min(count, _ROWS)).astype(int).tolist()))
         if moves:
             decay = max([decay, *filter(None, map(self._at_row, spread))])
         states = max([Rate.none(), *map(self._of_states, spread)]) if model.nz else Rate.none()
@@ -371,19 +375,23 @@ class _Rates:
             return none, none, none
         ends = float(v[step, column]), float(v[step + 1, column])
         levels = max(abs(ends[0]), abs(ends[1])) * np.ldexp(1.0, -np.arange(_HALVINGS))
-        levels = np.unique([*ends, *levels, 0.0, *-levels])
+        levels = np.array(sorted({*ends, 0.0, *levels.tolist(), *(-levels).tolist()}))
         levels = levels[(levels >= min(ends)) & (levels <= max(ends))]
         way = self._way(step, column)
         if len(levels) < 2 or way is None:
             return none, none, none
+        apart = np.abs(v[step + 1] - v[step])
+        if np.any(np.abs(way) * apart[column] > _ALONG * np.maximum(apart, _RANK * np.abs(v).max())):
+            return none, none, none  # of a joint that hardly moves in such a loop
         there = v[step] + (levels - ends[0])[:, np.newaxis] * way
         a = self._accelerations(step, there)[:, column]
         change = np.diff(a)
         noticed = np.abs(change) > 1e-9 * np.abs(a).max()
         slopes = np.where(noticed, change / np.diff(levels), 0.0)
-        if not np.all(np.isfinite(slopes)):
-            return none, none, none
-        h, time, name = self._run.settings["step"], float(self._states.t[step + 1]), self._model.v_names[column]
+        h = self._run.settings["step"]
+        if not np.all(np.isfinite(slopes)) or np.abs(slopes[[0, -1]]).min() * h > 1.0:
+            return none, none, none  # as steep outside: no law ends within the step
+        time, name = float(self._states.t[step + 1]), self._model.v_names[column]
         span = float(np.sum(np.abs(change)))
         steep = {sign: sign * slopes * h > 1.0 for sign in (1.0, -1.0)}
         parts = {sign: float(np.sum(np.abs(change[where]))) for sign, where in steep.items()}

@@ -297,23 +297,23 @@ class Judge:
             outcome = self.runner.run(
                 configuration, **resolution, dense=True, timed=False, estimated=False, **condition.arguments
             )
-            if outcome.ended != REACHED or outcome.observation is None:
+            if outcome.ended != REACHED or outcome.reference is None:
                 if not condition.label:
-                    self.tried[candidate.row.name] = outcome.said
+                    self.tried[candidate.row.name] = outcome.unresolved or outcome.said
                 before = None
                 if candidate.method.chooses_steps:
                     break
                 continue
             if before is not None:
-                apart = errors(before, outcome.observation)
+                apart = errors(before, outcome.reference)
                 size = self.demand.of(apart)
                 if best is not None and size > 0.7 * best.error:  # rounding, or corners, have the word from here on
                     break
                 named = f"{candidate.row.name}, {candidate.formulation}, {_words(resolution, self.runner.grid.row)}"
-                best = _UncertainMotion(candidate, outcome.observation, named, apart, size, level)
+                best = _UncertainMotion(candidate, outcome.reference, named, apart, size, level)
                 if size <= KNOWN * self.demand.error:
                     break
-            before = outcome.observation
+            before = outcome.reference
             growth = 3.0 if candidate.method.chooses_steps else 2.0
             if time.process_time() - began + growth * outcome.seconds > self.seconds:
                 break

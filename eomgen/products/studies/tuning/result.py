@@ -146,6 +146,7 @@ class Tuned:
     rivals : cheapest first
     next_digit : how many times dearer a tenth of the error is expected to be
     own : the scene's settings, with error and seconds; infinite if the run fails
+    said : message of the scene's run with these settings and an error estimate, without its end; empty without findings
     verified : runs that were not used for tuning
     simulation : keys of the scene's section of that name
     written : error and seconds of the settings written by ``save``: of the configuration above
@@ -172,6 +173,7 @@ class Tuned:
     rivals: tuple[RacedMethod, ...]
     next_digit: float
     own: tuple[str, float, float]
+    said: str
     verified: tuple[VerificationRun, ...]
     simulation: Mapping[str, Any]
     written: tuple[float, float]
@@ -230,6 +232,7 @@ class Tuned:
             "why": self.why,
             "next_digit": self.next_digit,
             "own": {"settings": self.own[0], "error": self.own[1], "seconds": self.own[2]},
+            "said": self.said,
             "rivals": [vars(rival) for rival in self.rivals],
             "verified": [vars(run) for run in self.verified],
             "simulation": dict(self.simulation),

@@ -263,6 +263,7 @@ class _Tuning:
             rivals=_rivals(contenders, winner, demand.error),
             next_digit=_next_digit(contenders, run, demand.error),
             own=own_settings,
+            said=self.runner.run(**winner.how(run), timed=False).said,
             verified=checks,
             simulation=self._simulation(winner, value),
             written=(run.own, run.seconds),

@@ -192,7 +192,7 @@ def _solved(
             runner.run(configuration, tolerance=tolerance, dense=True, timed=False, estimated=False, **run)
             for tolerance in tolerances
         ]
-        tight, looser = runs[0].observation, runs[-1].observation
+        tight, looser = runs[0].reference, runs[-1].reference
         if tight is None:
             return None, runs[0].said
         settled = _difference(looser, tight) if looser is not None else 0.0
@@ -220,14 +220,14 @@ def _halved(
     while per_row <= MOST_STEPS:
         outcome = runner.run(configuration, per_row, dense=True, timed=False, estimated=False, **run)
         said = outcome.said
-        if outcome.ended != REACHED or outcome.observation is None:
+        if outcome.ended != REACHED or outcome.reference is None:
             if best is not None:
                 break
             per_row, before = 2 * per_row, None
             if time.perf_counter() - began > effort.seconds:
                 break
             continue
-        here = outcome.observation
+        here = outcome.reference
         if before is not None:
             apart = _difference(before, here)
             if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on

@@ -26,6 +26,7 @@ from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.formulations import Formulations, same_start
 from eomgen.products.studies.work_precision.observation import Observation, observed
 from eomgen.simulation.automatic_method import method_of
+from eomgen.simulation.judgement.register import BY_NAME
 from eomgen.simulation.timing import RepeatedRun, one_core
 from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.profiles import STANDARD_PROFILE
@@ -96,6 +97,7 @@ class ComparedRun:
     ended : how, one of the words above
     said : message of the run without the statement that the end was reached; reason for an earlier end
     observation : None for a run that did not reach the end
+    unresolved : finding on a fault that runs at other steps have as well; empty without one
     stats : counts of the stepper
     repeated : for timing, None if there is no step to time
     seconds : of the whole call of ``simulate``
@@ -107,6 +109,12 @@ class ComparedRun:
     stats: Mapping[str, float] = field(default_factory=dict)
     repeated: RepeatedRun | None = None
     seconds: float = 0.0
+    unresolved: str = ""
+
+    @property
+    def reference(self) -> Observation | None:
+        """The observation, if it can be a reference: runs that are wrong alike confirm one another."""
+        return None if self.unresolved else self.observation
 
 
 class Runner:
@@ -300,7 +308,8 @@ class Runner:
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
-            return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took)
+            alike = next((str(finding) for finding in solution.findings if BY_NAME[finding.name].alike), "")
+            return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took, alike)
         except _BeyondTimeLimit:
             return ComparedRun(
                 TOO_LONG, f"more than {self.limit:g} s of computation", seconds=time.perf_counter() - began

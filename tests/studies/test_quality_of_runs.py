@@ -1,0 +1,89 @@
+"""One measure of a run's quality: every verb that runs a scene has the same error of an internal state, and the same
+finding on steps that do not resolve friction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+import eomgen
+from eomgen.products.pages import live
+from eomgen.products.studies.work_precision.formulations import formulations
+from eomgen.products.studies.work_precision.running import Runner, tuning_grid
+from eomgen.simulation.judgement.register import CHECKS
+
+METHOD, STEP, END = "generalized_alpha", 0.05, 4.0
+
+
+def oscillator() -> Any:
+    """Return a slider that moves slowly and smoothly, beside internal states on a limit cycle with fast turns."""
+    builder = eomgen.SceneBuilder("oscillator", gravity=[0, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 0.1})
+    builder.state("a", "1 + a**2 * b - 4 * a", initial=1.5).state("b", "3 * a - a**2 * b", initial=3.0)
+    builder.parameter("push", 0.1, tunable=True).effort("pull", "rail", "-push * q.rail")
+    return builder.simulation(method=METHOD, step=STEP, duration=END).build()
+
+
+def by_simulate() -> float:
+    run = eomgen.build(oscillator(), profile="quick").simulate()
+    assert run.error.worst is not None and run.error.worst.name.startswith("z.")
+    return run.error.worst.share
+
+
+def by_ensemble() -> float:
+    model = eomgen.build(oscillator(), profile="quick")
+    result = model.simulate_many(END, STEP, table={"push": [0.1, 0.11]}, columns=["q.rail"], points=2)
+    assert result.error.worst is not None and result.error.worst[1].name.startswith("z.")
+    return result.error.relative
+
+
+def by_live() -> float:
+    run = eomgen.build(oscillator(), profile="quick").simulate()
+    words = live._error(run)
+    assert f"of {run.error.worst.name} " in words
+    return run.error.worst.share
+
+
+def by_tradeoff() -> float:
+    study = eomgen.tradeoff(oscillator(), methods=[METHOD], steps=[STEP], axes=["method"], budget=20.0)
+    return max(study.error(point) for point in study.points if point.value == pytest.approx(STEP))
+
+
+VERBS: dict[str, Callable[[], float]] = {"ensemble": by_ensemble, "live": by_live, "tradeoff": by_tradeoff}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_the_error_of_an_internal_state_is_the_same_by_every_verb(verb: str) -> None:
+    expected = by_simulate()
+    assert expected > 1e-3  # the slider's error is below 1e-5
+    assert VERBS[verb]() == pytest.approx(expected, rel=1.0)
+
+
+def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
+    demand = 1e-3
+    tuned = eomgen.tune(oscillator(), error=demand, methods=[METHOD], axes=["method"], budget=20.0)
+    run = eomgen.build(oscillator(), profile="quick").simulate(END, tuned.value, method=METHOD)
+    assert tuned.met and tuned.error <= demand
+    assert run.error.relative < 1.5 * demand
+    assert tuned.said == ""
+
+
+def test_runs_that_are_wrong_alike_are_no_reference() -> None:
+    builder = eomgen.SceneBuilder("stuck", gravity=[0, 0, 0]).body("cart", 1.0)
+    friction = {"coulomb": 3.0, "static": 5.0, "stribeck": 2e-7, "velocity": 1e-8}
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], friction=friction)
+    builder.effort("pull", "rail", "400 * (0.1 * t - q.rail)")
+    scene = builder.simulation(method="rk4", step=1e-3, duration=1.0).build()
+    runner = Runner(formulations(scene, {}, others=False), tuning_grid(1.0, 1e-3, 1e-3))
+    run = runner.run(runner.own_configuration(), 1, estimated=False, timed=False)
+    assert run.ended == "reached" and run.observation is not None
+    assert "too fast for an explicit method" in run.unresolved and run.reference is None
+
+
+def test_faults_that_comparisons_share_are_marked() -> None:
+    alike = {check.name for check in CHECKS if check.alike}
+    assert alike == {
+        *("unresolved_motion", "fast_law", "unseen_law", "unresolved_damping", "unresolved_states", "passed_growth"),
+    }
