@@ -185,7 +185,7 @@ def test_peaks_between_the_rows_of_coarse_runs_are_compared_where_runs_record_th
     assert dense is not None
     assert coarse is not None
     apart = np.abs(coarse.outputs["angle"] - dense.outputs["angle"][::64]).max()
-    size = np.abs(dense.outputs["angle"]).max()
+    size = np.ptp(dense.outputs["angle"])
     assert errors(coarse, dense)["angle"].largest == pytest.approx(apart / size)
 
 
