@@ -590,7 +590,7 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real x38 = (x26 - x27 - R_body_xz * x25) * (minus_span_front_left_x * x37);
     const real x39 = x38 - (x28 - sin_roll * x25) * (minus_span_front_left_y * x37);
     const real rate_front_left = x39 + (v[3] - v_mount_front_left_z) * (minus_span_front_left_z * x37);
-    const real x41 = length_front_left - K(0.515278801843318);
+    const real x41 = K(0.515278801843318) - length_front_left;
     const real x42 = p->p_skyhook * v_mount_front_left_z;
     y[10] = x42;
 
@@ -631,7 +631,7 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real x71 = (x26 - x63 - R_body_xz * x62) * (span_rear_left_x * x70);
     const real x72 = x71 + (x64 - sin_roll * x62) * (minus_span_front_left_y * x70);
     const real minus_rate_rear_left = x72 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x70);
-    const real x74 = length_rear_left - K(0.48744057724957557);
+    const real x74 = K(0.48744057724957557) - length_rear_left;
     const real x75 = p->p_skyhook * v_mount_rear_left_z;
     y[12] = x75;
     const real x76 = K(17500.0) * (x41 * x41) + K(17500.0) * (x55 * x55);
@@ -809,7 +809,7 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real x38 = (x26 - x27 - R_body_xz * x25) * (minus_span_front_left_x * x37);
     const real x39 = x38 - (x28 - sin_roll * x25) * (minus_span_front_left_y * x37);
     const real rate_front_left = x39 + (v[3] - v_mount_front_left_z) * (minus_span_front_left_z * x37);
-    const real x41 = length_front_left - K(0.515278801843318);
+    const real x41 = K(0.515278801843318) - length_front_left;
 
     /* Spring front_right */
     const real x42 = minus_v_pitching_x + x20;
@@ -847,7 +847,7 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real x69 = (x26 - x61 - R_body_xz * x60) * (span_rear_left_x * x68);
     const real x70 = x69 + (x62 - sin_roll * x60) * (minus_span_front_left_y * x68);
     const real minus_rate_rear_left = x70 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x68);
-    const real x72 = length_rear_left - K(0.48744057724957557);
+    const real x72 = K(0.48744057724957557) - length_rear_left;
     const real x73 = K(17500.0) * (x41 * x41) + K(17500.0) * (x54 * x54);
     const real x74 = rate_front_left * (p->p_damper_front * rate_front_left + p->p_skyhook * v_mount_front_left_z)
         + x55;

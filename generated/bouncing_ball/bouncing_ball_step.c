@@ -477,11 +477,12 @@ const char *const bouncing_ball_event_names[4] = {
 #endif
 
 /* Properties of each event: sign of the rate at the roots that count, 0 for both; then flags: the rate is known; the
- * action changes the motion, sets the state itself, is an impact, stops the run, or only counts. */
+ * action changes the motion, sets the state itself, sets positions, is an impact, stops the run, or only counts. */
 static const int bouncing_ball_event_sign[4] = { -1, -1, -1, 0 };
 static const int bouncing_ball_event_has_rate[4] = { 1, 1, 1, 1 };
 static const int bouncing_ball_event_acts[4] = { 1, 0, 1, 0 };
 static const int bouncing_ball_event_moves[4] = { 1, 0, 0, 0 };
+static const int bouncing_ball_event_places[4] = { 0, 0, 0, 0 };
 static const int bouncing_ball_event_impacts[4] = { 1, 0, 0, 0 };
 static const int bouncing_ball_event_stops[4] = { 0, 0, 0, 0 };
 static const int bouncing_ball_event_counts[4] = { 0, 0, 0, 1 };
@@ -549,6 +550,12 @@ static bouncing_ball_status bouncing_ball_part_of_step(const bouncing_ball_param
     return status;
 }
 
+/* Return a value, or 0 if it is negative. */
+static real bouncing_ball_above(real value)
+{
+    return value > K(0.0) ? value : K(0.0);
+}
+
 /* Cubic with values a, b and rates a_rate, b_rate at both ends of an interval, at the fraction x of the interval. */
 static real bouncing_ball_cubic(real a, real a_rate, real b, real b_rate, real length, real x)
 {
@@ -557,21 +564,19 @@ static real bouncing_ball_cubic(real a, real a_rate, real b, real b_rate, real l
         + length * x * y * (a_rate * y - b_rate * x);
 }
 
-/* Return the fraction of an interval at which this cubic has its minimum, for a cubic that begins above zero (sense 1),
- * or its maximum, for a cubic that begins at zero (sense -1), by golden section search. */
-static real bouncing_ball_extreme(real sense, real a, real a_rate, real b, real b_rate, real length)
+/* Return the fraction of an interval at which this cubic has a local minimum (sense 1) or maximum (sense -1); 0: it has
+ * none within the interval. */
+static real bouncing_ball_turn(real sense, real a, real a_rate, real b, real b_rate, real length)
 {
-    real low = K(0.0), high = K(1.0);
-    int k;
-    for (k = 0; k < 24; ++k) {
-        const real x = low + K(0.381966) * (high - low), y = low + K(0.618034) * (high - low);
-        if (sense * bouncing_ball_cubic(a, a_rate, b, b_rate, length, x)
-            < sense * bouncing_ball_cubic(a, a_rate, b, b_rate, length, y))
-            high = y;
-        else
-            low = x;
-    }
-    return K(0.5) * (low + high);
+    const real first = sense * length * a_rate, last = sense * length * b_rate, rise = sense * (b - a);
+    const real second = K(3.0) * rise - K(2.0) * first - last, third = first + last - K(2.0) * rise;
+    const real inner = second * second - K(3.0) * first * third;
+    real root, x;
+    if (!(inner > K(0.0)))
+        return K(0.0);
+    root = EG_SQRT(inner); /* half of the curvature there */
+    x = second > K(0.0) ? -first / (second + root) : (root - second) / (K(3.0) * third);
+    return x > K(0.0) && x < K(1.0) ? x : K(0.0);
 }
 
 /* Return the fraction of an interval at which this cubic first falls from above to zero, by bisection. */
@@ -596,6 +601,7 @@ typedef struct bouncing_ball_stretch {
     real begin; /* fraction of the step at the beginning of the stretch */
     real seen, length; /* time examined so far, and length of the stretch, s */
     bouncing_ball_event_sample at_seen, at_end;
+    long after[4]; /* signs of the event functions just after the end */
 } bouncing_ball_stretch;
 
 /* State and event functions at a time after the beginning of a stretch. */
@@ -613,35 +619,95 @@ static bouncing_ball_status bouncing_ball_probe(const bouncing_ball_parameters *
     return bouncing_ball_sample_events(p, to, bouncing_ball_rows_of_part(u_table, share, share, rows), sample);
 }
 
-/* Shorten the stretch until no function has passed zero and returned within it, by values and rates at the ends. */
+/* Sign of an event function just after the end of a stretch, where it is zero within the rounding of time: of its rate.
+ * A function without a rate there, or with one that is rounding of the rate at the beginning, keeps its sign unless it
+ * has reached zero since. */
+static long bouncing_ball_side_after_root(int event, long side, const bouncing_ball_stretch *stretch)
+{
+    const real value = stretch->at_end.value[event], rate = stretch->at_end.rate[event];
+    if (bouncing_ball_event_has_rate[event]
+        && EG_ABS(rate) > K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(stretch->at_seen.rate[event]))
+        return rate > K(0.0) ? 1 : -1;
+    return (real)side * value <= K(0.0) && (real)side * stretch->at_seen.value[event] > K(0.0) ? -side : side;
+}
+
+/* Find the signs of event functions just after the end of a stretch. So a stretch contains its end and not its
+ * beginning, and both stretches that meet at a root agree on it. Returns 1 if a function may have passed zero in the
+ * stretch: its sign changes, or the cubic through its values and rates comes near zero, as control points tell. */
+static int bouncing_ball_find_sides_after(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
+{
+    const real near = bouncing_ball_near_root(stretch->end.t, settings->step, K(1.0));
+    const real third = (stretch->length - stretch->seen) / K(3.0);
+    int passes = 0, i;
+    for (i = 0; i < 4; ++i) {
+        const long side = stretch->from.event_state.side[i];
+        const real s = (real)side, a = s * stretch->at_seen.value[i], b = s * stretch->at_end.value[i];
+        const real limit = K(0.05) * (a < b ? a : b);
+        long after = stretch->at_end.value[i] > K(0.0) ? 1 : -1;
+        /* a value on the other side at the beginning is rounding */
+        if (!(EG_ABS(b) > near * EG_ABS(stretch->at_end.rate[i]) + K(2.0) * bouncing_ball_above(-a)))
+            after = bouncing_ball_side_after_root(i, side, stretch);
+        stretch->after[i] = side != 0 ? after : 0;
+        passes = passes || after != side || !(a + s * third * stretch->at_seen.rate[i] > limit
+            && b - s * third * stretch->at_end.rate[i] > limit);
+    }
+    return passes;
+}
+
+/* End a stretch at a time at which the state and the event functions are known. */
+static void bouncing_ball_end_stretch(const bouncing_ball_settings *settings, const bouncing_ball_state *end,
+    const bouncing_ball_event_sample *sample, real length, bouncing_ball_stretch *stretch)
+{
+    stretch->end = *end;
+    stretch->at_end = *sample;
+    stretch->length = length;
+    (void)bouncing_ball_find_sides_after(settings, stretch);
+}
+
+/* Shorten the stretch until no function has passed zero and returned within it, by cubics through values and rates at
+ * the ends. */
 static bouncing_ball_status bouncing_ball_shorten_stretch(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, const long *side,
-    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, bouncing_ball_workspace *work,
+    const real *u_table, bouncing_ball_statistics *statistics)
 {
     bouncing_ball_state there;
     bouncing_ball_event_sample sample;
     bouncing_ball_status status;
-    int i;
+    int i, k;
     for (i = 0; i < 4; ++i) {
-        const real s = (real)side[i], length = stretch->length - stretch->seen;
-        const real a = s * stretch->at_seen.value[i], b = s * stretch->at_end.value[i];
+        const long side = stretch->from.event_state.side[i];
+        const int passes = stretch->after[i] != side;
+        const real s = (real)side, length = stretch->length - stretch->seen, high = stretch->length;
         const real a_rate = s * stretch->at_seen.rate[i], b_rate = s * stretch->at_end.rate[i];
-        real time, least;
-        if (side[i] == 0 || !bouncing_ball_event_has_rate[i] || !(a > K(0.0) && b > K(0.0) && a_rate < K(0.0)
-            && b_rate > K(0.0)))
+        const real a = bouncing_ball_above(s * stretch->at_seen.value[i]);
+        real b = s * stretch->at_end.value[i], time;
+        int back = 0;
+        if (side == 0 || !bouncing_ball_event_has_rate[i])
             continue;
-        time = bouncing_ball_extreme(K(1.0), a, a_rate, b, b_rate, length);
-        least = bouncing_ball_cubic(a, a_rate, b, b_rate, length, time);
-        if (!(least <= K(0.05) * (a < b ? a : b)))
+        if (!passes && b <= bouncing_ball_near_root(stretch->end.t, settings->step, b_rate)) {
+            back = b >= K(0.0); /* the end is a root from which the function goes back to its sign */
+            b = K(0.0);
+        }
+        time = bouncing_ball_turn(K(1.0), a, a_rate, b, b_rate, length);
+        if (!(time > K(0.0)) || !(bouncing_ball_cubic(a, a_rate, b, b_rate, length,
+            time) <= K(0.05) * bouncing_ball_above(a < b ? a : b)))
+            continue;
+        if (passes && !(bouncing_ball_cubic(a, a_rate, b, b_rate, length,
+            bouncing_ball_turn(K(-1.0), a, a_rate, b, b_rate, length)) > K(0.0)))
             continue;
         time = stretch->seen + time * length;
-        status = bouncing_ball_probe(p, settings, stretch, time, work, u_table, statistics, &there, &sample);
-        if (status != BOUNCING_BALL_OK)
-            return status;
-        if (s * sample.value[i] <= K(0.0)) {
-            stretch->end = there;
-            stretch->at_end = sample;
-            stretch->length = time;
+        for (k = 0; k < (back ? 8 : 1) && time > stretch->seen && time < high; ++k) {
+            status = bouncing_ball_probe(p, settings, stretch, time, work, u_table, statistics, &there, &sample);
+            if (status != BOUNCING_BALL_OK)
+                return status;
+            if (s * sample.value[i] <= K(0.0)) {
+                const bouncing_ball_stretch longer = *stretch;
+                bouncing_ball_end_stretch(settings, &there, &sample, time, stretch);
+                if (stretch->after[i] != side)
+                    break;
+                *stretch = longer; /* beyond zero by rounding */
+            }
+            time = high - K(0.25) * (high - time); /* beyond zero just before the end, by the rate there */
         }
     }
     return BOUNCING_BALL_OK;
@@ -662,9 +728,18 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
     bouncing_ball_event_sample sample;
     bouncing_ball_status status;
     int k, side = 0;
+    if (b > K(0.0)) /* the root is the end, within the rounding of time */
+        return BOUNCING_BALL_OK;
+    if (!(a > K(0.0)) && bouncing_ball_event_has_rate[event] && a_rate < K(0.0)) { /* the root is the beginning */
+        status = bouncing_ball_probe(p, settings, stretch, low, work, u_table, statistics, &there, &sample);
+        if (status == BOUNCING_BALL_OK)
+            bouncing_ball_end_stretch(settings, &there, &sample, low, stretch);
+        return status;
+    }
     if (!(a > K(0.0))) { /* a function that has just left a root: search from its maximum on */
-        time = bouncing_ball_event_has_rate[event] && a_rate > K(0.0)
-            ? bouncing_ball_extreme(K(-1.0), K(0.0), a_rate, b, b_rate, length) * length : K(0.5) * length;
+        time = bouncing_ball_event_has_rate[event] ? bouncing_ball_turn(K(-1.0), K(0.0), a_rate, b, b_rate, length)
+            : K(0.0);
+        time = (time > K(0.0) ? time : K(0.5)) * length;
         for (k = 0; k < 16 && !(at_low > K(0.0)) && time > finest; ++k) {
             status = bouncing_ball_probe(p, settings, stretch, stretch->seen + time, work, u_table, statistics, &there,
                 &sample);
@@ -676,15 +751,12 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
             } else {
                 high = stretch->seen + time;
                 at_high = s * sample.value[event];
-                stretch->end = there;
-                stretch->at_end = sample;
+                bouncing_ball_end_stretch(settings, &there, &sample, high, stretch);
             }
             time = K(0.25) * time;
         }
-        if (!(at_low > K(0.0))) { /* the function does not rise above zero: the root is at the beginning */
-            stretch->length = high;
+        if (!(at_low > K(0.0))) /* the function does not rise above zero: the root is at the beginning */
             return BOUNCING_BALL_OK;
-        }
         time = high - at_high / (at_high - at_low) * (high - low);
     } else {
         time = low + length * (bouncing_ball_event_has_rate[event]
@@ -715,30 +787,11 @@ static bouncing_ball_status bouncing_ball_locate(const bouncing_ball_parameters 
             high = time;
             at_high = value;
             side = -1;
-            stretch->end = there;
-            stretch->at_end = sample;
+            bouncing_ball_end_stretch(settings, &there, &sample, high, stretch);
         }
         time = low + at_low / (at_low - at_high) * (high - low);
     }
-    stretch->length = high;
     return BOUNCING_BALL_OK;
-}
-
-/* Return 1 if a function that had the sign `side` has a value at zero or beyond. */
-static int bouncing_ball_has_passed(long side, real value)
-{
-    return (side > 0 && value <= K(0.0)) || (side < 0 && value >= K(0.0));
-}
-
-/* Return 1 if an event is due at a state: its function has passed zero, or is within the rounding of time of doing
- * so. */
-static int bouncing_ball_is_due(int event, long side, const bouncing_ball_event_sample *sample, real t, real step)
-{
-    const real s = (real)side, value = s * sample->value[event], rate = s * sample->rate[event];
-    if (side == 0 || side == bouncing_ball_event_sign[event])
-        return 0;
-    return value <= K(0.0)
-        || (bouncing_ball_event_has_rate[event] && rate < K(0.0) && value <= bouncing_ball_near_root(t, step, rate));
 }
 
 /* v := v + dv, with the dv of least dv . M dv for which C dv = d (Gauss): M dv + C^T s = 0 with impulses s. C has
@@ -844,6 +897,7 @@ static long bouncing_ball_count_event(int event, bouncing_ball_state *state, bou
     int i;
     ++state->event_state.count[event];
     state->event_state.time[event] = state->t;
+    state->event_state.alone[event] = 1;
     state->event_state.last = event;
     if (!bouncing_ball_event_counts[event] && work->found_count < 64) {
         place = work->found_count++;
@@ -899,21 +953,28 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
     bouncing_ball_event_sample before = stretch->at_end;
     bouncing_ball_status status;
     bouncing_ball_settings part = *settings;
-    int due[4], changed = 0, stopped = 0, i;
+    int due[4], changed = 0, stopped = 0, kept = 1, i;
     real *rows = NULL;
     const real *row = bouncing_ball_rows_of_part(u_table, share, share, rows);
     for (i = 0; i < 4; ++i)
-        due[i] = i == known || bouncing_ball_is_due(i, state->event_state.side[i], &before, state->t, settings->step);
+        due[i] = i == known || (state->event_state.side[i] != bouncing_ball_event_sign[i]
+            && stretch->after[i] != state->event_state.side[i]);
     for (i = 0; i < 4 && !stopped; ++i) { /* no event follows an event that ends the run */
         const long side = state->event_state.side[i];
         const real shortest = least[i] > 0.0 ? K(least[i]) : K(1e-09) * settings->step;
-        const int soon = state->event_state.count[i] > 0 && state->t - state->event_state.time[i] < shortest;
+        const int soon = state->event_state.alone[i] && state->t - state->event_state.time[i] < shortest;
+        const int full = *here >= 32;
         long place;
         if (!due[i])
             continue;
-        if (bouncing_ball_event_acts[i] && (soon || *here >= 32)) {
+        if (bouncing_ball_event_acts[i] && (soon || (full && state->event_state.count[i] > 0
+            && state->t - state->event_state.time[i] < K(1e-3) * settings->step))) {
             state->event_state.last = i;
             return BOUNCING_BALL_EVENTS_ACCUMULATE;
+        }
+        if (full && bouncing_ball_event_acts[i]) {
+            state->event_state.last = i;
+            return BOUNCING_BALL_EVENT_LOG_FULL;
         }
         ++*here;
         place = bouncing_ball_count_event(i, state, work);
@@ -930,9 +991,15 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
         }
         bouncing_ball_complete_entry(state, place, work);
         if (bouncing_ball_event_acts[i]) { /* values from which the next event starts */
+            const bouncing_ball_event_sample was = stretch->at_end;
+            int j;
             status = bouncing_ball_sample_events(p, state, row, &stretch->at_end);
             if (status != BOUNCING_BALL_OK)
                 return status;
+            for (j = 0; j < 4; ++j) /* what another event has changed since does not come again by itself */
+                if (j != i && EG_ABS(stretch->at_end.rate[j] - was.rate[j])
+                    > K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(was.rate[j]))
+                    state->event_state.alone[j] = 0;
         }
     }
     *acted = changed;
@@ -948,11 +1015,18 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
         if (status != BOUNCING_BALL_OK)
             return status;
     }
+    for (i = 0; i < 4; ++i)
+        kept = kept && !(due[i] && bouncing_ball_event_places[i]);
     for (i = 0; i < 4 && changed; ++i) {
         const long side = state->event_state.side[i], was = due[i] ? -side : side;
         const int moved = due[i] && bouncing_ball_event_moves[i];
-        if (moved && bouncing_ball_event_impacts[i]) /* in spite of rounding, the body is in front of the obstacle */
-            state->event_state.side[i] = bouncing_ball_event_sign[i] != 0 ? -bouncing_ball_event_sign[i] : was;
+        if (bouncing_ball_event_impacts[i] && (moved || (kept && side == 0)))
+            /* in spite of rounding, the body is in front of the obstacle */
+            state->event_state.side[i] = bouncing_ball_event_sign[i] != 0 ? -bouncing_ball_event_sign[i] : was != 0
+                ? was
+                : -bouncing_ball_side_of(i, &stretch->at_end, state->t, settings->step, K(0.0), 0);
+        else if (bouncing_ball_event_impacts[i] && kept)
+            continue; /* at the same positions, on the same side */
         else if (moved && EG_ABS(stretch->at_end.value[i]) <= K(2.0) * EG_ABS(before.value[i])
             && EG_ABS(stretch->at_end.rate[i]) <= K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(before.rate[i]))
             state->event_state.side[i] = was; /* the body stays on the root, at rest */
@@ -964,20 +1038,21 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
 }
 
 /* Return the event whose function passes zero first in a stretch, by cubics through both ends; -1: there is none. */
-static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const long *side)
+static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch)
 {
     real first = K(2.0);
     int found = -1, i;
     for (i = 0; i < 4; ++i) {
-        const real s = (real)side[i], length = stretch->length - stretch->seen;
-        const real a = s * stretch->at_seen.value[i], b = s * stretch->at_end.value[i];
+        const long side = stretch->from.event_state.side[i];
+        const real s = (real)side, length = stretch->length - stretch->seen;
+        const real a = bouncing_ball_above(s * stretch->at_seen.value[i]), b = s * stretch->at_end.value[i];
         real share = K(0.0);
-        if (side[i] == bouncing_ball_event_sign[i] || !bouncing_ball_has_passed(side[i], stretch->at_end.value[i])
-            || (a == K(0.0) && b == K(0.0))) /* the function rests at zero */
+        if (side == bouncing_ball_event_sign[i] || stretch->after[i] == side)
             continue;
-        if (a > K(0.0))
-            share = bouncing_ball_event_has_rate[i] ? bouncing_ball_first_root(a, s * stretch->at_seen.rate[i], b,
-                s * stretch->at_end.rate[i], length) : a / (a - b);
+        if (bouncing_ball_event_has_rate[i])
+            share = bouncing_ball_first_root(a, s * stretch->at_seen.rate[i], b, s * stretch->at_end.rate[i], length);
+        else if (a > K(0.0))
+            share = a / (a - b);
         if (share < first) {
             first = share;
             found = i;
@@ -988,17 +1063,16 @@ static int bouncing_ball_first_event(const bouncing_ball_stretch *stretch, const
 
 /* End a stretch at its first event; *event: the first by the cubics, replaced by the first of the motion. */
 static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_parameters *p,
-    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, real t, int *event,
-    bouncing_ball_workspace *work, const real *u_table, bouncing_ball_statistics *statistics)
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, int *event, bouncing_ball_workspace *work,
+    const real *u_table, bouncing_ball_statistics *statistics)
 {
     const long *sides = stretch->from.event_state.side;
     bouncing_ball_status status = bouncing_ball_locate(p, settings, stretch, *event, (real)sides[*event], work, u_table,
         statistics);
     int i;
     for (i = 0; i < 4 && status == BOUNCING_BALL_OK; ++i) {
-        const real near = bouncing_ball_near_root(t, settings->step, stretch->at_end.rate[i]);
-        if (i == *event || sides[i] == bouncing_ball_event_sign[i]
-            || !bouncing_ball_has_passed(sides[i], stretch->at_end.value[i])
+        const real near = bouncing_ball_near_root(stretch->end.t, settings->step, stretch->at_end.rate[i]);
+        if (i == *event || sides[i] == bouncing_ball_event_sign[i] || stretch->after[i] == sides[i]
             || EG_ABS(stretch->at_end.value[i]) <= near)
             continue; /* otherwise it precedes the event that was first by the cubics */
         status = bouncing_ball_locate(p, settings, stretch, i, (real)sides[i], work, u_table, statistics);
@@ -1007,8 +1081,8 @@ static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_param
     return status;
 }
 
-/* Update the signs of event functions after a stretch without events: some have passed zero in the direction that does
- * not count, or have left a root. */
+/* Update the signs of event functions at the end of a stretch that is no event of theirs: some have passed zero in the
+ * direction that does not count, or have left a root. */
 static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
 {
     long *side = stretch->from.event_state.side;
@@ -1016,26 +1090,58 @@ static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bou
     for (i = 0; i < 4; ++i) {
         if (side[i] == 0)
             side[i] = bouncing_ball_side_of(i, &stretch->at_end, stretch->end.t, settings->step, K(0.0), 0);
-        else if (bouncing_ball_has_passed(side[i], stretch->at_end.value[i]) && side[i] == bouncing_ball_event_sign[i])
-            side[i] = -side[i];
+        else if (side[i] == bouncing_ball_event_sign[i])
+            side[i] = stretch->after[i];
     }
 }
 
+/* Find the first event in a stretch, at which the stretch then ends; *event: -1 if there is none. */
+static bouncing_ball_status bouncing_ball_find_event(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch, int *event, bouncing_ball_workspace *work,
+    const real *u_table, bouncing_ball_statistics *statistics)
+{
+    bouncing_ball_status status = bouncing_ball_shorten_stretch(p, settings, stretch, work, u_table, statistics);
+    *event = status == BOUNCING_BALL_OK ? bouncing_ball_first_event(stretch) : -1;
+    if (*event >= 0)
+        status = bouncing_ball_locate_first(p, settings, stretch, event, work, u_table, statistics);
+    if (status == BOUNCING_BALL_OK)
+        bouncing_ball_note_sides(settings, stretch);
+    return status;
+}
+
 /* Set the signs of event functions at the start of a run. A function that leaves a root is not an event, except an
- * impact. */
-static void bouncing_ball_find_sides(const bouncing_ball_settings *settings, const bouncing_ball_event_sample *sample,
+ * impact: within the rounding of its positions the body is in front of the obstacle. */
+static bouncing_ball_status bouncing_ball_find_sides(const bouncing_ball_parameters *p,
+    const bouncing_ball_settings *settings, const bouncing_ball_event_sample *sample, const real *row,
     bouncing_ball_state *state)
 {
+    real near[4];
     int i;
+    static const int place[4] = { 0, -1, -1, -1 };
+    real M[4];
+    real gradient[2], extent = K(0.0);
+    bouncing_ball_event_impulse(p, state->t, state->q, M, gradient);
+    for (i = 0; i < 2; ++i)
+        extent = EG_ABS(state->q[i]) > extent ? EG_ABS(state->q[i]) : extent;
+    for (i = 0; i < 4; ++i) {
+        near[i] = bouncing_ball_near_root(state->t, settings->step, sample->rate[i]);
+        if (bouncing_ball_event_impacts[i]) {
+            int j;
+            for (j = 0; j < 2; ++j)
+                near[i] += K(8.0) * bouncing_ball_EVENT_EPSILON * extent * EG_ABS(gradient[place[i] * 2 + j]);
+        }
+    }
     for (i = 0; i < 4; ++i) {
         const long sign = bouncing_ball_event_sign[i];
         const real value = sample->value[i], rate = sample->rate[i];
-        state->event_state.side[i] = bouncing_ball_side_of(i, sample, state->t, settings->step, K(0.0), 0);
-        if (bouncing_ball_event_impacts[i] && EG_ABS(value) <= bouncing_ball_near_root(state->t, settings->step, rate)
-            && (rate == K(0.0) || sign == 0 || (rate > K(0.0)) == (sign > 0)))
-            state->event_state.side[i] = sign != 0 ? -sign : -state->event_state.side[i];
+        long side = bouncing_ball_side_of(i, sample, state->t, settings->step, K(0.0), 0);
+        if (bouncing_ball_event_impacts[i] && EG_ABS(value) <= near[i])
+            side = sign != 0 ? -sign : rate > K(0.0) ? -1 : rate < K(0.0) ? 1 : side;
+        state->event_state.side[i] = side;
     }
     state->event_state.known = 1;
+    (void)p; (void)row;
+    return BOUNCING_BALL_OK;
 }
 
 /* One step of the grid with events. Events that only count or record do not change the step; after an event that
@@ -1063,10 +1169,11 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
     bouncing_ball_take_modes(&stretch.from, p);
     status = bouncing_ball_sample_events(p, &stretch.from, bouncing_ball_rows_of_part(u_table, K(0.0), K(0.0), rows),
         &stretch.at_seen);
+    if (status == BOUNCING_BALL_OK && !state->event_state.known)
+        status = bouncing_ball_find_sides(p, settings, &stretch.at_seen,
+            bouncing_ball_rows_of_part(u_table, K(0.0), K(0.0), rows), &stretch.from);
     if (status != BOUNCING_BALL_OK)
         return status;
-    if (!state->event_state.known)
-        bouncing_ball_find_sides(settings, &stretch.at_seen, &stretch.from);
     stretch.end = stretch.from;
     status = bouncing_ball_take_step(p, settings, &stretch.end, work, u_table);
     statistics = stretch.end.statistics;
@@ -1079,16 +1186,14 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
     }
     whole = stretch;
     for (;;) {
-        status = bouncing_ball_shorten_stretch(p, settings, &stretch, stretch.from.event_state.side, work, u_table,
-            &statistics);
-        if (status != BOUNCING_BALL_OK)
-            break;
-        event = bouncing_ball_first_event(&stretch, stretch.from.event_state.side);
+        event = -1;
         acted = 0;
-        if (event >= 0) {
-            status = bouncing_ball_locate_first(p, settings, &stretch, state->t, &event, work, u_table, &statistics);
+        if (bouncing_ball_find_sides_after(settings, &stretch)) {
+            status = bouncing_ball_find_event(p, settings, &stretch, &event, work, u_table, &statistics);
             if (status != BOUNCING_BALL_OK)
                 break;
+        }
+        if (event >= 0) {
             stretch.end.event_state = stretch.from.event_state;
             stretch.end.statistics = statistics;
             status = bouncing_ball_take_events(p, settings, &stretch, event, whole.length - stretch.length, &here, work,
@@ -1098,8 +1203,6 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
             if (status != BOUNCING_BALL_OK)
                 break;
         }
-        if (event < 0)
-            bouncing_ball_note_sides(settings, &stretch);
         ever = ever || acted;
         if (acted) {
             stretch.from = stretch.end;

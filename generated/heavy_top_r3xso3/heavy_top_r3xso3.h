@@ -97,7 +97,8 @@ void heavy_top_r3xso3_constraint_bias(const eomgen_real *q, const eomgen_real *v
 void heavy_top_r3xso3_constraint_jacobian(const eomgen_real *q, eomgen_real *B);
 
 /* scales of each row: the sum of the magnitudes of its summands, and the extent of the joined bodies
- *   size [3]  sum of the magnitudes of the summands of each row, in the unit of the row; m of m/s
+ *   size [3]  sum of the magnitudes of the summands of each row, in the unit of the row, no less than the extent of
+ *     rows in m; m of m/s
  *   extent [3]  largest displacement of the joined points of each row per radian, m
  *   3 additions, 0 multiplications, 0 divisions, 3 function calls */
 void heavy_top_r3xso3_constraint_size(const eomgen_real *q, eomgen_real *size, eomgen_real *extent);
