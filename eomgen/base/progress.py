@@ -25,8 +25,36 @@ _SELDOM = 0.2
 _PATIENCE = 1.0
 #: Delay of the display of compilers, s: a user waits for the end of the compilers before anything else happens.
 _SHORT_PATIENCE = 0.5
+#: Seconds between two lines where stderr is no terminal.
+_LINES = 60.0
 #: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
+
+
+class Reporter:
+    """A callback for progress, to which a sentence can be told as well.
+
+    Attributes
+    ----------
+    report : called with progress
+    tell : called with a sentence, as on the plan of the work
+    """
+
+    __slots__ = ("report", "tell")
+
+    def __init__(self, report: Progress, tell: Callable[[str], None]) -> None:
+        self.report, self.tell = report, tell
+
+    def __call__(self, done: int, total: int) -> None:
+        self.report(done, total)
+
+
+def duration(seconds: float) -> str:
+    """Return a duration in words: ``40 s``, ``12 min``, ``3 h 20 min``."""
+    if seconds < 99.5:
+        return f"{seconds:.0f} s"
+    hours, minutes = divmod(round(seconds / 60.0), 60)
+    return f"{hours} h {minutes} min" if hours else f"{minutes} min"
 
 
 class Interrupts:
@@ -60,7 +88,7 @@ class Interrupts:
 def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | None]:
     """Give the callback for progress: the caller's own function, a bar for ``True``, or None.
 
-    A bar is shown in a notebook, and on stderr if that is a terminal; otherwise ``True`` gives None.
+    A bar is shown in a notebook, and on stderr if that is a terminal; otherwise a line a minute.
 
     Raises
     ------
@@ -81,9 +109,9 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
 
 @contextlib.contextmanager
 def terminal_bar(title: str) -> Iterator[Progress | None]:
-    """Show a progress bar on stderr if that is a terminal and the work takes more than a second."""
+    """Show a progress bar on stderr if the work takes more than a second; a line a minute if stderr is no terminal."""
     if not sys.stderr.isatty():
-        yield None
+        yield Reporter(_line_a_minute(title), _written)
         return
     # only for a terminal
     from rich.console import Console  # noqa: PLC0415
@@ -99,7 +127,30 @@ def terminal_bar(title: str) -> Iterator[Progress | None]:
     bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
     task = bar.add_task(title, total=None)
     with _after_a_while(bar, _PATIENCE):
-        yield lambda done, total: bar.update(task, completed=done, total=total)
+        yield Reporter(lambda done, total: bar.update(task, completed=done, total=total), bar.console.print)
+
+
+def _written(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def _line_a_minute(title: str) -> Progress:
+    """Return a callback that writes a line to stderr once a minute."""
+    begun = last = time.monotonic()
+    before: int | None = None
+
+    def report(done: int, total: int) -> None:
+        nonlocal last, before
+        before, now = done if before is None else before, time.monotonic()
+        if now - last >= _LINES:
+            last = now
+            left = (now - begun) * (total - done) / (done - before) if done > before else float("nan")
+            rest = ""
+            if done > before:
+                rest = f", about {duration((now - begun) * (total - done) / (done - before))} left"
+            _written(f"{title}: {100.0 * done / max(total, 1):.3g} % after {duration(now - begun)}{rest}")
+
+    return report
 
 
 @contextlib.contextmanager

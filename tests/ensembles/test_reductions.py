@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -14,8 +12,12 @@ RNG = np.random.default_rng(7)
 DATA = RNG.normal(size=(1000, 2, 3)) * np.array([1.0, 1e-3])[:, None] + np.array([1e6, 5.0])[:, None]
 
 
-def reduced(data: np.ndarray, sizes: tuple[int, ...]) -> Reduction:
-    found = Reduction(*data.shape[1:])
+def reduced(data: np.ndarray, sizes: tuple[int, ...], chunk: int = 256) -> Reduction:
+    return added(data, sizes, chunk).whole()
+
+
+def added(data: np.ndarray, sizes: tuple[int, ...], chunk: int = 256) -> Reduction:
+    found = Reduction(*data.shape[1:], chunk)
     for block in np.split(data, np.cumsum(sizes)):
         found.add(block)
     return found
@@ -47,46 +49,54 @@ def test_samples_without_a_number_do_not_count() -> None:
     assert np.isnan(found.quantiles(0, np.array([0.5]))[0, 1])
 
 
-def test_quantiles_have_the_ranks_that_they_are_of() -> None:
+@pytest.mark.parametrize("missing", [0, 3])
+def test_quantiles_of_kept_numbers_are_exact(missing: int) -> None:
+    data = RNG.normal(size=(777, 2, 3))
+    if missing:
+        data[::missing, 1, 2] = np.nan
+    probabilities = [0.0, 0.001, 0.25, 0.5, 0.999, 1.0]
+    found = reduced(data, (1, 300))
+    for column in range(2):
+        expected = np.nanquantile(data[:, column], probabilities, axis=0)
+        np.testing.assert_allclose(found.quantiles(column, np.array(probabilities)), expected, rtol=1e-13, atol=1e-15)
+
+
+@pytest.mark.parametrize("law", ["normal", "lognormal", "two values"])
+def test_quantiles_of_centroids_have_the_ranks_that_they_are_of(law: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.products.ensembles.statistics._KEPT", 2**13)
     probabilities = np.array([0.001, 0.05, 0.5, 0.95, 0.999])
-    data = RNG.normal(size=(20000, 1, 1))
-    found = reduced(data, (3000, 5000)).quantiles(0, probabilities)[:, 0]
-    ranks = np.mean(data[:, 0] <= found, axis=0)
-    np.testing.assert_allclose(ranks, probabilities, atol=6e-3)
-    np.testing.assert_allclose(ranks[[0, -1]], probabilities[[0, -1]], atol=3e-4)
+    data = RNG.normal(size=(50000, 2, 2))
+    data = {"normal": data, "lognormal": 1e6 + np.exp(2.0 * data), "two values": np.where(data > 1.0, 7.0, 3.0)}[law]
+    data[::5, 0, 0] = np.nan
+    reduction = reduced(data, (3000, 5000))
+    assert reduction.arrays()["kept"].size < 2**13 + 256 * 4
+    for column in range(2):
+        found = reduction.quantiles(column, probabilities)
+        for time in range(2):
+            values = data[:, column, time][np.isfinite(data[:, column, time])]
+            low, high = np.mean(values[:, None] < found[:, time], axis=0), np.mean(values[:, None] <= found[:, time], 0)
+            off = np.maximum(np.maximum(low - probabilities, probabilities - high), 0.0)
+            assert np.all(off < [1e-4, 1e-3, 2e-3, 1e-3, 1e-4]), off
 
 
-def test_a_histogram_has_the_probabilities_of_its_bins() -> None:
+def test_a_histogram_has_the_probabilities_of_its_bins(monkeypatch: pytest.MonkeyPatch) -> None:
     edges = np.linspace(-4, 4, 9)
     data = RNG.normal(size=(20000, 1, 1))
     expected = np.histogram(data, edges)[0] / 20000
-    np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=6e-3)
+    np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=1e-12)
+    monkeypatch.setattr("eomgen.products.ensembles.statistics._KEPT", 2**10)
+    np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=2e-3)
 
 
-@pytest.mark.parametrize("blocks", [2, 6, 7, 9])  # before and behind the samples that are sketched together
+@pytest.mark.parametrize("blocks", [2, 6, 7, 9])
 def test_what_was_written_goes_on_with_the_same_bits(blocks: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.products.ensembles.statistics._WAITING", 2048)
+    monkeypatch.setattr("eomgen.products.ensembles.statistics._KEPT", 2**12)
     data = np.concatenate([DATA, 2.0 * DATA, 3.0 * DATA])
-    straight = reduced(data, (300,) * 10)
-    stopped = Reduction.of_arrays(reduced(data[: 300 * blocks], (300,) * blocks).arrays())
-    for block in np.split(data[300 * blocks :], 10 - blocks):
-        stopped.add(block)
+    straight = added(data, (300,) * 10)
+    before = added(data[: 300 * blocks], (300,) * blocks)
+    before.whole().quantiles(0, np.array([0.5]))  # results in between change nothing
+    stopped = Reduction.of_arrays(before.arrays())
+    stopped.add(data[300 * blocks :])  # in one block, in place of several
     for name, array in straight.arrays().items():
         np.testing.assert_array_equal(stopped.arrays()[name], array, err_msg=name)
-    assert straight.arrays()["waiting"].shape[1] == 3000 - 2100
-
-
-def test_samples_of_small_ensembles_wait_until_a_quantile_is_asked_for() -> None:
-    small = reduced(DATA, (500, 500))
-    assert small.arrays()["waiting"].shape[1] == len(DATA)
-    small.quantiles(0, np.array([0.5]))
-    assert small.arrays()["waiting"].shape[1] == 0
-
-
-def test_statistics_over_time_do_without_the_package_of_sketches(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "datasketches", None)
-    found = reduced(DATA, (10,))
-    assert not found.has_quantiles
-    np.testing.assert_allclose(found.mean, DATA.mean(axis=0))
-    with pytest.raises(Exception, match=r"which is not installed; try: pip install 'eomgen\[ensembles\]'"):
-        found.quantiles(0, np.array([0.5]))
+        np.testing.assert_array_equal(stopped.whole().arrays()[name], straight.whole().arrays()[name], err_msg=name)

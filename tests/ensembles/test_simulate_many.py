@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import signal
 import sys
 from collections.abc import Iterator
@@ -14,6 +15,7 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.base.progress import Reporter
 from eomgen.cli import main
 from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles.journal import BlockJournal
@@ -101,6 +103,86 @@ def test_bits_do_not_depend_on_workers_or_interruptions(cart: eomgen.Model, tmp_
         cart.simulate_many(**{**options, "seed": 2}, folder=tmp_path / "out", resume=True)
     again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
     assert again.done == 120 and not again.interrupted and bits(again) == straight
+
+
+def test_blocks_by_time_change_no_bit_and_ctrl_c_keeps_finished_samples(
+    cart: eomgen.Model, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Runs so long that a block has one sample, of which 16 are reduced together."""
+    options = {"vary": VARY, "samples": 40, "seed": 1}
+    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_BLOCKS", 3)
+    straight = bits(cart.simulate_many(**options))
+    monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), "_PART", 0.0)
+    done: list[int] = []
+
+    def interrupt(number: int, total: int) -> None:
+        done.append(number)
+        if number == 23:
+            raise KeyboardInterrupt
+
+    part = cart.simulate_many(**options, folder=tmp_path / "out", progress=interrupt)
+    assert done == [*range(1, 24)]
+    assert part.interrupted and part.done == 23 == part.count("place")[-1]
+    np.testing.assert_allclose(part.mean("place"), place(part.values, part.t).mean(axis=0), rtol=1e-9)
+    expected = np.quantile(part.results["output.place.final"], [0.05, 0.5, 0.95])
+    np.testing.assert_allclose(part.quantile("place", [0.05, 0.5, 0.95])[:, -1], expected, rtol=1e-12)
+    again = cart.simulate_many(**options, folder=tmp_path / "out", resume=True)
+    assert again.done == 40 and bits(again) == straight
+    assert (np.diff(again.quantile("place", [0.1, 0.5, 0.9]), axis=0) > 0.0).all()
+
+
+def test_the_plan_and_its_time_are_told_first(cart: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    for setting in ("_SELDOM", "_PART"):
+        monkeypatch.setattr(import_module("eomgen.products.ensembles.simulate_many"), setting, -1.0)
+    told: list[object] = []
+    reporter = Reporter(lambda *done: told.append(done), told.append)
+    cart.simulate_many(vary=VARY, samples=8, progress=reporter, workers=2)
+    assert re.fullmatch(r"8 samples side by side: \d+ lanes, by 2 threads: about 0 s more", str(told[0])), told[0]
+    monkeypatch.setenv("EOMGEN_LANES", "off")
+    cart.simulate_many(vary=VARY, samples=8, progress=reporter, workers=1)
+    assert "8 samples one after the other: EOMGEN_LANES is off, by 1 thread: about 0 s more" in told
+
+
+RESTING = """
+format = 1
+name = "resting"
+[parameters]
+stiffness = { value = 1000.0, unit = "N/m", tunable = true }
+[inputs.push]
+unit = "N"
+[bodies.weight]
+mass = 2.0
+inertia = [1, 1, 1]
+[joints.rail]
+type = "prismatic"
+parent = "base"
+child = "weight"
+axis = [0, 0, 1]
+[efforts.spring]
+joint = "rail"
+effort = "push - stiffness*q.rail - 40*stiffness*q.rail**3 - 30*v.rail"
+[outputs.place]
+formula = "q.rail"
+unit = "m"
+[simulation]
+duration = 0.5
+step = 0.01
+start = "equilibrium"
+"""
+
+
+def test_samples_at_equilibrium_run_side_by_side_from_that_of_the_run_before(tmp_path: Path) -> None:
+    (tmp_path / "resting.toml").write_text(RESTING, encoding="utf-8")
+    model = eomgen.build(eomgen.load(tmp_path / "resting.toml"))
+    vary = {"stiffness": "uniform(500, 2000)", "push": "normal(0, 10)"}
+    found = model.simulate_many(vary=vary, samples=40, keep=[3], folder=tmp_path / "out")
+    assert found.how.startswith("side by side")
+    stiffness, push = found.values["stiffness"], found.values["push"]
+    place = found.results["output.place.final"]
+    np.testing.assert_allclose(stiffness * (place + 40.0 * place**3), push - 2.0 * 9.81, rtol=1e-7)
+    np.testing.assert_allclose(found.results["output.place.max"], found.results["output.place.min"], atol=1e-9)
+    alone = eomgen.Solution.load(tmp_path / "out" / "runs" / "sample_0000003.npz")
+    assert alone["output.place"][-1] == pytest.approx(place[3], rel=1e-9)
 
 
 @pytest.mark.usefixtures("several_blocks")

@@ -67,7 +67,7 @@ class Machines:
     notes: tuple[str, ...] = ()
     how: set[str] = field(default_factory=set)
 
-    def blocks(self, work: SampleRunner, first: int, total: int, block: int) -> Generator[SampleBlock]:
+    def blocks(self, work: SampleRunner, first: int, total: int) -> Generator[SampleBlock]:
         """Yield the blocks of samples in order, beginning with sample ``first``.
 
         Raises
@@ -75,7 +75,7 @@ class Machines:
         EomgenError
             A worker cannot run samples, or is lost over and over; the scheduler is lost.
         """
-        yield from _whole(_ClusterEnsemble(self, work, total).parts(first), first, total, block)
+        yield from _ClusterEnsemble(self, work, total).parts(first)
 
 
 @contextmanager
@@ -299,31 +299,3 @@ class _ClusterEnsemble:
             f"the model was compiled to {len(self._codes)} different codes, here and on the workers: the last digits"
         )
         return (f"{message} may depend on which of them ran a sample, but with the profile reproducible",)
-
-
-def _whole(parts: Iterator[SampleBlock], first: int, total: int, block: int) -> Iterator[SampleBlock]:
-    """Give consecutive parts cut into blocks."""
-    waiting: list[SampleBlock] = []
-    for part in parts:
-        waiting.append(part)
-        have = sum(len(item.values) for item in waiting)
-        while have and have >= (size := min(block, total - first)):
-            whole = _joined(waiting)
-            yield _cut(whole, 0, size)
-            waiting = [_cut(whole, size, have)] if have > size else []
-            first, have = first + size, have - size
-
-
-def _joined(parts: list[SampleBlock]) -> SampleBlock:
-    if len(parts) == 1:
-        return parts[0]
-    values, rows, extremes = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("values", "rows", "extremes")
-    )
-    return SampleBlock(parts[0].first, values, rows, extremes, tuple(one for part in parts for one in part.failed))
-
-
-def _cut(whole: SampleBlock, begin: int, end: int) -> SampleBlock:
-    first, last = whole.first + begin, whole.first + end
-    failed = tuple(one for one in whole.failed if first <= one.number < last)
-    return SampleBlock(first, whole.values[begin:end], whole.rows[begin:end], whole.extremes[begin:end], failed)

@@ -96,8 +96,6 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
         _print(result)
     _say_failures(result)
     say(f"{result.message}\nwritten to {Path(folder)}: {', '.join(file.name for file in files)}")
-    if not result.reduction.has_quantiles:
-        say("without medians and quantiles, which need pip install 'eomgen[ensembles]'")
     if plots and result.varied and not any(file.name == "sensitivity.png" for file in files):
         say(_why_unranked(result))
     if result.interrupted:
@@ -166,20 +164,17 @@ def _print(result: Ensemble) -> None:
     if not good:
         return
     rows: list[tuple[str, ...]] = []
-    quantiles, random = result.reduction.has_quantiles, result.design not in _NOT_INDEPENDENT
+    random = result.design not in _NOT_INDEPENDENT
     for column in result.columns:
         low, high = result.envelope(column)
         deviation = result.deviation(column)[-1]
-        of_column = [deviation, low[-1]]
-        if quantiles:
-            of_column += result.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()
+        of_column = [deviation, low[-1], *result.quantile(column, (0.05, 0.5, 0.95))[:, -1].tolist()]
         unit = result.units.get(column, "")
         error = result.error.columns.get(column, math.nan)
         told = "-" if math.isnan(error) else f"{error:.2g}"
         mean = f"{result.mean(column)[-1]:.5g}", f"{deviation / math.sqrt(good):.2g}" if random else "-"
         rows.append((column, unit if unit != "1" else "", *mean, *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
     title = f"{result.scene}: {counted(good, 'sample')}, {result.design}, at t = {result.t[-1]:.9g} s"
-    middle = ("5 %", "median", "95 %") if quantiles else ()
     header = (
         "column",
         "unit",
@@ -187,7 +182,9 @@ def _print(result: Ensemble) -> None:
         "error of\nmean",
         "deviation",
         "smallest",
-        *middle,
+        "5 %",
+        "median",
+        "95 %",
         "largest",
         "error of\nsteps",
     )

@@ -194,7 +194,8 @@ class Ensemble:
         return self.reduction.covariance
 
     def quantile(self, column: str, probability: ArrayLike) -> Array:
-        """Return quantiles of a column over time.
+        """Return quantiles of a column over time: exact, or by 512 centroids at each time if there are more than 16
+        million numbers.
 
         Parameters
         ----------
@@ -211,7 +212,7 @@ class Ensemble:
         Raises
         ------
         UsageError
-            Probabilities outside 0 to 1; the package for sketches of distributions is not installed.
+            Probabilities outside 0 to 1.
 
         Examples
         --------
@@ -248,7 +249,7 @@ class Ensemble:
         Raises
         ------
         UsageError
-            ``bins`` below 1; the package that sketches quantiles is not installed.
+            ``bins`` below 1.
 
         Examples
         --------
@@ -357,9 +358,8 @@ class Ensemble:
             low, high = self.envelope(column)
             place = {"mean": self.mean(column)[-1], "deviation": self.deviation(column)[-1]}
             place |= {"min": low[-1], "max": high[-1]}
-            if self.reduction.has_quantiles:
-                quantiles = self.quantile(column, QUANTILES)[:, -1]
-                place |= {f"quantile {p:g}": x for p, x in zip(QUANTILES, quantiles.tolist(), strict=True)}
+            quantiles = self.quantile(column, QUANTILES)[:, -1]
+            place |= {f"quantile {p:g}": x for p, x in zip(QUANTILES, quantiles.tolist(), strict=True)}
             last[column] = {name: float(value) for name, value in place.items()}
         return {
             "scene": self.scene,
@@ -411,9 +411,8 @@ class Ensemble:
             low, high = self.envelope(column)
             own = {"count": self.count(column), "mean": self.mean(column), "deviation": self.deviation(column)}
             own |= {"min": low, "max": high}
-            if self.reduction.has_quantiles:
-                quantiles = self.quantile(column, QUANTILES)
-                own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
+            quantiles = self.quantile(column, QUANTILES)
+            own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
             over_time |= {f"{column}.{name}": values for name, values in own.items()}
         files = []
         for name, columns, numbered in (
@@ -475,12 +474,11 @@ def _fans(ensemble: Ensemble) -> Any:
     for axes, column in zip(panels, columns, strict=True):
         low, high = ensemble.envelope(column)
         axes.fill_between(ensemble.t, low, high, color="#888888", alpha=0.18, linewidth=0, label="smallest to largest")
-        if ensemble.reduction.has_quantiles:
-            for first, last, opacity in _BANDS:
-                bounds = ensemble.quantile(column, (first, last))
-                label = f"{100 * first:g} to {100 * last:g} %"
-                axes.fill_between(ensemble.t, *bounds, color=_COLOUR, alpha=opacity, linewidth=0, label=label)
-            axes.plot(ensemble.t, ensemble.quantile(column, 0.5), color=_COLOUR, linewidth=1.6, label="median")
+        for first, last, opacity in _BANDS:
+            bounds = ensemble.quantile(column, (first, last))
+            label = f"{100 * first:g} to {100 * last:g} %"
+            axes.fill_between(ensemble.t, *bounds, color=_COLOUR, alpha=opacity, linewidth=0, label=label)
+        axes.plot(ensemble.t, ensemble.quantile(column, 0.5), color=_COLOUR, linewidth=1.6, label="median")
         axes.plot(ensemble.t, ensemble.mean(column), color="#222222", linewidth=1.0, linestyle="--", label="mean")
         axes.set_ylabel(_label(ensemble, column))
         axes.grid(alpha=0.3)

@@ -43,6 +43,7 @@ class BlockJournal:
         self.reduction: Reduction | None = None
         self.failed: list[FailedSample] = []
         self.notes: list[str] = []
+        self._parts: list[tuple[int, int]] = []
         if folder is None:
             return
         make_folder(folder)
@@ -76,10 +77,13 @@ class BlockJournal:
             return
         try:
             arrays, data = read_arrays(path, _KIND, "another folder")
-        except FileError:  # as by a full disk
+            self.reduction = Reduction.of_arrays(arrays)
+            self._parts = [(int(first), int(count)) for first, count in arrays["parts"]]
+        except (FileError, KeyError):  # as by a full disk, or by another version
             self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again")
+            self.reduction = None
             return
-        self.reduction, self.done = Reduction.of_arrays(arrays), int(data["done"])
+        self.done = int(data["done"])
         self.failed = [FailedSample(item["number"], item["reason"], item["values"]) for item in data["failed"]]
 
     def keep(self, block: SampleBlock) -> None:
@@ -91,14 +95,14 @@ class BlockJournal:
         else:
             self._write_part(block)
         self.failed += block.failed
+        self._parts.append((block.first, len(block.values)))
         self.done = block.first + len(block.values)
 
-    def broken(self, block: int) -> list[tuple[int, int]]:
+    def broken(self) -> list[tuple[int, int]]:
         """Return the first number and the count of samples of each part that is missing, cut short or damaged."""
         if self._folder is None:
             return []
-        counts = [(first, min(block, self.done - first)) for first in range(0, self.done, block)]
-        return [(first, count) for first, count in counts if not self._is_whole(first, count)]
+        return [(first, count) for first, count in self._parts if not self._is_whole(first, count)]
 
     def _is_whole(self, first: int, count: int) -> bool:
         """Return whether the part of some samples can be read, by a comparison of checksums."""
@@ -129,7 +133,8 @@ class BlockJournal:
         if self._folder is None:
             return
         failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]
-        write_arrays(self._folder / _REDUCED, reduction.arrays(), {"done": self.done, "failed": finite(failed)})
+        arrays = reduction.arrays() | {"parts": np.array(self._parts, dtype=np.int64).reshape(-1, 2)}
+        write_arrays(self._folder / _REDUCED, arrays, {"done": self.done, "failed": finite(failed)})
 
     def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:
         """Return values (done, varied) and extremes (done, columns, 3) of all samples; files are read one by one."""

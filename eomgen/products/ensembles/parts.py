@@ -37,7 +37,7 @@ class RemoteSource:
     make : returns the model, from the cache of the process's machine if the library is there
     text : digest of the C that the sender's model is compiled from
     design, samples : name of the design, and number of samples
-    items, common : of ``VariedOptions``
+    items, common, at_rest : of ``VariedOptions``
     rest : all else that ``SampleRunner`` is made from
     """
 
@@ -48,6 +48,7 @@ class RemoteSource:
     samples: int
     items: Sequence[Variation]
     common: Mapping[str, Any]
+    at_rest: Mapping[str, Any]
     rest: Mapping[str, Any]
     version: str = __version__
 
@@ -63,6 +64,7 @@ class RemoteSource:
             work.design.samples,
             work.options.items,
             work.options.common,
+            work.options.rest,
             {item.name: getattr(work, item.name) for item in fields(work) if item.init and item.name not in _OWN},
         )
 
@@ -115,7 +117,7 @@ class WorkerState:
     def _part(self, model: CompiledModel, folder: Path, first: int, values: Array) -> EnsemblePart | None:
         sent = self._shipment
         design = Design(sent.design, sent.samples, lambda begin, count: values[begin - first :][:count])
-        options = VariedOptions(model, sent.items, sent.common)
+        options = VariedOptions(model, sent.items, sent.common, sent.at_rest)
         work = SampleRunner(model=model, design=design, options=options, folder=folder, stop=self.stop, **sent.rest)
         began = time.perf_counter()
         block = work.block(first, len(values))

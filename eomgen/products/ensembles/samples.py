@@ -95,6 +95,8 @@ class LaneRunner:
         model, common = self.model, self.options.common
         changed = bool(common.get("initial")) or common.get("parameters") is not None
         changed = changed or any(item.block != "inputs" for item in self.options.items)
+        if self.runs.at_rest:
+            return self._starts_one_by_one(values, parameters)
         guesses, refused = self._guesses(values, parameters, asked=changed)
         if not changed and self.runs.run.grid.start == 0.0:
             return guesses, refused
@@ -126,7 +128,8 @@ class LaneRunner:
         return starts, refused
 
     def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Return starts and refused samples, with a check of the redundant constraint rows for each sample."""
+        """Return starts and refused samples, with a check of the redundant constraint rows, or a search for rest, for
+        each sample."""
         model = self.model
         starts = np.repeat(
             np.concatenate([model.initial_q, model.initial_v, model.initial_z])[np.newaxis], len(values), axis=0
@@ -134,10 +137,9 @@ class LaneRunner:
         refused = np.zeros(len(values), dtype=bool)
         for k, row in enumerate(values):
             given = self.options.of(row)
-            initial = given.get("initial")
-            changed = bool(initial) or given.get("parameters") is not None
+            changed = bool(given.get("initial")) or given.get("parameters") is not None
             try:
-                starts[k] = self.runs.start_of(parameters[k], initial, changed=changed)
+                starts[k] = self.runs.start_of(parameters[k], given, changed=changed)
             except EomgenError:
                 refused[k] = True
         return starts, refused
@@ -242,6 +244,10 @@ class SampleRunner:
                 names = (item.name for item in self.options.items)
                 failed.append(FailedSample(first + k, reason, dict(zip(names, values[k].tolist(), strict=True))))
         return SampleBlock(first, values, rows, extremes, tuple(failed))
+
+    def prepare(self) -> None:
+        """Compile what runs side by side need, if they are possible."""
+        assert self.lanes
 
     @property
     def lanes(self) -> LaneRunner | str:

@@ -118,6 +118,7 @@ class SideBySide:
     run : the run without variations
     columns : names of the columns of solutions that are looked at
     places : of ``CommonRunData``
+    at_rest : whether each run starts at its own static equilibrium
     """
 
     model: CompiledModel
@@ -125,6 +126,7 @@ class SideBySide:
     library: LaneLibrary
     columns: Sequence[str]
     places: Mapping[str, tuple[str, int]]
+    at_rest: bool = False
     #: By the number of rows: times of the previous samples, and the inputs and the base at these.
     _common_before: dict[int, tuple[Array, PrescribedInputs]] = field(default_factory=dict, init=False, repr=False)
 
@@ -215,10 +217,19 @@ class SideBySide:
             return ConsistentStates(q, v, np.ones(len(q), dtype=bool))
         return consistent_samples(model, q, v, self.run.grid.start, parameters)
 
-    def start_of(self, p: Array, initial: Mapping[str, Any] | None, *, changed: bool) -> Array:
-        """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``."""
-        run = replace(self.run, parameters=p)
-        state, _, _ = start_of(run, initial, equilibrium_start=False, changed=changed)
+    def start_of(self, p: Array, options: Mapping[str, Any], *, changed: bool) -> Array:
+        """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``.
+
+        ``options``: of ``simulate``, of this run.
+        """
+        run, model = self.run, self.model
+        given = read_signals(options.get("inputs"), model.inputs, run.grid.steps, model.input_units)
+        formulas = scene_inputs(model, p)
+        signals = InputSignals(
+            model.inputs, given, formulas, run.grid.step, run.grid.start, run.signals.left_to_stepper
+        )
+        run = replace(run, parameters=p, signals=signals)
+        state, _, _ = start_of(run, options.get("initial"), equilibrium_start=self.at_rest, changed=changed)
         return np.concatenate([state.q, state.v, state.z])
 
     def tables(self, parameters: Array, inputs: Array | None, starts: Array) -> SideBySideResults:
@@ -483,8 +494,7 @@ def side_by_side(
         return f"numbers are of type {model.library.real}"
     given_start = initial_varies or options.get("initial") is not None
     of_scene = str(model.library.layout["defaults"]["start"])
-    if starts_at_equilibrium(options.get("start"), given_start, of_scene):
-        return "samples start at equilibrium"
+    at_rest = starts_at_equilibrium(options.get("start"), given_start, of_scene)
     unknown = [name for name in columns if name not in alike.places]
     if unknown:
         return f"the column {unknown[0]} is of runs alone"
@@ -499,7 +509,7 @@ def side_by_side(
     library = stepper_in_lanes(model, chosen.library)
     if isinstance(library, str):
         return f"{chosen.name} is not made for lanes: {library}"
-    return SideBySide(model, run, library, columns, alike.places)
+    return SideBySide(model, run, library, columns, alike.places, at_rest)
 
 
 def _places(model: CompiledModel, pilot: Solution) -> dict[str, tuple[str, int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 import time
-from collections.abc import Collection, Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import closing, contextmanager, nullcontext, suppress
 from importlib.util import find_spec
@@ -19,9 +19,9 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import with_options_of
 from eomgen.base.files import make_folder
 from eomgen.base.locks import sole_use
-from eomgen.base.messages import nearest
+from eomgen.base.messages import counted, nearest
 from eomgen.base.messages import shown as quoted
-from eomgen.base.progress import Progress, shown
+from eomgen.base.progress import Progress, Reporter, duration, shown
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
 from eomgen.compiled.arguments import count_of
@@ -55,8 +55,11 @@ from eomgen.products.ensembles.variations import (
 from eomgen.results.solution import Solution
 from eomgen.simulation.option_types import EnsembleOptions
 from eomgen.simulation.simulate import simulate
+from eomgen.simulation.stepping.states import starts_at_equilibrium
 from eomgen.simulation.stepping.time_grid import row_times
 
+#: Seconds that the samples of a block should take: by Ctrl-C so much work is lost, and progress is that old.
+_PART = 2.0
 #: Samples of a block at most, and blocks of a small ensemble at least.
 _LARGEST_BLOCK, _BLOCKS = 256, 16
 #: Least number of blocks shared by threads, and evaluations times degrees of freedom of one block, if runs are short
@@ -200,7 +203,7 @@ def simulate_many(
     block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
     described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
-    varied = VariedOptions(model, items, options)
+    varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     alike = CommonRunData.of(model, pilot)
     work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
     threads = _workers(workers)
@@ -213,13 +216,19 @@ def simulate_many(
         if runs is not None:
             make_folder(runs)
         began = time.perf_counter()
-        for first, count in journal.broken(block):
+        for first, count in journal.broken():
             if (again := work.block(first, count)) is not None:
                 journal.replace(again)
         work.save_those_before(journal.done)
-        reduction = journal.reduction or Reduction(len(looked_at), len(thinned))
-        left = (journal.done, drawn.samples, block)
-        with closing(_on_threads(work, threads, *left) if machines is None else machines.blocks(work, *left)) as blocks:
+        reduction = journal.reduction or Reduction(len(looked_at), len(thinned), block)
+        left = (journal.done, drawn.samples)
+        if machines is None:
+            first = 1 if varied.rest else max(1, int(_PART / max(float(pilot.stats["wall_time"]), 1e-9)))
+            tell = reported.tell if isinstance(reported, Reporter) else None
+            came = _on_threads(work, threads, *left, min(first, block), block, tell)
+        else:
+            came = machines.blocks(work, *left)
+        with closing(came) as blocks:
             interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
     how = work.how if machines is None else "; ".join(sorted(machines.how))
     units, notes = pilot.units(), () if machines is None else machines.notes
@@ -235,7 +244,7 @@ def simulate_many(
         done=journal.done,
         interrupted=interrupted,
         seconds=time.perf_counter() - began,
-        reduction=reduction,
+        reduction=reduction.whole(),
         journal=journal,
         method=str(pilot.metadata["method"]),
         how=how,
@@ -251,8 +260,8 @@ def simulate_many(
 
 
 def _block(samples: int, work: int, numbers: int) -> int:
-    """Return the number of samples of a block, from the work and the kept size of one sample: the same on every
-    machine, as required for resumed ensembles."""
+    """Return the number of samples of a block at most, from the work and the kept size of one sample: the same on every
+    machine, since so many samples are reduced together."""
     worth = min(-(-_WORTH_A_BLOCK // max(work, 1)), _LARGEST_OF_SHORT_RUNS, _NUMBERS_OF_A_BLOCK // numbers)
     shared = worth if samples <= worth else min(worth, -(-samples // _FEW_BLOCKS))
     return max(1, shared, min(_LARGEST_BLOCK, -(-samples // _BLOCKS)))
@@ -306,23 +315,65 @@ def _reduced(
     return interrupted and journal.done < total
 
 
-def _on_threads(work: SampleRunner, workers: int, first: int, total: int, block: int) -> Generator[SampleBlock]:
-    """Yield the blocks of samples in order, beginning with sample ``first``; threads work ahead."""
+def _on_threads(
+    work: SampleRunner,
+    workers: int,
+    first: int,
+    total: int,
+    begin_with: int,
+    most: int,
+    tell: Callable[[str], None] | None,
+) -> Generator[SampleBlock]:
+    """Yield blocks of samples in order, beginning with sample ``first``; threads work ahead.
+
+    Blocks have ``begin_with`` samples before a time is known, and ``most`` samples at most; ``tell`` is called with the
+    plan as soon as its duration is known.
+    """
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
-    waiting: list[Future[SampleBlock | None]] = []
-    starts = iter(range(first, total, block))
+    waiting: list[Future[tuple[SampleBlock | None, float]]] = []
+    sent, size = first, begin_with
+
+    def run(begin: int, count: int) -> tuple[SampleBlock | None, float]:
+        then = time.perf_counter()
+        return work.block(begin, count), (time.perf_counter() - then) / count
+
     try:
+        work.prepare()
+        began = time.perf_counter()
         while True:
-            while len(waiting) < 2 * workers and (start := next(starts, None)) is not None:
-                waiting.append(pool.submit(work.block, start, min(block, total - start)))
+            while len(waiting) < 2 * workers and sent < total:
+                count = min(size, total - sent)
+                waiting.append(pool.submit(run, sent, count))
+                sent += count
             if not waiting:
                 return
-            finished = waiting.pop(0).result()
-            if finished is not None:
-                yield finished
+            finished, each = waiting.pop(0).result()
+            if finished is None:
+                continue
+            size = max(1, min(most, int(_PART / max(each, 1e-9))))
+            done, taken = finished.first + len(finished.values), time.perf_counter() - began
+            if tell is not None and taken >= _PART:
+                if (seconds := taken * (total - done) / (done - first)) > _SELDOM:
+                    threads = counted(workers, "thread")
+                    tell(f"{total - first} samples {work.how}, by {threads}: about {duration(seconds)} more")
+                tell = None
+            yield finished
     finally:
         work.stop.set()
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def _rest(
+    model: CompiledModel, items: Sequence[Variation], options: Mapping[str, Any], pilot: Solution
+) -> dict[str, Any]:
+    """Return the options by which samples look for their equilibrium from that of the run without variations; empty for
+    other starts, and if initial states vary, near which samples look for theirs."""
+    of_scene = str(model.library.layout["defaults"]["start"])
+    varies = any(item.block in ("q", "v", "z") for item in items)
+    if varies or not starts_at_equilibrium(options.get("start"), options.get("initial") is not None, of_scene):
+        return {}
+    state = {"q": pilot.q[0], "v": pilot.v[0]} | ({"z": pilot.z[0]} if model.nz else {})
+    return {"start": "equilibrium", "initial": state}
 
 
 def _workers(workers: int | None) -> int:

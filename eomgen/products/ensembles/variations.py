@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, field
 from eomgen.base.messages import nearest, shown
 from eomgen.base.random_inputs import WAVES, road_harmonics, standard_normals
 from eomgen.compiled.arguments import check_finite, numbers
@@ -388,11 +388,14 @@ class VariedOptions:
     Attributes
     ----------
     common : of all samples
+    rest : options of the start at equilibrium, with the state from which samples look for theirs; empty for other
+        starts
     """
 
     model: CompiledModel
     items: Sequence[Variation]
     common: Mapping[str, Any]
+    rest: Mapping[str, Any] = field(default_factory=dict)
 
     def of(self, values: Array) -> dict[str, Any]:
         """Return the options of the sample with values (d,) of the varied quantities."""
@@ -403,7 +406,7 @@ class VariedOptions:
             if item.block == "process":
                 drawn = variables_of_seed(self.model, item.place, by_block[item.block][item.name])
                 by_block.setdefault("parameters", {}).update(drawn)
-        options = dict(self.common)
+        options = {**self.common, **self.rest}
         for block in ("parameters", "inputs"):
             if block in by_block:
                 options[block] = {**self._given(block), **by_block[block]}
