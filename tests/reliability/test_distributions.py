@@ -70,7 +70,10 @@ def test_corrections_by_samples_are_within_their_bounds(cubic: float) -> None:
         points.append(MostProbablePoint(threshold, np.array([root, 0.0]), -np.sign(root), expansion, 1))
     response: Any = SimpleNamespace(values=y)
     about_mean = Draws(lambda z: (y(z),), np.zeros(2), 5)
-    result = under_test.corrected(response, points, under_test.at_points(points)["quadratic"], about_mean, 7)
+    reached = dict(enumerate(points))
+    forms = under_test.at_points(points)["quadratic"]
+    result, notes = under_test.corrected(response, THRESHOLDS, reached, forms, about_mean, {}, 7)
+    assert not notes
     below = stats.norm.cdf([one.point[0] for one in points])
     np.testing.assert_allclose(result.below + result.above, 1.0, rtol=1e-14)
     half = np.maximum(result.high - result.below, result.below - result.low)

@@ -16,6 +16,7 @@ from eomgen.products.reliability.tails.most_probable_point import (
     MostProbablePoint,
     UnreachedThreshold,
     breitung,
+    descended,
     first_order,
     further_design_points,
     hohenbichler_rackwitz,
@@ -32,6 +33,7 @@ from eomgen.products.reliability.tails.quadratic_form import (
     leading_directions,
     projected_hessian,
 )
+from eomgen.products.reliability.tails.regions import all_centres, draws_about, searched_points
 
 __all__ = [
     "INVERSIONS",
@@ -46,8 +48,11 @@ __all__ = [
     "Response",
     "Tails",
     "UnreachedThreshold",
+    "all_centres",
     "breitung",
     "corrected_tail",
+    "descended",
+    "draws_about",
     "far_branches",
     "first_order",
     "further_design_points",
@@ -58,4 +63,5 @@ __all__ = [
     "most_probable_points",
     "points_on_curve",
     "projected_hessian",
+    "searched_points",
 ]

@@ -13,12 +13,15 @@ from eomgen.products.reliability.tails import (
     INVERSIONS,
     JUMPING,
     Draws,
+    Estimate,
     MostProbablePoint,
     QuadraticForm,
     Response,
     UnreachedThreshold,
+    all_centres,
     breitung,
     corrected_tail,
+    descended,
     far_branches,
     first_order,
     further_design_points,
@@ -30,13 +33,13 @@ from eomgen.products.reliability.vibration.run_response import RunResponse
 
 #: Samples about the mean at least.
 _FEW = 200
-#: Directions in which a second most probable point is looked for.
-_DIRECTIONS = 2
 #: Accuracy of probabilities that samples correct, relative; samples about a most probable point and about the mean at
 #: most. A form that is good needs 200.
 ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
 #: Largest distance of a most probable point from the mean for an estimate by samples about the mean.
 _NEAREST = 1.5
+#: Counted samples for a probability at least.
+_FEWEST_SEEN = 10
 #: Probability of samples about the mean below which the samples contradict a probability.
 _CHANCE = 1e-4
 #: Standard errors of samples, and share of the probability, by which a form may be off.
@@ -71,21 +74,27 @@ def _of_upper(above: Sequence[float]) -> Distribution:
     return Distribution(1.0 - upper, upper, _NONE, _NONE)
 
 
-def doubts_of(response: Response, reached: Sequence[MostProbablePoint], seed: int) -> list[str]:
-    """Return notes on most probable points that are not nearest to the mean, or not unique."""
-    notes = []
+def further_points(
+    response: Response, reached: Sequence[MostProbablePoint], seed: int
+) -> tuple[dict[int, list[MostProbablePoint]], list[str]]:
+    """Return further most probable points by index of a threshold, and notes on points that are not the nearest.
+
+    They are searched for at the first and the last threshold, and followed to others.
+    """
+    notes, others = [], {}
     for one in reached:
         if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
             notes.append(f"the most probable point of {one.threshold:.6g} is not the nearest one: trust samples there")
-    for one in {id(one): one for one in (reached[0], reached[-1])}.values():
-        others = further_design_points(response, one, _DIRECTIONS, seed)
-        if others:
-            far = float(np.linalg.norm(others[0].point))
-            notes.append(
-                f"{one.threshold:.6g} has another most probable point, {far:.3g} standard deviations out, this one"
-                f" {abs(one.index):.3g}: probabilities of one point are too small there, samples count both"
-            )
-    return notes
+    ends = dict.fromkeys((0, len(reached) - 1))
+    for k in ends:
+        others[k] = further_design_points(response, reached[k], seed)
+    for k, one in enumerate(reached):
+        near = [end for end in ends if others[end] and reached[end].index * one.index > 0.0]
+        if k not in ends and near:
+            share = one.index / reached[near[0]].index
+            points = (descended(response, share * other.point, one.threshold, [one]) for other in others[near[0]])
+            others[k] = [point for point in points if point is not None]
+    return others, notes
 
 
 def why_gradient_changes(kinks: Sequence[str]) -> str:
@@ -128,31 +137,88 @@ def unreached(
 
 
 def corrected(
-    response: RunResponse, reached: Sequence[MostProbablePoint], form: Distribution, about_mean: Draws, seed: int
-) -> Distribution:
-    """Return probabilities of quadratic forms corrected by samples, with bounds of 95 % confidence.
+    response: Response,
+    thresholds: Array,
+    reached: Mapping[int, MostProbablePoint],
+    forms: Distribution,
+    about_mean: Draws,
+    others: Mapping[int, Sequence[MostProbablePoint]],
+    seed: int,
+) -> tuple[Distribution, list[str]]:
+    """Return probabilities of quadratic forms corrected by samples, with bounds of 95 % confidence, and notes.
 
-    Samples are drawn about each most probable point, and about the far branches of forms that bend back; points near
-    the mean, whose regions are too wide for local samples, have common samples about the mean.
+    Samples are drawn about all points of a threshold, about the far branches of forms that bend back, about the mean
+    and farther about the mean; thresholds near the mean, whose regions are too wide for local samples, have common
+    samples about the mean. A probability whose samples are too unequal for bounds is counted about the mean, or not
+    given.
+
+    Parameters
+    ----------
+    reached, others : most probable point, and further points, by index of a threshold; thresholds without a point have
+        samples alone
+    forms : by the quadratic forms at most probable points
     """
-    count = len(reached)
-    below, above, low, high = (np.empty(count) for _ in range(4))
-    for k, one in sorted(enumerate(reached), key=lambda pair: abs(pair[1].index)):  # near points first
-        upper, near = one.index >= 0.0, abs(one.index) < _NEAREST
-        of_form = float((form.above if upper else form.below)[k])
-        most, threshold, draws = _MOST_ABOUT_MEAN if near else _MOST, one.threshold, about_mean
-        if not near:
-            centres = np.vstack([one.point, far_branches(one.form, threshold, one.point, of_form, above=upper)])
-            draws = Draws(lambda z: (response.values(z),), centres, seed + k)
-        best = corrected_tail(draws, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=most)
-        if best.standard_error > 0.5 * ACCURACY * best.probability and not near:
-            other = corrected_tail(about_mean, one.form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_FEW)
-            best = min(best, other, key=lambda estimate: estimate.standard_error)
-        tail, bound = min(best.probability, 1.0), 1.96 * best.standard_error
-        above[k] = tail if upper else 1.0 - tail
-        below[k] = 1.0 - tail if upper else tail
-        low[k], high[k] = max(below[k] - bound, 0.0), min(below[k] + bound, 1.0)
-    return Distribution(below, above, low, high)
+    below, above, low, high = (np.full(len(thresholds), np.nan) for _ in range(4))
+    several, unknown = [], []
+    indices = {k: abs(one.index) for k, one in reached.items()}
+    for k in sorted(range(len(thresholds)), key=lambda k: indices.get(k, np.inf)):  # near points first
+        threshold, one = float(thresholds[k]), reached.get(k)
+        upper = _is_upper(about_mean, threshold) if one is None else bool(forms.above[k] <= forms.below[k])
+        of_form = 0.0 if one is None else float(np.fmin(forms.above[k], forms.below[k]))
+        form = None if one is None else one.form
+        best = Estimate(np.nan, np.nan, 0)
+        options = {"above": upper, "accuracy": ACCURACY}
+        if indices.get(k, np.inf) < _NEAREST:
+            best = corrected_tail(about_mean, form, of_form, threshold, most=_MOST_ABOUT_MEAN, **options)
+        if np.isnan(best.probability):
+            points = [point.point for point in ([] if one is None else [one, *others.get(k, ())])]
+            if one is not None:
+                points += [*far_branches(one.form, threshold, one.point, of_form, above=upper)]
+            centres, draws = all_centres(response, points, threshold, above=upper, seed=seed + k)
+            if draws is not None:
+                best = corrected_tail(draws, form, of_form, threshold, most=_MOST, **options)
+            if len(centres) > 1:
+                several.append((k, len(centres)))
+        bound = 1.96 * best.standard_error
+        tail = min(best.probability, 1.0), max(best.probability - bound, 0.0), min(best.probability + bound, 1.0)
+        if not bound <= best.probability:
+            tail = _counted(about_mean, threshold, above=upper)
+        if np.isnan(tail[0]):
+            unknown.append(k)
+        above[k], below[k] = (tail[0], 1.0 - tail[0]) if upper else (1.0 - tail[0], tail[0])
+        low[k], high[k] = (1.0 - tail[2], 1.0 - tail[1]) if upper else tail[1:]
+    return Distribution(below, above, low, high), _notes_on_regions(thresholds, sorted(several), sorted(unknown))
+
+
+def _is_upper(about_mean: Draws, threshold: float) -> bool:
+    """Return whether most samples about the mean do not exceed a threshold."""
+    return bool(np.nanmedian(about_mean.first(_FEW)[1]) <= threshold)
+
+
+def _notes_on_regions(thresholds: Array, several: Sequence[tuple[int, int]], unknown: Sequence[int]) -> list[str]:
+    notes = []
+    if several:
+        names = ", ".join(f"{thresholds[k]:.6g} ({count})" for k, count in several)
+        notes.append(
+            f"several regions lead to {names}: `corrected` counts all that were found, other methods one of them"
+        )
+    if unknown:
+        names = ", ".join(f"{thresholds[k]:.6g}" for k in unknown)
+        notes.append(
+            f"no `corrected` probability of {names}: samples that pass it are too few, or too unequal, for bounds; try:"
+            " samples=... (--monte-carlo)"
+        )
+    return notes
+
+
+def _counted(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float, float, float]:
+    """Return a probability and its bounds by counts of samples about the mean; not numbers if few are counted."""
+    _, y, *_ = about_mean.first(_MOST_ABOUT_MEAN)
+    seen = int(np.count_nonzero((y > threshold) == above))
+    if np.isnan(y).any() or seen < _FEWEST_SEEN:
+        return np.nan, np.nan, np.nan
+    low, high = _bounds(seen, len(y))
+    return seen / len(y), float(low), float(high)
 
 
 def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:

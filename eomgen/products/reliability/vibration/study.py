@@ -27,6 +27,7 @@ from eomgen.products.reliability.tails import (
     hermite_projection,
     leading_directions,
     points_on_curve,
+    searched_points,
 )
 from eomgen.products.reliability.vibration.distributions import (
     against_samples,
@@ -34,8 +35,8 @@ from eomgen.products.reliability.vibration.distributions import (
     corrected,
     counted_instead,
     disagreements,
-    doubts_of,
     doubts_of_forms,
+    further_points,
     moments_of,
     of_form,
     of_samples,
@@ -85,6 +86,8 @@ _OF_LEVELS = 1000
 _FEW_PASSED = 10
 #: Errors of steps above this fraction of the output's standard deviation give a note.
 _OF_STEPS = 0.03
+#: Random directions, and their opposites, in which a most probable point off the curve from the mean is looked for.
+_DIRECTIONS = 2
 #: Distributions that are samples' own.
 _SAMPLED = ("corrected", "importance_sampling", "monte_carlo")
 
@@ -390,51 +393,65 @@ class _VibrationStudy:
         none = np.full(len(wanted), np.nan)
         try:
             with self._counted("most_probable_points"):
-                points, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
+                points, missed = self._points(wanted)
         except (CrossedJump, NumericalError) as error:
             self.left_to_samples(error, samples, "most probable points are left out")
             return none
-        if not points and not others:
+        places, reached = sorted(points), [points[k] for k in sorted(points)]
+        self.notes += self._doubts_of_rough(reached)
+        with self._counted("other_points"):
+            further, not_nearest = further_points(self._expanded, reached, self.seed) if reached else ({}, [])
+            self.notes += not_nearest
+        about = at_points(reached) if reached else {}
+        failed = self.response.failed
+        with self._counted("corrected"):
+            forms = spread(about["quadratic"], places, len(wanted)) if reached else Distribution(none, none, none, none)
+            more = {places[k]: found for k, found in further.items()}
+            whole, unknown = corrected(self.response, wanted, points, forms, self.about_mean, more, self.seed)
+            whole, contradicted = counted_instead(wanted, whole, self.about_mean)
+        if not points and not others and np.isnan(whole.below).all():
             first = missed[min(missed)]
             if first.why == JUMPING:
                 why = why_gradient_changes(self.response.kinks())
                 raise UnreachedThreshold(first.last, float(wanted[min(missed)]), why)
             raise first
-        self.notes += unreached(missed, wanted, self.response.kinks)
-        if not points:
-            return none
-        places, reached = sorted(points), [points[k] for k in sorted(points)]
-        self.notes += self._doubts_of_rough(reached)
-        with self._counted("other_points"):
-            self.notes += doubts_of(self._expanded, reached, self.seed)
-        about = at_points(reached)
-        failed = self.response.failed
-        with self._counted("corrected"):
-            true = corrected(self.response, reached, about["quadratic"], self.about_mean, self.seed)
-            true, contradicted = counted_instead(wanted[places], true, self.about_mean)
-            self.notes += contradicted
-        if tail_samples:
+        self.notes += [*unreached(missed, wanted, self.response.kinks), *unknown, *contradicted]
+        if tail_samples and reached:
             with self._counted("importance_sampling"):
                 about["importance_sampling"] = tails_of(self.response, reached, tail_samples, self.seed)
         failed = self.response.failed - failed
-        errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
-        self.notes += doubts_of_forms(wanted[places], errors, true)
-        wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
-        self.notes += wrong.values()
-        about["quadratic"] = without(about["quadratic"], wrong)
-        about["corrected"] = true
         if failed:
             self.notes.append(f"{failed} samples about most probable points failed: thresholds with such have none")
         of_forms = {name: one for name, one in self.distributions.items() if name not in _SAMPLED}
-        self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
-        whole = self.distributions["corrected"]
         self.errors = {name: relative_errors(one, whole) for name, one in of_forms.items()}
-        for name, values in errors.items():
-            self.errors[name] = none.copy()
-            self.errors[name][places] = values
         indices = none.copy()
-        indices[places] = [one.index for one in reached]
+        if reached:
+            true = Distribution(*(part[places] for part in (whole.below, whole.above, whole.low, whole.high)))
+            errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
+            self.notes += doubts_of_forms(wanted[places], errors, true)
+            wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
+            self.notes += wrong.values()
+            about["quadratic"] = without(about["quadratic"], wrong)
+            self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
+            for name, values in errors.items():
+                self.errors[name] = none.copy()
+                self.errors[name][places] = values
+            indices[places] = [one.index for one in reached]
+        self.distributions["corrected"] = whole
         return indices
+
+    def _points(self, wanted: Array) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
+        """Return the most probable points by indices of thresholds, and the reasons for missing points.
+
+        The points are on the curve from the mean, or found from random directions if this does not come to a threshold,
+        as that of a response without slope at the mean.
+        """
+        points, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
+        for k in sorted(missed):
+            if found := searched_points(self._expanded, float(wanted[k]), _DIRECTIONS, self.seed):
+                points[k] = found[0]
+                del missed[k]
+        return points, missed
 
     def _kinked(self) -> bool:
         return bool(self.response.kinks())
