@@ -144,7 +144,6 @@ def _line_a_minute(title: str) -> Progress:
         before, now = done if before is None else before, time.monotonic()
         if now - last >= _LINES:
             last = now
-            left = (now - begun) * (total - done) / (done - before) if done > before else float("nan")
             rest = ""
             if done > before:
                 rest = f", about {duration((now - begun) * (total - done) / (done - before))} left"

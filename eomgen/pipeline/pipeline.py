@@ -544,6 +544,7 @@ def built_in(
         from eomgen.system.branches import OF_RUNS, Branches  # noqa: PLC0415  # most scenes have none
 
         wanted = [name for name in OF_RUNS if name in TERMS and (name == "residual" or described.states)]
+        wanted += ["outputs"] if described.outputs else []
         return Branches(front_end.derive(document, wanted))
 
     every_row = None if front_end.every_row is None else functools.cache(partial(front_end.every_row, document))

@@ -147,6 +147,7 @@ class SectionMethods:
         modes: int | None = ...,
         seed: int | None = ...,
         translation: Value | None = ...,
+        distribution: str | None = ...,
         quantiles: Sequence[Sequence[Value]] | None = ...,
         covariance_of: str | None = ...,
         covariance_repair: str | None = ...,

@@ -69,7 +69,7 @@ class Branches:
 
     Parameters
     ----------
-    system : with functions among ``OF_RUNS``
+    system : with functions among ``OF_RUNS``, and outputs
     """
 
     def __init__(self, system: System) -> None:
@@ -77,6 +77,7 @@ class Branches:
         self._equations: list[Ref] = [
             ref for name in OF_RUNS if name in system.functions for ref in system.functions[name].refs
         ]
+        self._outputs = list(system.functions["outputs"].refs) if "outputs" in system.functions else []
 
     @cached_property
     def _found(self) -> list[tuple[Branch, tuple[Ref, ...], _Jumps | None]]:
@@ -99,11 +100,16 @@ class Branches:
         """All branches; arrays of sides have a column for each."""
         return [branch for branch, *_ in self._found]
 
-    @property
-    def kinks(self) -> list[Branch]:
-        """Continuous operations with slopes that jump: absolute, smallest and largest values."""
+    def kinks(self, outputs: slice) -> list[Branch]:
+        """Return continuous operations with slopes that jump: absolute, smallest and largest values.
+
+        Parameters
+        ----------
+        outputs : slice
+            Components of the outputs that are looked at besides the equations.
+        """
         tape, result = self._tape, []
-        for node in tape.live(self._equations):
+        for node in tape.live([*self._equations, *self._outputs[outputs]]):
             if (operation := _KINKED.get(tape.op[node])) is None:
                 continue
             label, symbols = tape.label(node), frozenset(tape.depends_on(tape.operands(node)))

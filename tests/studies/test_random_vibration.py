@@ -12,6 +12,7 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from scipy import integrate, special, stats
 from scipy.stats import norm
 
 import eomgen
@@ -490,15 +491,23 @@ def test_steps_that_do_not_resolve_the_process_are_named() -> None:
 
 
 def test_samples_contradict_rates_of_crossings_of_responses_that_are_not_normal() -> None:
-    assert judged_passage(1.0, 0.1, 100, 1000) == (0.1, "")
-    assert judged_passage(1.0, 0.1, 110, 1000) == (0.1, "")
-    value, note = judged_passage(5.0, 2.4e-9, 10, 1000)
+    assert judged_passage(1.0, 0.1, 100, 1000, normal=True) == (0.1, "")
+    assert judged_passage(1.0, 0.1, 110, 1000, normal=True) == (0.1, "")
+    value, note = judged_passage(5.0, 2.4e-9, 10, 1000, normal=False)
     assert value == 0.01 and "has probability 2.4e-09 by the rate of crossings of a normal process and 0.01 by" in note
-    value, note = judged_passage(5.0, 0.1, 0, 1000)
-    assert value == 0.0 and note
-    value, note = judged_passage(1.8, 0.3954, 2231, 6400)  # eight standard errors, and a difference of 12 %
+    value, note = judged_passage(5.0, 0.1, 0, 1000, normal=True)
+    assert value == 0.0 and note.endswith(
+        "crossings come in clumps, and the rate takes each as independent of the others"
+    )
+    _, note = judged_passage(5.0, 0.1, 0, 1000, normal=False)
+    assert note.endswith("which is preferred: the response is not normal")
+    _, note = judged_passage(5.0, 0.1, 300, 1000, normal=True)
+    assert note.endswith("which is preferred")
+    value, note = judged_passage(
+        1.8, 0.3954, 2231, 6400, normal=True
+    )  # eight standard errors, and a difference of 12 %
     assert value == pytest.approx(0.3486, abs=1e-4) and "which is preferred" in note
-    assert judged_passage(1.8, 0.3954, 349, 1000) == (0.3954, "")  # three standard errors
+    assert judged_passage(1.8, 0.3954, 349, 1000, normal=True) == (0.3954, "")  # three standard errors
     normal = np.random.default_rng(1).standard_normal(1000)
     assert not not_normal(3.0 + 2.0 * normal, 3.0, 2.0)
     assert "samples lie more than two standard deviations out, not 4.6 %" in not_normal(normal**3, 0.0, 1.0)
@@ -522,3 +531,58 @@ def test_last_modes_that_matter_to_the_output_are_noted(duffing: eomgen.Model) -
 )
 def test_the_title_of_modes_tells_waves_from_processes(kinds: list[str], title: str) -> None:
     assert _title_of_modes([Process("sea", kind, 2, 1.0, (1.0, 0.5)) for kind in kinds]) == title
+
+
+def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient() -> None:
+    """Of y = max(x1 - 2.2, x2 - 2.6) alone, and of no other output."""
+    constant = {"type": "constant", "distribution": "normal(0, 1)"}
+    scene = {
+        "format": 1,
+        "name": "corner",
+        "bodies": {"block": {"mass": 1.0, "inertia": [1, 1, 1]}},
+        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "block", "axis": [1, 0, 0]}},
+        "random": {"x1": constant, "x2": constant},
+        "outputs": {"y": {"formula": "max(2.6 - x2, 2.2 - x1)"}, "z": {"formula": "x1 * x2"}},
+        "simulation": {"duration": 0.1, "step": 0.05, "method": "rk4"},
+    }
+    model = eomgen.build(scene)
+    found = eomgen.random_vibration(model, "y", thresholds=[0.0])
+    true = special.ndtr(-2.2) * special.ndtr(-2.6)
+    assert found.distributions["corrected"].low[0] < true < found.distributions["corrected"].high[0]
+    assert "by a largest value in output y" in found.message
+    product = eomgen.random_vibration(model, "z", thresholds=[5.0])
+    assert abs(product.indices[0]) == pytest.approx(np.sqrt(10.0), rel=1e-6)
+    true = integrate.quad(special.k0, 5.0, 60.0)[0] / np.pi
+    assert 1.0 - product.distributions["corrected"].high[0] < true < 1.0 - product.distributions["corrected"].low[0]
+    assert "largest value" not in product.message and "of the variance of the process" not in product.message
+
+
+@pytest.mark.parametrize(
+    ("text", "law"),
+    [
+        ("normal(3, 0.5)", stats.norm(3.0, 0.5)),
+        ("lognormal(300, 30)", stats.lognorm(np.sqrt(np.log(1.01)), scale=300.0 / np.sqrt(1.01))),
+        ("uniform(-1, 2)", stats.uniform(-1.0, 3.0)),
+        ("gumbel(2, 0.3)", stats.gumbel_r(2.0, 0.3)),
+        ("exponential(2)", stats.expon(scale=2.0)),
+        ("weibull(1.5, 2.5)", stats.weibull_min(2.5, scale=1.5)),
+    ],
+)
+def test_random_constants_have_their_marginal_distributions(text: str, law: Any) -> None:
+    """Out to six standard deviations, the same at all times, also behind the window."""
+    scene = {
+        "format": 1,
+        "name": "constant",
+        "bodies": {"block": {"mass": 1.0, "inertia": [1, 1, 1]}},
+        "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "block", "axis": [1, 0, 0]}},
+        "random": {"load": {"type": "constant", "distribution": text}},
+        "outputs": {"y": {"formula": "load"}},
+        "simulation": {"duration": 0.1, "step": 0.05, "method": "rk4"},
+    }
+    model = eomgen.build(scene)
+    z = np.array([-6.0, -3.0, -0.5, 0.0, 1.0, 4.0, 6.0])
+    found = model.simulate_many(0.3, table={"load_z1": z})
+    expected = np.where(z < 0.0, law.ppf(special.ndtr(z)), law.isf(special.ndtr(-z)))
+    np.testing.assert_allclose(found.results["output.y.final"], expected, rtol=1e-7, atol=1e-9)
+    np.testing.assert_array_equal(found.results["output.y.max"], found.results["output.y.min"])
+    assert "of the variance of the process" not in found.message

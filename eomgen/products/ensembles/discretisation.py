@@ -237,7 +237,12 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
         rows = np.array([weight * mode(place) for weight, mode in zip(process.weights, process.modes, strict=True)])
     else:
         rows = _realised(model, process, times)
-    power: Array = np.sum(np.abs(np.fft.rfft(np.hanning(count) * rows, axis=1)) ** 2, axis=0)
+    # changes slower than the run are at the frequency 0, and not at those of the window
+    line = np.stack([np.ones(count), times - times.mean()])
+    slow = (rows @ line.T / np.sum(line**2, axis=1)) @ line
+    taper = np.hanning(count)
+    power: Array = np.sum(np.abs(np.fft.rfft(taper * (rows - slow), axis=1)) ** 2, axis=0)
+    power[0] += 0.5 * count * float(np.sum((taper * slow) ** 2))  # by Parseval, of half of a spectrum
     frequencies: Array = np.asarray(np.fft.rfftfreq(count, (end - start) / count), dtype=float)
     return frequencies, power
 

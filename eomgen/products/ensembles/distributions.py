@@ -35,6 +35,7 @@ class Distribution:
     ----------
     text : as given
     quantiles : from probabilities to values
+    upper : from probabilities of larger values to values: exact where those of smaller ones round to 1
     levels : (n,) the values of a list, equally likely, which a grid goes through; empty otherwise
     whole : whether all values are whole numbers
     """
@@ -43,13 +44,14 @@ class Distribution:
     quantiles: Quantiles
     levels: tuple[float, ...] = ()
     whole: bool = False
+    upper: Quantiles | None = None
 
 
 @dataclass(frozen=True)
 class Kind:
     """A kind of distribution: names of arguments, conditions on arguments, and quantile function.
 
-    ``pure`` are arguments without the unit of the quantity.
+    ``pure`` are arguments without the unit of the quantity; ``upper`` is as of ``Distribution``.
     """
 
     arguments: tuple[str, ...]
@@ -57,6 +59,7 @@ class Kind:
     holds: Callable[..., bool]
     quantiles: Callable[..., Quantiles]
     pure: tuple[str, ...] = ()
+    upper: Callable[..., Quantiles] | None = None
 
 
 def _normal(mean: float, deviation: float) -> Quantiles:
@@ -71,6 +74,15 @@ def _truncated_normal(mean: float, deviation: float, low: float, high: float) ->
 def _lognormal(mean: float, deviation: float) -> Quantiles:
     variance = math.log1p((deviation / mean) ** 2)
     return lambda p: mean * np.exp(math.sqrt(variance) * special.ndtri(p) - 0.5 * variance)
+
+
+def _upper_normal(mean: float, deviation: float) -> Quantiles:
+    return lambda q: mean - deviation * special.ndtri(q)
+
+
+def _upper_lognormal(mean: float, deviation: float) -> Quantiles:
+    variance = math.log1p((deviation / mean) ** 2)
+    return lambda q: mean * np.exp(-math.sqrt(variance) * special.ndtri(q) - 0.5 * variance)
 
 
 def _triangular(low: float, mode: float, high: float) -> Quantiles:
@@ -91,7 +103,7 @@ def _integers(low: float, high: float) -> Quantiles:
 #: All kinds by name. Mean and standard deviation belong to the quantity, also if the logarithm of the quantity is
 #: normal.
 DISTRIBUTIONS: dict[str, Kind] = {
-    "normal": Kind(("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal),
+    "normal": Kind(("mean", "deviation"), "deviation > 0", lambda m, s: s > 0.0, _normal, upper=_upper_normal),
     "truncated_normal": Kind(
         ("mean", "deviation", "low", "high"),
         "deviation > 0, low < high, and some of it between them",
@@ -99,7 +111,8 @@ DISTRIBUTIONS: dict[str, Kind] = {
         _truncated_normal,
     ),
     "lognormal": Kind(
-        ("mean", "deviation"), "mean > 0, deviation > 0", lambda m, s: m > 0.0 and s > 0.0, _lognormal
+        ("mean", "deviation"), "mean > 0, deviation > 0", lambda m, s: m > 0.0 and s > 0.0, _lognormal,
+        upper=_upper_lognormal,
     ),
     "uniform": Kind(("low", "high"), "low < high", lambda a, b: a < b, lambda a, b: lambda p: a + (b - a) * p),
     "loguniform": Kind(
@@ -108,13 +121,20 @@ DISTRIBUTIONS: dict[str, Kind] = {
     "triangular": Kind(
         ("low", "mode", "high"), "low <= mode <= high, low < high", lambda a, c, b: a <= c <= b and a < b, _triangular
     ),
-    "exponential": Kind(("mean",), "mean > 0", lambda m: m > 0.0, lambda m: lambda p: -m * np.log1p(-p)),
+    "exponential": Kind(
+        ("mean",),
+        "mean > 0",
+        lambda m: m > 0.0,
+        lambda m: lambda p: -m * np.log1p(-p),
+        upper=lambda m: lambda q: -m * np.log(q),
+    ),
     "weibull": Kind(
         ("scale", "shape"),
         "scale > 0, shape > 0",
         lambda a, k: a > 0.0 and k > 0.0,
         lambda a, k: lambda p: a * (-np.log1p(-p)) ** (1.0 / k),
         ("shape",),
+        lambda a, k: lambda q: a * (-np.log(q)) ** (1.0 / k),
     ),
     "integers": Kind(
         ("low", "high"),
@@ -123,7 +143,11 @@ DISTRIBUTIONS: dict[str, Kind] = {
         _integers,
     ),
     "gumbel": Kind(
-        ("location", "scale"), "scale > 0", lambda m, b: b > 0.0, lambda m, b: lambda p: m - b * np.log(-np.log(p))
+        ("location", "scale"),
+        "scale > 0",
+        lambda m, b: b > 0.0,
+        lambda m, b: lambda p: m - b * np.log(-np.log(p)),
+        upper=lambda m, b: lambda q: m - b * np.log(-np.log1p(-q)),
     ),
 }  # fmt: skip  # a table
 #: Lists of values: all of ``values``, and ``count`` between ends, evenly by difference or by ratio.
@@ -171,7 +195,16 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     if not kind.holds(*numbers):
         said = ", ".join(f"{argument} = {number:.9g}" for argument, number in zip(kind.arguments, numbers, strict=True))
         raise UsageError(Problem(where, f"{signature} needs {kind.demand}; here {said}", example))
-    return Distribution(text, kind.quantiles(*numbers), whole=name == "integers")
+    upper = None if kind.upper is None else kind.upper(*numbers)
+    return Distribution(text, kind.quantiles(*numbers), whole=name == "integers", upper=upper)
+
+
+def of_normal(distribution: Distribution, z: Array) -> Array:
+    """Return the values at which a quantity has the probabilities of a standard normal variable at z, of any shape."""
+    below = distribution.quantiles(special.ndtr(np.minimum(z, 0.0)))
+    share = special.ndtr(-np.maximum(z, 0.0))
+    above = distribution.quantiles(1.0 - share) if distribution.upper is None else distribution.upper(share)
+    return np.where(z < 0.0, below, above)
 
 
 def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[float, ...]:

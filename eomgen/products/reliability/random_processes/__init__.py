@@ -10,7 +10,9 @@ from eomgen.products.reliability.random_processes.coherence import (
 )
 from eomgen.products.reliability.random_processes.covariance import (
     BEYOND,
+    MAP_POINTS,
     Band,
+    Constant,
     Covariance,
     CovarianceTable,
     DampedCosine,
@@ -28,10 +30,12 @@ from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MOD
 
 __all__ = [
     "BEYOND",
+    "MAP_POINTS",
     "MOST_MODES",
     "Band",
     "Coherence",
     "CoherenceTable",
+    "Constant",
     "Covariance",
     "CovarianceTable",
     "CrossCovariance",

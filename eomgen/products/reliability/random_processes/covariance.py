@@ -48,6 +48,20 @@ class Covariance(Protocol):
 
 
 @dataclass(frozen=True)
+class Constant:
+    """R = s^2, s ``standard_deviation``: a random variable, the same at all times."""
+
+    standard_deviation: float
+    smooth = True
+
+    def at(self, lag: Array) -> Array:
+        return np.full(np.shape(lag), self.standard_deviation**2)
+
+    def density(self, frequency: Array) -> Array:
+        return np.zeros(np.shape(frequency))  # all of it is at the frequency 0
+
+
+@dataclass(frozen=True)
 class SquaredExponential:
     """R = s^2 exp(-tau^2 / (2 l^2)), s ``standard_deviation``, l ``scale``."""
 
@@ -244,7 +258,7 @@ class SpectrumTable:
 
 
 #: Range of a map by quantiles, in standard deviations, and number of points.
-BEYOND, _MAP_POINTS = 12.0, 401
+BEYOND, MAP_POINTS = 12.0, 401
 #: Number of Hermite polynomials, and nodes of the quadrature for the projection.
 _DEGREES, _NODES = 40, 160
 #: Number of correlations of g with a known correlation of X, and number of lags of the inversion.
@@ -267,7 +281,7 @@ def quantile_map(shares: Array, values: Array) -> tuple[Array, Array]:
     from scipy.interpolate import PchipInterpolator  # noqa: PLC0415
 
     normal = np.array([NormalDist().inv_cdf(float(share)) for share in shares])
-    x = np.linspace(-BEYOND, BEYOND, _MAP_POINTS)
+    x = np.linspace(-BEYOND, BEYOND, MAP_POINTS)
     spline = PchipInterpolator(normal, values)
     slopes = spline(normal[[0, -1]], 1)
     y = spline(np.clip(x, normal[0], normal[-1]))

@@ -21,7 +21,12 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import Problem, UsageError
-from eomgen.products.reliability.random_processes.covariance import Covariance, CovarianceTable, Exponential
+from eomgen.products.reliability.random_processes.covariance import (
+    Constant,
+    Covariance,
+    CovarianceTable,
+    Exponential,
+)
 from eomgen.solvers.quadrature import gauss_legendre
 
 #: Most modes: each is a table, and a variable. Loading time grows with the cube of the number of modes (9 s of
@@ -98,6 +103,9 @@ def expand(
         Neither a share nor a number; a covariance with a negative eigenvalue; a share that the modes cannot have; more
         modes than there are.
     """
+    if isinstance(covariance, Constant):
+        variance = np.array([covariance.standard_deviation**2 * duration])
+        return Expansion(duration, variance, float(variance[0]), lambda times: np.full((1, len(times)), duration**-0.5))
     if (
         modes is None and share is not None and not isinstance(covariance, CovarianceTable)
     ):  # has a spectrum that is integrated

@@ -18,9 +18,11 @@ from eomgen.formula.evaluate import curves, evaluate_batch, symbols
 from eomgen.formula.nodes import Application, Formula, Symbol
 from eomgen.products.reliability.random_processes import (
     BEYOND,
+    MAP_POINTS,
     Band,
     Coherence,
     CoherenceTable,
+    Constant,
     Covariance,
     CovarianceTable,
     CrossCovariance,
@@ -37,6 +39,7 @@ from eomgen.products.reliability.random_processes import (
     underlying,
 )
 from eomgen.scene.formula.scope import TRANSLATION
+from eomgen.scene.reading.key_metadata import label_of
 from eomgen.scene.reading.values import Values
 from eomgen.scene.signals.curve_schema import Shape
 from eomgen.scene.signals.curves import Curves
@@ -66,6 +69,7 @@ class _Type:
 
 _TABLE = ("points",)
 TYPES: dict[str, _Type] = {
+    "constant": _Type((), (), Constant),
     "squared_exponential": _Type(("correlation_time",), ("correlation_length",), SquaredExponential),
     "exponential": _Type(("correlation_time",), ("correlation_length",), Exponential),
     "damped_cosine": _Type(("decay", "frequency"), None, DampedCosine),
@@ -280,10 +284,13 @@ class Translations:
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
         """Return the translation of an entry; None for g without translation."""
         key = key_of("random", name)
+        given = [word for word in ("translation", "quantiles", "distribution") if getattr(entry, word) is not None]
+        if len(given) > 1:
+            self.report.add(f"{key}.{given[1]}", f"both {given[0]} and {given[1]} define the process", "one")
+            return None
+        if entry.distribution is not None:
+            return self._distribution(f"{key}.distribution", name, entry)
         if entry.quantiles is not None:
-            if entry.translation is not None:
-                self.report.add(f"{key}.quantiles", "both translation and quantiles define the process", "one")
-                return None
             return self._quantiles(f"{key}.quantiles", name, entry)
         if entry.translation is None:
             return None
@@ -299,12 +306,35 @@ class Translations:
             fault = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
             self.report.add(key, fault, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
-        x, y = quantile_map(share, value)
+        return self._of_standard(name, entry, Curve(f"{name} quantiles", *quantile_map(share, value)))
+
+    def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
+        """Return the map from a normal variable with this mean and deviation to a variable of a distribution, by its
+        quantile function at many places."""
+        # few processes have one
+        from eomgen.products.ensembles import of_normal, read_distribution  # noqa: PLC0415
+
+        try:
+            distribution = read_distribution(key, entry.distribution or "", label_of(entry.unit))
+        except UsageError as error:
+            for problem in error.problems:
+                self.report.add(key, problem.what, problem.hint)
+            return None
+        if distribution.levels or distribution.whole:
+            fault = f"{entry.distribution} has single values, and a process takes all between them"
+            self.report.add(key, fault, 'distribution = "uniform(0, 1)"')
+            return None
+        x = np.linspace(-BEYOND, BEYOND, MAP_POINTS)
+        curve = Curve(f"{name} distribution", x, of_normal(distribution, x), smooth_ends=True)
+        return self._of_standard(name, entry, curve)
+
+    def _of_standard(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
+        """Return a curve of the standard normal variable behind g."""
         mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
         written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
         deviation = self.values.constant(f"{key_of('random', name)}.standard_deviation", written_value)
         g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
-        return Application(Curve(f"{name} quantiles", x, y), g if deviation == 1.0 else g / deviation)
+        return Application(curve, g if deviation == 1.0 else g / deviation)
 
     def underlying(
         self,
@@ -321,7 +351,7 @@ class Translations:
         formula = translation
         if self._mentions_refused(formula):
             return covariance
-        if entry.quantiles is None and curves(formula):
+        if entry.quantiles is None and entry.distribution is None and curves(formula):
             fault = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
             raise UsageError(Problem(key, fault, "quantiles"))
 

@@ -96,7 +96,7 @@ def _formula(process: NormalSeries) -> Formula:
         x = x - process.lag
     terms = [
         (Symbol("parameter", variable) if weight == 1.0 else weight * Symbol("parameter", variable))
-        * Application(mode, x)
+        * (Number(float(mode.y[0])) if process.kind == "constant" else Application(mode, x))
         for variable, weight, mode in zip(process.variables, process.weights, process.modes, strict=True)
     ]
     g: Formula = _sum([Number(process.mean), *terms] if process.mean else terms)

@@ -29,10 +29,11 @@ _Coherence = Annotated[
 
 
 class RandomProcess(Table):
-    """A stationary random process g(t), and its translation; formulas use it by name."""
+    """A stationary random process g(t), or a random constant, and its translation; formulas use it by name."""
 
     type: (
         Literal[
+            "constant",
             "squared_exponential",
             "exponential",
             "damped_cosine",
@@ -98,6 +99,12 @@ class RandomProcess(Table):
     modes: Annotated[int, Field(ge=1)] | None = optional("number of modes, in place of `share`")
     seed: Seed = key("of the standard normal variables", 0, kind="whole number from 0")
     translation: Value | None = optional("the process as a formula of g", names=TRANSLATION, shown_default="`g`")
+    distribution: str | None = optional(
+        "marginal distribution in place of `translation` or `quantiles`, as of [ensembles](../ensembles.md), in the"
+        " scene's units: `normal(mean, deviation)`, `lognormal(mean, deviation)`, `uniform(low, high)`,"
+        " `gumbel(location, scale)`, `exponential(mean)`, `weibull(scale, shape)`, ...",
+        kind="text",
+    )
     quantiles: Annotated[tuple[Pair, ...], Field(strict=False)] | None = of_fixed_parameters(
         "in place of `translation`: probabilities between 0 and 1, and the values that are not exceeded with them",
         kind="list of [probability, value]",
@@ -118,6 +125,7 @@ class RandomProcess(Table):
     def column_labels(cls, data: Mapping[str, Any]) -> tuple[str, str] | None:
         over_distance = data.get("speed") is not None
         translated = data.get("translation") is not None or data.get("quantiles") is not None
+        translated = translated or data.get("distribution") is not None
         variance = "" if translated and data.get("covariance_of") != "translated" else _squared(data.get("unit"))
         if data.get("type") == "spectrum":
             return ("1/m", variance and f"{variance} m") if over_distance else ("Hz", variance and f"{variance}/Hz")
@@ -136,7 +144,7 @@ def _squared(label: object) -> str:
 OWN = tuple(
     word
     for word in RandomProcess.model_fields
-    if word not in ("follows", "offset", "delay", "translation", "quantiles", "unit", "description")
+    if word not in ("follows", "offset", "delay", "translation", "quantiles", "distribution", "unit", "description")
 )
 #: Keys that a correlated or coherent process takes from the other process of the pair.
 SHARED = tuple(word for word in OWN if word not in ("correlation", "coherence", "mean", "standard_deviation", "seed"))

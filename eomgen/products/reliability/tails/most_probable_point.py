@@ -27,7 +27,7 @@ _ROUNDED = 1e-14
 #: Test for a jump of the gradient: distance from the point, in standard deviations, and part of the gradient's change
 #: that the Hessian does not explain; reason for the end of a curve.
 _BESIDE, _JUMPS = 1e-3, 0.5
-JUMPING = "where the gradient of the response jumps, as it does if slopes of the forces jump"
+JUMPING = "where the gradient of the response jumps, as it does if slopes of forces or of the output jump"
 #: Iterations after which the Hessian is taken anew.
 _RENEWED = 6
 #: Ratio of a step to the previous step, beyond which curve and Hessian are not extrapolated from both ends of the

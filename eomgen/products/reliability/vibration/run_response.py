@@ -118,13 +118,29 @@ class RunResponse:
         """Return operations of the equations at which slopes jump with the motion, in words; found once."""
         return self._kinks
 
+    @property
+    def _places(self) -> slice:
+        """Components of the output among those of all outputs."""
+        begin = 0
+        for item in self.model.library.layout["outputs"]:
+            end = begin + int(item["size"])
+            if item["name"] == self.output.partition("[")[0]:
+                return slice(begin, end)
+            begin = end
+        return slice(0)
+
     @cached_property
     def _kinks(self) -> list[str]:
-        if self.model.branches is None:
+        model = self.model
+        if model.branches is None:
             return []
-        moving = {"q", "v", "z"}
-        result = self.model.branches().kinks
-        kinks = (kink for kink in result if moving & {symbol.block for symbol in kink.symbols})
+        moving, names = {"q", "v", "z"}, {"u": list(model.inputs), "p": list(model.parameters)}
+        random = {*self.variables, *(item.name for item in model.description.inputs if item.series is not None)}
+        kinks = (
+            kink
+            for kink in model.branches().kinks(self._places)
+            if any(one.block in moving or names.get(one.block, [""])[one.index] in random for one in kink.symbols)
+        )
         return list(dict.fromkeys(kink.description for kink in kinks))
 
     def expansion(self, point: Array) -> Expansion:
@@ -298,7 +314,7 @@ def first_passage(t: Array, y: Array, slopes: Array, level: float) -> float:
     return begun + (1.0 - begun) * -float(np.expm1(-integral))
 
 
-def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> tuple[float, str]:
+def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, normal: bool) -> tuple[float, str]:
     """Return the probability of a first passage to take, and a note if samples contradict the rate of crossings.
 
     Parameters
@@ -306,6 +322,8 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> t
     level : of the output
     of_rate : probability by the rate of crossings
     passed, samples : how many of the samples pass the level within the run
+    normal : whether nothing speaks against a normal response: then crossings that are fewer than their rate says come
+        in clumps, as those of a slightly damped oscillator do (Vanmarcke 1975)
     """
     share = passed / samples
     more = float(special.bdtrc(passed - 1, samples, of_rate)) if passed else 1.0
@@ -314,10 +332,10 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int) -> t
     if min(more, fewer) > _CERTAIN and (min(more, fewer) > _CHANCE or abs(share - of_rate) <= alike):
         return of_rate, ""
     by = f"{of_rate:.3g} by the rate of crossings of a normal process and {share:.3g} by {samples} samples"
-    return (
-        share,
-        f"the first passage of {level:.6g} has probability {by}, which is preferred: the response is not normal",
-    )
+    why = "" if normal else ": the response is not normal"
+    if normal and share < of_rate:
+        why = ": crossings come in clumps, and the rate takes each as independent of the others"
+    return share, f"the first passage of {level:.6g} has probability {by}, which is preferred{why}"
 
 
 def not_normal(y: Array, mean: float, deviation: float) -> str:

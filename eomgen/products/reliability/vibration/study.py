@@ -373,7 +373,8 @@ class _VibrationStudy:
             if "crossing_rate" not in values:
                 values["preferred"] = values["monte_carlo"]
                 continue
-            values["preferred"], note = judged_passage(level, values["crossing_rate"], passed, len(highest))
+            counts = passed, len(highest)
+            values["preferred"], note = judged_passage(level, values["crossing_rate"], *counts, normal=not bent)
             if not note and bent and passed < _FEW_PASSED:
                 note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent}"
             self.notes += [note] if note else []
