@@ -76,7 +76,7 @@ def on_dask(model: Model, processes: int, threads: int, rounds: int, options: di
 
 
 def reduction(columns: int, times: int, blocks: int) -> float:
-    """Return the processor's time to reduce a sample, s: the mean of blocks behind as many that are kept as they are."""
+    """Return the processor's time to reduce a sample, s: of blocks behind as many that are kept as they are."""
     generator = np.random.default_rng(0)
     reduced = Reduction(columns, times, BLOCK)
     taken = 0.0

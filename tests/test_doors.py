@@ -400,6 +400,9 @@ ORDER: dict[str, tuple[str, ...]] = {
 
 #: Imports within functions, by importing room or module: what is imported, and why it waits. No others are allowed.
 LATE: dict[str, dict[str, str]] = {
+    "products.reliability.section.covariances": {
+        "products.ensembles": "few processes have a distribution, which SciPy's functions evaluate",
+    },
     "__main__": {"cli": "Ctrl-C while it is imported leaves no traceback"},
     "scene.tree.sections": {
         "scene.bodies.beam_reading": "most scenes have no beams",

@@ -25,25 +25,25 @@ _SELDOM = 0.2
 _PATIENCE = 1.0
 #: Delay of the display of compilers, s: a user waits for the end of the compilers before anything else happens.
 _SHORT_PATIENCE = 0.5
-#: Seconds between two lines where stderr is no terminal.
+#: Seconds between two lines, if stderr is not a terminal.
 _LINES = 60.0
 #: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
 
 class Reporter:
-    """A callback for progress, to which a sentence can be told as well.
+    """A callback for progress, with another one for sentences.
 
     Attributes
     ----------
     report : called with progress
-    tell : called with a sentence, as on the plan of the work
+    announce : called with a sentence, as on the plan of the work
     """
 
-    __slots__ = ("report", "tell")
+    __slots__ = ("announce", "report")
 
-    def __init__(self, report: Progress, tell: Callable[[str], None]) -> None:
-        self.report, self.tell = report, tell
+    def __init__(self, report: Progress, announce: Callable[[str], None]) -> None:
+        self.report, self.announce = report, announce
 
     def __call__(self, done: int, total: int) -> None:
         self.report(done, total)
@@ -109,7 +109,7 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
 
 @contextlib.contextmanager
 def terminal_bar(title: str) -> Iterator[Progress | None]:
-    """Show a progress bar on stderr if the work takes more than a second; a line a minute if stderr is no terminal."""
+    """Show a progress bar on stderr if the work takes more than a second; otherwise a line a minute."""
     if not sys.stderr.isatty():
         yield Reporter(_line_a_minute(title), _written)
         return

@@ -237,7 +237,7 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
         rows = np.array([weight * mode(place) for weight, mode in zip(process.weights, process.modes, strict=True)])
     else:
         rows = _realised(model, process, times)
-    # changes slower than the run are at the frequency 0, and not at those of the window
+    # changes slower than the run are at the frequency 0, not at the window's
     line = np.stack([np.ones(count), times - times.mean()])
     slow = (rows @ line.T / np.sum(line**2, axis=1)) @ line
     taper = np.hanning(count)

@@ -35,7 +35,7 @@ class Distribution:
     ----------
     text : as given
     quantiles : from probabilities to values
-    upper : from probabilities of larger values to values: exact where those of smaller ones round to 1
+    upper : from probabilities of larger values to values: exact also if 1 minus the probability is rounding
     levels : (n,) the values of a list, equally likely, which a grid goes through; empty otherwise
     whole : whether all values are whole numbers
     """

@@ -246,7 +246,7 @@ class SampleRunner:
         return SampleBlock(first, values, rows, extremes, tuple(failed))
 
     def prepare(self) -> None:
-        """Compile what runs side by side need, if they are possible."""
+        """Compile the code of runs side by side, if they are possible."""
         assert self.lanes
 
     @property

@@ -224,8 +224,8 @@ def simulate_many(
         left = (journal.done, drawn.samples)
         if machines is None:
             first = 1 if varied.rest else max(1, int(_PART / max(float(pilot.stats["wall_time"]), 1e-9)))
-            tell = reported.tell if isinstance(reported, Reporter) else None
-            came = _on_threads(work, threads, *left, min(first, block), block, tell)
+            announce = reported.announce if isinstance(reported, Reporter) else None
+            came = _on_threads(work, threads, *left, min(first, block), block, announce)
         else:
             came = machines.blocks(work, *left)
         with closing(came) as blocks:
@@ -322,12 +322,12 @@ def _on_threads(
     total: int,
     begin_with: int,
     most: int,
-    tell: Callable[[str], None] | None,
+    announce: Callable[[str], None] | None,
 ) -> Generator[SampleBlock]:
     """Yield blocks of samples in order, beginning with sample ``first``; threads work ahead.
 
-    Blocks have ``begin_with`` samples before a time is known, and ``most`` samples at most; ``tell`` is called with the
-    plan as soon as its duration is known.
+    Blocks have ``begin_with`` samples before a time is known, and ``most`` samples at most; ``announce`` is called with
+    the plan as soon as its duration is known.
     """
     pool = ThreadPoolExecutor(workers, thread_name_prefix="eomgen-ensemble")
     waiting: list[Future[tuple[SampleBlock | None, float]]] = []
@@ -352,11 +352,11 @@ def _on_threads(
                 continue
             size = max(1, min(most, int(_PART / max(each, 1e-9))))
             done, taken = finished.first + len(finished.values), time.perf_counter() - began
-            if tell is not None and taken >= _PART:
+            if announce is not None and taken >= _PART:
                 if (seconds := taken * (total - done) / (done - first)) > _SELDOM:
                     threads = counted(workers, "thread")
-                    tell(f"{total - first} samples {work.how}, by {threads}: about {duration(seconds)} more")
-                tell = None
+                    announce(f"{total - first} samples {work.how}, by {threads}: about {duration(seconds)} more")
+                announce = None
             yield finished
     finally:
         work.stop.set()
@@ -366,7 +366,7 @@ def _on_threads(
 def _rest(
     model: CompiledModel, items: Sequence[Variation], options: Mapping[str, Any], pilot: Solution
 ) -> dict[str, Any]:
-    """Return the options by which samples look for their equilibrium from that of the run without variations; empty for
+    """Return the options by which samples look for rest from the equilibrium of the run without variations; empty for
     other starts, and if initial states vary, near which samples look for theirs."""
     of_scene = str(model.library.layout["defaults"]["start"])
     varies = any(item.block in ("q", "v", "z") for item in items)

@@ -33,7 +33,7 @@ class Reduction:
     ----------
     columns, times : int
     chunk : int
-        Number of samples that are merged together, whatever numbers of samples are added.
+        Number of samples that are merged together, for any number of samples that are added.
 
     Attributes
     ----------

@@ -15,13 +15,16 @@ from eomgen.products.reliability.tails.most_probable_point import (
     JUMPING,
     MostProbablePoint,
     UnreachedThreshold,
+    all_centres,
     breitung,
     descended,
+    draws_about,
     first_order,
     further_design_points,
     hohenbichler_rackwitz,
     most_probable_points,
     points_on_curve,
+    searched_points,
 )
 from eomgen.products.reliability.tails.quadratic_form import (
     Expansion,
@@ -33,7 +36,6 @@ from eomgen.products.reliability.tails.quadratic_form import (
     leading_directions,
     projected_hessian,
 )
-from eomgen.products.reliability.tails.regions import all_centres, draws_about, searched_points
 
 __all__ = [
     "INVERSIONS",

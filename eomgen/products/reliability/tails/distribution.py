@@ -390,7 +390,7 @@ class Draws:
         return np.asarray(special.softmax(self._exponents(points), axis=1))
 
     def _exponents(self, points: Array) -> Array:
-        """Return logarithms of the density of samples of each centre relative to that of normal variables, (m, c)."""
+        """Return logarithms of each centre's density of samples relative to the normal density, (m, c)."""
         centres = np.atleast_2d(self.centre)
         scales = np.ones(len(centres)) if self.scales is None else self.scales
         # |z - c|^2 without the cancellation of large squares for the scale 1

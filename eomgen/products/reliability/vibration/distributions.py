@@ -82,6 +82,8 @@ def further_points(
     They are searched for at the first and the last threshold, and followed to others.
     """
     notes, others = [], {}
+    if not reached:
+        return {}, []
     for one in reached:
         if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
             notes.append(f"the most probable point of {one.threshold:.6g} is not the nearest one: trust samples there")

@@ -120,7 +120,7 @@ class RunResponse:
 
     @property
     def _places(self) -> slice:
-        """Components of the output among those of all outputs."""
+        """Components of the output in the list of all components."""
         begin = 0
         for item in self.model.library.layout["outputs"]:
             end = begin + int(item["size"])
@@ -322,8 +322,8 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, n
     level : of the output
     of_rate : probability by the rate of crossings
     passed, samples : how many of the samples pass the level within the run
-    normal : whether nothing speaks against a normal response: then crossings that are fewer than their rate says come
-        in clumps, as those of a slightly damped oscillator do (Vanmarcke 1975)
+    normal : whether samples are compatible with a normal response: then crossings that are fewer than their rate says
+        come in clumps, as a slightly damped oscillator has them (Vanmarcke 1975)
     """
     share = passed / samples
     more = float(special.bdtrc(passed - 1, samples, of_rate)) if passed else 1.0

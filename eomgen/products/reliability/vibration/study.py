@@ -401,21 +401,17 @@ class _VibrationStudy:
         places, reached = sorted(points), [points[k] for k in sorted(points)]
         self.notes += self._doubts_of_rough(reached)
         with self._counted("other_points"):
-            further, not_nearest = further_points(self._expanded, reached, self.seed) if reached else ({}, [])
+            further, not_nearest = further_points(self._expanded, reached, self.seed)
             self.notes += not_nearest
         about = at_points(reached) if reached else {}
         failed = self.response.failed
         with self._counted("corrected"):
             forms = spread(about["quadratic"], places, len(wanted)) if reached else Distribution(none, none, none, none)
-            more = {places[k]: found for k, found in further.items()}
+            more = {places[k]: some for k, some in further.items()}
             whole, unknown = corrected(self.response, wanted, points, forms, self.about_mean, more, self.seed)
             whole, contradicted = counted_instead(wanted, whole, self.about_mean)
         if not points and not others and np.isnan(whole.below).all():
-            first = missed[min(missed)]
-            if first.why == JUMPING:
-                why = why_gradient_changes(self.response.kinks())
-                raise UnreachedThreshold(first.last, float(wanted[min(missed)]), why)
-            raise first
+            raise self._unreached(missed[min(missed)], float(wanted[min(missed)]))
         self.notes += [*unreached(missed, wanted, self.response.kinks), *unknown, *contradicted]
         if tail_samples and reached:
             with self._counted("importance_sampling"):
@@ -427,30 +423,41 @@ class _VibrationStudy:
         self.errors = {name: relative_errors(one, whole) for name, one in of_forms.items()}
         indices = none.copy()
         if reached:
-            true = Distribution(*(part[places] for part in (whole.below, whole.above, whole.low, whole.high)))
-            errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
-            self.notes += doubts_of_forms(wanted[places], errors, true)
-            wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
-            self.notes += wrong.values()
-            about["quadratic"] = without(about["quadratic"], wrong)
-            self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
-            for name, values in errors.items():
-                self.errors[name] = none.copy()
-                self.errors[name][places] = values
+            self._compare(about, wanted, places, whole)
             indices[places] = [one.index for one in reached]
         self.distributions["corrected"] = whole
         return indices
+
+    def _unreached(self, first: UnreachedThreshold, threshold: float) -> UnreachedThreshold:
+        if first.why != JUMPING:
+            return first
+        return UnreachedThreshold(first.last, threshold, why_gradient_changes(self.response.kinks()))
+
+    def _compare(
+        self, about: dict[str, Distribution], wanted: Array, places: Sequence[int], whole: Distribution
+    ) -> None:
+        """Compare distributions at most probable points with corrected ones of all thresholds, and keep them."""
+        true = Distribution(*(part[places] for part in (whole.below, whole.above, whole.low, whole.high)))
+        errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
+        self.notes += doubts_of_forms(wanted[places], errors, true)
+        wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
+        self.notes += wrong.values()
+        about["quadratic"] = without(about["quadratic"], wrong)
+        self.distributions |= {name: spread(one, places, len(wanted)) for name, one in about.items()}
+        for name, values in errors.items():
+            self.errors[name] = np.full(len(wanted), np.nan)
+            self.errors[name][places] = values
 
     def _points(self, wanted: Array) -> tuple[dict[int, MostProbablePoint], dict[int, UnreachedThreshold]]:
         """Return the most probable points by indices of thresholds, and the reasons for missing points.
 
         The points are on the curve from the mean, or found from random directions if this does not come to a threshold,
-        as that of a response without slope at the mean.
+        as of a response without slope at the mean.
         """
         points, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
         for k in sorted(missed):
-            if found := searched_points(self._expanded, float(wanted[k]), _DIRECTIONS, self.seed):
-                points[k] = found[0]
+            if some := searched_points(self._expanded, float(wanted[k]), _DIRECTIONS, self.seed):
+                points[k] = some[0]
                 del missed[k]
         return points, missed
 
