@@ -212,7 +212,7 @@ def test_a_second_valley_is_found() -> None:
         ("bounded", "the curve of most probable points from the mean does not come to 1.5: it ends at "),
         (
             "flat",
-            "does not come to 1.5: it ends at 0, 0 standard deviations out, where the response has no slope; try: a",
+            "does not come to 1.5: it ends at 0, 0 standard deviations out, since the response has no slope there; tr",
         ),
     ],
 )

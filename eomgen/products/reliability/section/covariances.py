@@ -329,7 +329,7 @@ class Translations:
         return self._of_standard(name, entry, curve)
 
     def _of_standard(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
-        """Return a curve of the standard normal variable behind g."""
+        """Return a curve of the standard normal variable of g."""
         mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
         written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
         deviation = self.values.constant(f"{key_of('random', name)}.standard_deviation", written_value)

@@ -177,7 +177,7 @@ def points_on_curve(
     result: dict[int, MostProbablePoint] = {}
     missed: dict[int, UnreachedThreshold] = {}
     before: MostProbablePoint | None
-    flat = "" if slope > 1e-12 * np.linalg.norm(start.hessian) else "where the response has no slope"
+    flat = "" if slope > 1e-12 * np.linalg.norm(start.hessian) else "since the response has no slope there"
     for side in (1.0, -1.0):
         before, last, ended = None, origin, flat
         chosen = [int(k) for k in order if side * (thresholds[k] - start.value) > 0.0]
