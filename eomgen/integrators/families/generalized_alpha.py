@@ -265,7 +265,7 @@ class GeneralizedAlpha(Family):
 
     @property
     def instead(self) -> str:
-        return "another method" if self.case is None else "generalized_alpha"
+        return "rk4_partitioned or rattlie" if self.case is None else "generalized_alpha"
 
     @property
     def more_stable(self) -> str:

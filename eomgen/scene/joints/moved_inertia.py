@@ -269,8 +269,8 @@ def check_motion(
     for joint in joints:
         if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
             continue
-        if not absolute and (joint.child in carrying or joint.mimic is not None):
-            continue
+        if not absolute and (joint.child in carrying or joint.mimic is not None or all(joint.drive or [None])):
+            continue  # M need not be positive definite in directions that a drive prescribes
         fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
         known = alike in sound and not fixed and joint.name not in followers
         if known or _any_concerned([joint, *fixed], bodies, values):
