@@ -1,7 +1,7 @@
 """Pendulums and sliders on single joints against runs of another program.
 
 Places of the centre of mass and angular accelerations are printed with 7 digits by MSC Adams, in the reference data of
-Project Chrono's tests of joints (BSD-3-Clause). Its own integration is known to some 1e-5 m for the revolute joint, 4e-4
+Project Chrono's tests of joints (BSD-3-Clause). It is known to some 1e-5 m for the revolute joint, 4e-4
 for the spherical and the universal ones, which in the plane are the same pendulum: the first three cases have one
 motion, and differ among each other by this much.
 """
