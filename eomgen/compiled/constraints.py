@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.functions import Functions
 from eomgen.errors import NumericalError, Problem
 
+Blocks = Mapping[str, Array]
 NEEDED = ("mass", "residual", "constraint_jacobian", "constraint_bias")
 
 
@@ -36,20 +37,61 @@ def accelerations(functions: Functions, values: Mapping[str, Array]) -> tuple[Ar
         In one of the states, rows depend on each other, or a motion allowed by the rows has no inertia.
     """
     nv, rows = functions.sizes["v"], functions.sizes["lam"]
-    (r,) = functions("residual", {**values, "a": np.zeros(nv), "lam": np.zeros(rows)})
+    right = -_defects(functions, values, np.zeros(nv), np.zeros(rows))
+    solution = _solution(_matrix(functions, values, right.shape[:-1]), right[..., np.newaxis])[..., 0]
+    return solution[..., :nv], solution[..., nv:]
+
+
+def acceleration_partials(
+    functions: Functions, values: Mapping[str, Array], moves: Iterable[tuple[Blocks, Blocks, float]]
+) -> Array:
+    """Return differences of vdot over moves of the state, (..., nv, moves), by one factorization for each state.
+
+    The equations hold before and after a move, so that the matrix times the change of (vdot, lam) is the change of the
+    equations' defects at fixed vdot and lam, with the opposite sign.
+
+    Parameters
+    ----------
+    moves : states ahead and behind, as the input blocks q, v and z, and their distance
+    """
+    nv = functions.sizes["v"]
+    a, multipliers = accelerations(functions, values)
+    columns = []
+    for *sides, distance in moves:
+        ahead, behind = (_defects(functions, {**values, **side}, a, multipliers) for side in sides)
+        columns.append((ahead - behind) / distance)
+    right = -np.stack(columns, axis=-1)
+    return _solution(_matrix(functions, values, right.shape[:-2]), right)[..., :nv, :]
+
+
+def _defects(functions: Functions, values: Mapping[str, Array], a: Array, multipliers: Array) -> Array:
+    """Return the residual, and the second time derivatives of the rows, (..., nv + rows)."""
+    (r,) = functions("residual", {**values, "a": a, "lam": multipliers})
+    (g,) = functions("constraint_bias", values)
+    if np.any(a):
+        (B,) = functions("constraint_jacobian", values)
+        g = g + (B @ a[..., np.newaxis])[..., 0]
+    batch = np.broadcast_shapes(r.shape[:-1], g.shape[:-1], *(np.shape(values[name])[:-1] for name in ("q", "v")))
+    return np.concatenate([np.broadcast_to(part, (*batch, part.shape[-1])) for part in (r, g)], axis=-1)
+
+
+def _matrix(functions: Functions, values: Mapping[str, Array], batch: tuple[int, ...]) -> Array:
+    nv, rows = functions.sizes["v"], functions.sizes["lam"]
     (M,) = functions("mass", values)
     (B,) = functions("constraint_jacobian", values)
-    (g,) = functions("constraint_bias", values)
-    batch = np.broadcast_shapes(r.shape[:-1], M.shape[:-2], B.shape[:-2], g.shape[:-1])
-    system = np.zeros((*batch, nv + rows, nv + rows))
+    system = np.zeros((*np.broadcast_shapes(batch, M.shape[:-2], B.shape[:-2]), nv + rows, nv + rows))
     system[..., :nv, :nv], system[..., nv:, :nv], system[..., :nv, nv:] = M, B, np.swapaxes(B, -1, -2)
-    right = -np.concatenate([np.broadcast_to(r, (*batch, nv)), np.broadcast_to(g, (*batch, rows))], axis=-1)
+    return system
+
+
+def _solution(system: Array, right: Array) -> Array:
+    """Return the solution, (..., n, columns). Raises NumericalError if a matrix is singular."""
     try:
-        solution = np.linalg.solve(system, right[..., np.newaxis])[..., 0]
+        solution: Array = np.linalg.solve(system, right)
     except np.linalg.LinAlgError:
         fault = (
             "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia"
             " resists"
         )
         raise NumericalError(Problem("constraints", fault, "a state next to it")) from None
-    return solution[..., :nv], solution[..., nv:]
+    return solution

@@ -19,7 +19,7 @@ from eomgen.compiled.arguments import (
     numbers,
     read_only,
 )
-from eomgen.compiled.constraints import accelerations, blocks_of, solvable
+from eomgen.compiled.constraints import Blocks, acceleration_partials, accelerations, blocks_of, solvable
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.functions import Functions
 from eomgen.errors import Problem, UsageError
@@ -233,6 +233,14 @@ class Terms:
 
     def accelerations(self, **given: Any) -> tuple[Array, Array]:
         """Return vdot and multipliers of a constrained model; arguments as of ``call``."""
+        return accelerations(self.functions, self._states(given))
+
+    def acceleration_partials(self, moves: Iterable[tuple[Blocks, Blocks, float]], **given: Any) -> Array:
+        """Return differences of vdot of a constrained model over moves of the state, (..., nv, moves)."""
+        return acceleration_partials(self.functions, self._states(given), moves)
+
+    def _states(self, given: Mapping[str, Any]) -> dict[str, Array]:
+        """Return the input blocks of the accelerations of a constrained model."""
         if not solvable(self.functions):
             self.functions.inputs("forward_dynamics")  # says that the term is missing
         values = {"q": self.configuration(given["q"]), "v": self.velocity("v", given["v"])}
@@ -241,7 +249,7 @@ class Terms:
         values["t"] = self._times("forward_dynamics", given, values, needed="t" in blocks)
         values["z"] = self.internal(given.get("z"))
         self._add_prescribed(values, given, blocks)
-        return accelerations(self.functions, values)
+        return values
 
     def _times(self, term: str, given: Mapping[str, Any], values: Mapping[str, Array], *, needed: bool) -> Array:
         """Return t. Raises UsageError for efforts instead, as in the functions of (q, v, tau) of other tools."""

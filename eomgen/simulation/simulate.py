@@ -235,7 +235,8 @@ def simulate(
         ``initial``: the initial state; ``equilibrium``: static equilibrium near the initial state, with the initial
         velocities. The scene's if neither this nor ``initial`` is given.
     error_estimate : bool
-        Whether to estimate the discretisation error by runs at other steps or tolerances: ``Solution.error``.
+        Whether to estimate the discretisation error by runs at other steps or tolerances: ``Solution.error``, and
+        whether to look for laws and events between the steps; a search that is left out is named there.
 
     Returns
     -------

@@ -533,3 +533,40 @@ def test_a_stiff_contact_that_adaptive_steps_resolve_is_no_finding(stiffness: fl
     contact = (2.0 * math.pi - 2.0 * math.atan2(speed * omega, 9.81)) / omega  # of h'' = -omega^2 h - g
     later = 1.0 - fall - contact
     assert float(run.q[-1, 0]) == pytest.approx(speed * later - 0.5 * 9.81 * later**2, rel=1e-6)
+
+
+def test_partials_by_one_factorization_are_differences_of_accelerations() -> None:
+    """Rates by whole solutions on both sides of each move."""
+    model = eomgen.build("examples/four_bar/scene.toml", profile="quick")
+    q, v = np.tile(model.initial_q, (3, 1)), np.tile(model.initial_v, (3, 1))
+    v = v * [[0.1], [-0.7], [2.0]]
+    moves, expected = [], []
+    for block in ("q", "v"):
+        for k in range(model.nv):
+            shift = np.zeros(model.nv)
+            shift[k] = 1e-6
+            ahead, behind = ({"q": q, "v": v} | {block: (q if block == "q" else v) + side * shift} for side in (1, -1))
+            moves.append((ahead, behind, 2e-6))
+            two = [model.constrained_dynamics(one["q"], one["v"])[0] for one in (ahead, behind)]
+            expected.append((two[0] - two[1]) / 2e-6)
+    given = {"q": q, "v": v, "t": 0.0, "u": None, "z": None, "parameters": None, "base": None}
+    partials = model.evaluator.acceleration_partials(moves, **given)
+    np.testing.assert_allclose(partials, np.stack(expected, axis=-1), rtol=1e-6, atol=1e-7 * np.abs(partials).max())
+
+
+def test_a_search_that_is_left_out_is_named() -> None:
+    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "initial": {"velocity": 1.0}}
+    scene = {
+        "format": 1,
+        "name": "swift",
+        "bodies": {"b": {"mass": 1}},
+        "joints": {"x": joint},
+        "efforts": {"e": {"joint": "x", "effort": "100 * exp(-((q.x - 0.055) / 0.001)**2)"}},
+        "events": {"there": {"when": "(q.x - 0.031) * (q.x - 0.033) * (q.x - 0.035) * (q.x - 0.037) * (q.x - 0.039)"}},
+    }
+    model = eomgen.build(scene, method="taylor", profile="quick")
+    quick, whole = (model.simulate(0.1, 0.01, error_estimate=choice) for choice in (False, True))
+    assert not quick.findings and str(quick.error) == (
+        "not known: it was switched off, and with it the search for laws that act between the steps and pairs of events"
+    )
+    assert {"missed_event"} <= {one.name for one in whole.findings}

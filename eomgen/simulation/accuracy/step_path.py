@@ -5,7 +5,7 @@ jumps of formulas on the path, at which methods lose order.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -28,6 +28,9 @@ from eomgen.toolchain.library import Library
 
 #: Maximum number of velocities of a model of which the velocity of a point is examined.
 _VELOCITIES = 12
+
+
+_State = tuple[Array, Array, Array]
 
 
 class StepStates:
@@ -238,6 +241,26 @@ class StepPath:
         with np.errstate(all="ignore"):
             a = accelerations(model, q, v, blocks.t, **given)
             return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
+
+    def rate_partials(self, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
+        """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) behind to
+        states ahead, at a distance."""
+        model = self.run.model
+        if not model.evaluator.multipliers:
+            pairs = ((self.rates(blocks, ahead) - self.rates(blocks, behind)) / width for ahead, behind, width in moves)
+            return np.stack(list(pairs), axis=-1)
+        q, v, z = blocks.states
+        given: dict[str, Any] = {"t": blocks.t, "u": blocks.u if model.nu else None, "parameters": blocks.p}
+        named = ((*(dict(zip("qvz", state, strict=True)) for state in two), width) for *two, width in moves)
+        with np.errstate(all="ignore"):
+            result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **given)
+            if not model.nz:
+                return result
+            inner = [
+                [model.internal_rates(q, v, z=z, **given) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
+            ]
+        widths = np.array([width for *_, width in moves])
+        return np.concatenate([result, np.stack([one - two for one, two in inner], axis=-1) / widths], axis=-2)
 
 
 def _of_inputs(formula: Formula) -> bool:

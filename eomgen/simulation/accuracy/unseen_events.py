@@ -15,11 +15,12 @@ from eomgen.simulation.accuracy.step_path import StepPath, step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
-#: Maximum number of examined steps, first number of samples per step, and largest number for close roots.
-_STEPS, _FIRST, _MOST = 4096, 8, 1024
+#: Maximum number of examined steps, least and greatest first number of samples per step, and largest number for close
+#: roots.
+_STEPS, _FIRST, _FIRST_OF_FEW, _MOST = 4096, 8, 64, 1024
 #: Maximum number of samples in all steps.
 _SAMPLES = 65_536
-#: Values below this part of the function's largest are rounding or touch the root.
+#: Values below this part of the function's largest in a step are rounding or touch the root.
 _TOUCHED = 1e-6
 #: Number of missed events that gives a finding; plus a fraction of all events if not all steps are examined.
 _LEAST, _PART = 1.5, 0.05
@@ -113,7 +114,8 @@ class _Roots:
         """Return the number of missed events, (events,), given the numbers ``seen`` of detected ones, (events,)."""
         if not len(self._steps):
             return np.zeros(len(seen))
-        count, steps, share = _FIRST, self._steps, self._share
+        steps, share = self._steps, self._share
+        count = min(_FIRST_OF_FEW, _STEPS * _FIRST // len(steps))
         result = share * self._roots(steps, count)
         while np.any(self._beyond(result, seen) > 0.0) and count < _MOST:
             count *= 4
@@ -138,11 +140,11 @@ class _Roots:
         times = (t[steps][:, np.newaxis] + (t[steps + 1] - t[steps])[:, np.newaxis] * grid).ravel()
         values = self._values(times, np.repeat(steps, len(grid)))
         values = values.reshape(len(steps), len(grid), len(self._known))
-        touched = _TOUCHED * np.abs(np.nan_to_num(values)).max(axis=(0, 1))
+        touched = _TOUCHED * np.abs(np.nan_to_num(values)).max(axis=1, keepdims=True)
         result = np.zeros(len(self._known))
         for event in range(len(self._known)):
             one = values[:, :, event]
-            signs = np.where(np.abs(one) > touched[event], np.sign(np.nan_to_num(one)), 0.0)
+            signs = np.where(np.abs(one) > touched[:, :, event], np.sign(np.nan_to_num(one)), 0.0)
             # a zero value takes the sign before it
             last = np.maximum.accumulate(np.where(signs != 0.0, np.arange(len(grid)), 0), axis=1)
             signs = np.take_along_axis(signs, last, axis=1)

@@ -663,14 +663,13 @@ class _Examination:
         places = (np.arange(_STATES) + 0.5) / _STATES
         around = np.clip(steps[:, np.newaxis] + np.arange(-1, 2), 0, len(self._t) - 2).ravel()
         blocks = self._sampled(around, places)
-        columns = []
+        moves = []
         for part, width in enumerate((nv, nv, nz)):
             for k, size in enumerate(_DIFFERENCE * self._scales[part]):
                 way = np.zeros((len(blocks.t), width))
                 way[:, k] = size
-                ahead, behind = (self._path.rates(blocks, self._moved(blocks, part, shift)) for shift in (way, -way))
-                columns.append((ahead - behind) / (2.0 * size))
-        rates = np.nan_to_num(np.stack(columns, axis=-1))
+                moves.append((self._moved(blocks, part, way), self._moved(blocks, part, -way), 2.0 * size))
+        rates = np.nan_to_num(self._path.rate_partials(blocks, moves))
         middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
         result = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
         result[:, :nv, nv : 2 * nv] = np.eye(nv)

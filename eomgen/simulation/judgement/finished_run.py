@@ -125,7 +125,7 @@ class FinishedRun:
         self.wall = wall
         self.beginning = beginning
         self._writer = writer
-        self._estimated, self._progress = estimated, progress
+        self.estimated, self._progress = estimated, progress
         self.events: Events | None = table_of(trajectory, stepper, run.parameters)
 
     def has(self, facts: Sequence[str]) -> bool:
@@ -188,8 +188,8 @@ class FinishedRun:
         from eomgen.simulation.judgement.fast_motions import unresolved_motion  # noqa: PLC0415  # likewise
 
         run, trajectory = self.run, self.trajectory
-        if not self._estimated:
-            return no_estimate(run)
+        if not self.estimated:
+            return no_estimate(run, f"it was switched off{self._left_out}")
         statistics = self.statistics
         estimate = ErrorEstimation(self._progress).of(
             run,
@@ -208,6 +208,15 @@ class FinishedRun:
         average = (float(self.states.t[-1]) - run.grid.start) / taken
         fast = unresolved_motion(run, trajectory.rows, average, self.events, self.changes, self.jumps)
         return replace(estimate, unresolved=fast)
+
+    @property
+    def _left_out(self) -> str:
+        """The searches within steps that are left out with the estimate, in words."""
+        from eomgen.simulation.accuracy.unseen_laws import laws_between_steps  # noqa: PLC0415  # on request
+
+        names = ["laws that act between the steps"] * bool(laws_between_steps(self.run))
+        names += ["pairs of events"] * (self.events is not None)
+        return f", and with it the search for {' and '.join(names)}" if names else ""
 
     @cached_property
     def last_run(self) -> Run:
@@ -321,7 +330,9 @@ class FinishedRun:
 
     @cached_property
     def passed_over(self) -> UnseenLaw | None:
-        """A law that acts between the steps."""
+        """A law that acts between the steps; None if errors are not estimated."""
+        if not self.estimated:
+            return None
         from eomgen.simulation.accuracy.unseen_laws import unseen_law  # noqa: PLC0415  # on request
 
         library, rows, inputs = self.stepper.library, self.trajectory.rows, self.prescribed.u
@@ -341,10 +352,10 @@ class FinishedRun:
 
     @cached_property
     def unseen_events(self) -> Finding | None:
-        """An event of which pairs of roots lie within single steps."""
+        """An event of which pairs of roots lie within single steps; None if errors are not estimated."""
         from eomgen.simulation.accuracy.unseen_events import unseen_events  # noqa: PLC0415  # on request
 
-        if self.events is None:
+        if self.events is None or not self.estimated:
             return None
         library, rows, known = self.stepper.library, self.trajectory.rows, self.stepper.layout["method"]["events"]
         counts, changes = self.events.counts, self.changes
