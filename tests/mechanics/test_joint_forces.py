@@ -236,3 +236,12 @@ def test_generalized_alpha_keeps_order_two_between_stops(damping: float) -> None
         errors.append(float(np.abs(run.q[:, 0] - exact[0]).max()))
     slopes = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(np.abs(slopes - 2.0) < 0.1) if damping == 0.0 else 1.9 < np.mean(slopes) < 2.5, (errors, slopes)
+
+
+def test_friction_whose_level_grows_with_time_is_an_effort() -> None:
+    """A wheel of 1 kg m^2 at 2 rad/s under 0.3 + 0.1 t N m: v = 2 - 0.3 t - 0.05 t^2."""
+    wheel = SceneBuilder("wheel").body("wheel", 1.0, inertia=[1, 1, 1])
+    wheel.joint("spin", "revolute", "base", "wheel", axis=[0, 0, 1], initial={"velocity": 2.0})
+    wheel.effort("brake", "spin", "-(0.3 + 0.1 * t) * tanh(v.spin / 0.01)")
+    run = eomgen.build(wheel.build(), profile="quick").simulate(3.0, 1e-3)
+    np.testing.assert_allclose(run.v[:, 0], 2.0 - 0.3 * run.t - 0.05 * run.t**2, atol=1e-6)
