@@ -70,3 +70,18 @@ def test_steps_that_pass_over_friction_are_told_and_those_that_resolve_it_are_ri
             continue
         assert not told & names_of(run)
         assert off < max(3.0 * float(run.error.outputs["x"]) / np.ptp(exact), 1e-6)
+
+
+@pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
+def test_motion_and_forces_of_rounding_are_measured_by_those_at_work(unit: float) -> None:
+    """The slider rests, since sin^2 + cos^2 = 1: it moves by the rounding of the sum alone, in any unit of length."""
+    builder = eomgen.SceneBuilder("rest", gravity=[0, 0, -9.81 * unit])
+    builder.body("arm", 1.0, center_of_mass=[0.5 * unit, 0, 0], inertia=[0.01 * unit**2, 0.1 * unit**2, 0.1 * unit**2])
+    builder.joint("hinge", "revolute", "base", "arm", axis=[0, 1, 0], initial={"position": 0.3})
+    builder.body("still", 2.0).joint("slide", "prismatic", "base", "still", axis=[1, 0, 0])
+    force = f"{1e3 * unit} * (sin(q.hinge)**2 + cos(q.hinge)**2 - 1)"
+    builder.effort("balance", "slide", force).output("force", formula=force, unit="N")
+    run = eomgen.build(builder.build(), profile="quick").simulate(2.0, 1e-2)
+    assert run.message == "reached t = 2 s in 200 steps"
+    assert run.error.largest is not None and run.error.largest.name == "q.hinge"
+    assert run.error.largest_output is not None and run.error.largest_output.share < 1e-3

@@ -19,7 +19,15 @@ from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
 from eomgen.integrators.events import STOPPED
 from eomgen.results.events import Events
-from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, differences, motion_size, shares, whole_turns
+from eomgen.simulation.accuracy.motion_size import (
+    Kinds,
+    MotionSize,
+    at_work,
+    differences,
+    motion_size,
+    shares,
+    whole_turns,
+)
 from eomgen.simulation.stepping.chunks import run_chunks
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
@@ -207,7 +215,8 @@ class ComparisonRuns:
         )
         self.own = self._motion(self.span.rows, outputs, events)._replace(statistics=statistics)
         turns = whole_turns(run, self.span.rows, self.span.parameters)
-        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs, turns, self._energies())
+        work = at_work(run, rows, parameters)
+        self.size: MotionSize = motion_size(run.model, rows, self.own.outputs, turns, self._energies(), work)
         begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
         self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
         self._steps = run.grid.steps

@@ -110,6 +110,7 @@ _KEPT = 0.02
 _MOVED = 1e-9
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
+_DUAL = {"m/s": "N", "rad/s": "N m"}
 #: Arrays (n, size) by quantity: ``q``, ``increment``, ``v``, ``z``, ``multipliers``, and ``output.`` with a
 #: name.
 Kinds = dict[str, Array]
@@ -195,15 +196,63 @@ def differences_of(
     return apart | {f"output.{name}": np.abs(_table(ours[name]) - _table(theirs[name])) for name in ours}
 
 
+class Work(NamedTuple):
+    """Motion and forces at work in a run, as scales of components that hardly move.
+
+    Attributes
+    ----------
+    rates : (nv,), the velocity of each component that alone has the largest kinetic energy of the run
+    duration : s
+    forces : the largest force by unit, N or N m: on a component that alone has the accelerations of the run, in the
+        metric of kinetic energy
+    """
+
+    rates: Array
+    duration: float
+    forces: Mapping[str, float]
+
+
+def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
+    """Return motion and forces at work in a run, by some of its rows; None if runs of the model have no inertia matrix.
+
+    A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is no scale of
+    that; the range that the energy at work could give it is one, in the units of the component.
+    """
+    model = run.model
+    if not model.nv or not model.functions.of_runs("mass"):
+        return None
+    places = np.linspace(0, len(rows) - 1, min(len(rows), _ROWS)).astype(int)
+    states = states_of(rows[places], model)
+    try:
+        with np.errstate(all="ignore"):
+            held = parameters if parameters.ndim == 1 else parameters[places]
+            (mass,) = model.evaluator.functions("mass", {"q": states.q, "p": held})
+            mass = np.broadcast_to(mass, (len(places), model.nv, model.nv))
+            energies = np.einsum("ni,nij,nj->n", states.v, mass, states.v)
+            diagonal = np.diagonal(mass, axis1=1, axis2=2).max(axis=0)
+            rates: Array = np.sqrt(energies.max() / diagonal)
+            accelerating = np.einsum("ni,nij,nj->n", states.a, mass, states.a)
+            loads = np.sqrt(accelerating.max() * diagonal)
+    except EomgenError:
+        return None
+    known = np.where(np.isfinite(rates), rates, 0.0)
+    forces: dict[str, float] = {}
+    for unit, load in zip(model.v_units, loads.tolist(), strict=True):
+        if (dual := _DUAL.get(unit)) and np.isfinite(load):
+            forces[dual] = max(forces.get(dual, 0.0), load)
+    return Work(known, float(rows[-1, 0] - rows[0, 0]), forces)
+
+
 def motion_size(
     model: CompiledModel,
     rows: Array,
     outputs: Mapping[str, Array],
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
+    work: Work | None = None,
 ) -> MotionSize:
     """Return the size of the motion of recorded rows, (n, width); see ``size_of``."""
-    return size_of(components_of(model), columns_of(model, rows), outputs, turns, energies)
+    return size_of(components_of(model), columns_of(model, rows), outputs, turns, energies, work)
 
 
 def size_of(
@@ -212,6 +261,7 @@ def size_of(
     outputs: Mapping[str, Array],
     turns: NDArray[np.bool_] | None = None,
     energies: float = 0.0,
+    work: Work | None = None,
 ) -> MotionSize:
     """Return the size of a motion with given columns, by kind.
 
@@ -240,16 +290,20 @@ def size_of(
     turns = np.zeros(model.nv, dtype=bool) if turns is None else turns
     size[turns] = np.minimum(size[turns], TURN)
     reach = _reach(column["q"], model.q_units, units)
-    sizes = {"increment": _measure(size, units, _REST * reach)}
+    rates, ways = np.zeros(model.nv), reach
+    if work is not None:  # the least share of the energy at work that counts as motion
+        rates, ways = _REST * work.rates, np.maximum(reach, work.duration * work.rates)
+    sizes = {"increment": _measure(size, units, _REST * ways)}
     sizes["q"] = _of_coordinates(model, sizes["increment"])
-    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units)
+    sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, rates)
     sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, _REST * np.abs(column["z"]).max(axis=0))
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
     units_of = model.outputs
-    at_work = _at_work(model, column, [(units_of[name], values) for name, values in outputs.items()])
+    forces = {} if work is None else work.forces
+    largest = _at_work(model, column, [(units_of[name], values) for name, values in outputs.items()], forces)
     for name, values in outputs.items():
         table = _table(values)
-        least = np.maximum(np.abs(table).max(axis=0), at_work.get(units_of[name], 0.0))
+        least = np.maximum(np.abs(table).max(axis=0), largest.get(units_of[name], 0.0))
         extent = np.ptp(table, axis=0)
         if units_of[name] == "J":
             extent = np.where(extent < _KEPT * energies, energies, extent)
@@ -264,8 +318,10 @@ def size_of(
     return MotionSize(sizes, *labels, tuple(own.tolist()), of_turns, travelled, still)
 
 
-def _at_work(model: Components, column: Kinds, outputs: Sequence[tuple[str, Array]]) -> dict[str, float]:
-    """Return by unit the largest value of a run: of coordinates, velocities, and outputs.
+def _at_work(
+    model: Components, column: Kinds, outputs: Sequence[tuple[str, Array]], inertial: Mapping[str, float]
+) -> dict[str, float]:
+    """Return by unit the largest value of a run: of coordinates, velocities, inertial forces and outputs.
 
     Forces and multipliers also count as moments at a lever of 1 m, and moments as forces.
     """
@@ -273,7 +329,7 @@ def _at_work(model: Components, column: Kinds, outputs: Sequence[tuple[str, Arra
     of_units = [*zip(model.q_units, q.tolist(), strict=True), *zip(model.v_units, v.tolist(), strict=True)]
     of_forces = [(_FORCES[0], column["multipliers"]), *outputs]
     of_units += [(unit, float(_largest(_table(values)).max(initial=0.0))) for unit, values in of_forces]
-    result: dict[str, float] = {}
+    result = dict(inertial)
     for unit, value in of_units:
         result[unit] = max(result.get(unit, 0.0), value)
     return result | dict.fromkeys(_FORCES, max(result.get(unit, 0.0) for unit in _FORCES))

@@ -26,7 +26,7 @@ from eomgen.formula.nodes import Formula, infix
 from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
-from eomgen.simulation.accuracy.motion_size import differences, motion_size, reach_of, shares
+from eomgen.simulation.accuracy.motion_size import at_work, differences, motion_size, reach_of, shares
 from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates, rows_within, step_rows
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
@@ -301,7 +301,7 @@ class _Examination:
         self._split: NDArray[np.bool_] = np.asarray(split)
         begins, last = np.searchsorted(np.sort(changes), [self._t[:-1] - near, self._t[1:] + near])
         self._whole = np.setdiff1d(np.flatnonzero((np.diff(self._t) > near) & (begins == last)), breaks)
-        size = motion_size(self._model, path.rows, {}).sizes
+        size = motion_size(self._model, path.rows, {}, work=at_work(path.run, path.rows, path.parameters)).sizes
         sampled = np.array([state.sampling is not None for state in self._model.description.states], dtype=bool)
         self._sizes = np.concatenate([size["v"], np.where(sampled, np.inf, size["z"])])
         self._left_out = np.concatenate([np.zeros(self._model.nv, dtype=bool), sampled])
