@@ -10,6 +10,7 @@ import pytest
 
 import eomgen
 from eomgen.products.pages import live
+from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Runner, tuning_grid
 from eomgen.simulation.judgement.register import CHECKS
@@ -42,7 +43,7 @@ def by_ensemble() -> float:
 def by_live() -> float:
     run = eomgen.build(oscillator(), profile="quick").simulate()
     words = live._error(run)
-    assert f"of {run.error.worst.name} " in words
+    assert run.error.worst is not None and f"of {run.error.worst.name} " in words
     return run.error.worst.share
 
 
@@ -64,6 +65,7 @@ def test_the_error_of_an_internal_state_is_the_same_by_every_verb(verb: str) -> 
 def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
     demand = 1e-3
     tuned = eomgen.tune(oscillator(), error=demand, methods=[METHOD], axes=["method"], budget=20.0)
+    assert isinstance(tuned, Tuned)
     run = eomgen.build(oscillator(), profile="quick").simulate(END, tuned.value, method=METHOD)
     assert tuned.met and tuned.error <= demand
     assert run.error.relative < 1.5 * demand

@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -445,7 +445,7 @@ class _Rates:
     def _partials(self, row: int, basis: Array) -> Array | None:
         model, states = self._model, self._states
         held = {"multipliers": states.multipliers[row]} if model.multipliers else {}
-        given = {"z": states.z[row], "parameters": self._parameters(row), **held}
+        given: dict[str, Any] = {"z": states.z[row], "parameters": self._parameters(row), **held}
         q, v, t = states.q[row], states.v[row], float(states.t[row])
         self._left -= model.nv
         with np.errstate(all="ignore"):
@@ -464,7 +464,7 @@ class _Rates:
         ways = sizes[:, np.newaxis] * basis.T
         both = self._accelerations(row, np.concatenate([v + ways, v - ways]))
         slopes = (both[: len(ways)] - both[len(ways) :]) / (2.0 * sizes[:, np.newaxis])
-        result: Array = basis.T @ slopes.T
+        result: Array = np.asarray(basis.T @ slopes.T, dtype=float)
         return result
 
     def _of_states(self, row: int) -> Rate:

@@ -119,7 +119,8 @@ class PointJournal:
             return None
         arrays, data = read_arrays(self._folder / _REFERENCE, "reference of a study", "another folder")
         factors = tuple(Factor(*factor) for factor in data["factors"])
-        names = {name: part if name == "outputs" else tuple(part) for name, part in data["components"].items()}
+        names: dict[str, Any] = dict(data["components"])
+        names |= {name: tuple(part) for name, part in names.items() if name != "outputs"}
         observation = with_arrays(arrays, Components(**{**names, "factors": factors}), tuple(data["rows"]))
         uncertainty = {name: ErrorSize(**size) for name, size in data["uncertainty"].items()}
         return RunReference(observation, data["by"], data["held against"], uncertainty)
