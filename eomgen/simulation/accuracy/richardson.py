@@ -435,7 +435,7 @@ class _Rates:
         model, states = self._model, self._states
         if not model.multipliers or "constraint_jacobian" not in model.functions:
             return np.eye(model.nv)
-        given = {"t": float(states.t[row]), "parameters": self._parameters(row)}
+        given: dict[str, Any] = {"t": float(states.t[row]), "parameters": self._parameters(row)}
         blocks = model.evaluate("constraint_jacobian", states.q[row], **given)
         jacobian = np.atleast_2d(next(iter(blocks.values())))
         _, sizes, directions = np.linalg.svd(jacobian)
@@ -453,7 +453,7 @@ class _Rates:
             mass = basis.T @ M @ basis
             if not (np.all(np.isfinite(C)) and np.all(np.isfinite(mass)) and np.linalg.matrix_rank(mass) == len(mass)):
                 return None
-            result: Array = -np.linalg.solve(mass, basis.T @ C @ basis)
+            result: Array = np.asarray(-np.linalg.solve(mass, basis.T @ C @ basis), dtype=float)
         return result
 
     def _differences(self, row: int, basis: Array) -> Array:
