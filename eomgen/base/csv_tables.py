@@ -12,7 +12,7 @@ from typing import IO
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.files import FEWER_ROWS, nearby, write_file, write_text
+from eomgen.base.files import FEWER_ROWS, nearby, read_file, write_file, write_text
 from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
 
@@ -78,7 +78,7 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
         No such file, no text, no names, a name twice, no rows, rows of another length, a quotation mark that is open.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = read_file(path).decode("utf-8-sig").splitlines()
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
     except UnicodeDecodeError:

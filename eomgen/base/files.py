@@ -3,6 +3,7 @@ that are missing; digests of the files that a reading took, and the folders of t
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import functools
 import hashlib
@@ -11,10 +12,10 @@ import itertools
 import json
 import math
 import os
+import stat
 import tokenize
 import zlib
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
 from contextvars import ContextVar
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
@@ -82,6 +83,19 @@ def make_folder(path: Path) -> Path:
     return path
 
 
+def make_private_folder(path: Path) -> Path:
+    """Return a folder that exists; all that are made are for their owner alone, whatever mask the process has. Raises
+    OSError."""
+    missing = list(itertools.takewhile(lambda folder: not folder.exists(), (path, *path.parents)))
+    for folder in reversed(missing):
+        with contextlib.suppress(FileExistsError):  # by another process
+            folder.mkdir(0o700)
+            folder.chmod(0o700)  # a mask may take permissions from the owner
+    if not path.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
+    return path
+
+
 def _check_kind(folder: Path) -> None:
     """Raise FileError for a file, and for a new folder with the ending of a file."""
     if folder.is_file():
@@ -143,6 +157,34 @@ def temporary_file(path: Path) -> IO[bytes]:
     flags = os.O_CREAT | os.O_EXCL | os.O_WRONLY | getattr(os, "O_BINARY", 0)
     place = path.parent / f".{path.name}.{os.urandom(8).hex()}"
     return open(place, "wb", opener=lambda name, _: os.open(name, flags, 0o666))  # Path takes none
+
+
+#: Kinds of files that are no regular ones, by format of the mode: reading one may never end.
+_KINDS = {
+    stat.S_IFIFO: "a named pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+
+def open_file(path: Path) -> IO[bytes]:
+    """Open a regular file for reading.
+
+    Raises
+    ------
+    OSError
+        The file cannot be opened; it is a folder, a named pipe, a socket or a device, which ``strerror`` names.
+    """
+    if (kind := _KINDS.get(stat.S_IFMT(path.stat().st_mode))) is not None:
+        raise OSError(errno.EINVAL, f"this is {kind}, and a regular file is needed", str(path))
+    return path.open("rb")
+
+
+def read_file(path: Path) -> bytes:
+    """Return the bytes of a regular file. Raises OSError."""
+    with open_file(path) as stream:
+        return stream.read()
 
 
 _COMPARED = 2000  # of a folder
@@ -229,7 +271,7 @@ def read_arrays(
     import zipfile  # noqa: PLC0415  # with its decompressors; a run reads no archive
 
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             if not zipfile.is_zipfile(stream):
                 raise ValueError("it is not an .npz archive, or not all of one")
             with zipfile.ZipFile(stream) as archive:
@@ -284,7 +326,7 @@ _DIGESTS: ContextVar[dict[str, str] | None] = ContextVar("digests", default=None
 def read_bytes(path: Path, most: int) -> bytes:
     """Return the first bytes of a file, at most ``most`` + 1 bytes. Raises OSError or ValueError."""
     try:
-        with path.open("rb") as stream:
+        with open_file(path) as stream:
             data = stream.read(most + 1)
     except FileNotFoundError:
         _collect(path, ABSENT)
@@ -305,7 +347,7 @@ def digest_of_file(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-@contextmanager
+@contextlib.contextmanager
 def digests_of_files() -> Iterator[dict[str, str]]:
     """Collect the digests of the files that ``read_bytes`` reads meanwhile, by absolute path; ``ABSENT`` for a missing
     file, empty for a file that changed meanwhile."""

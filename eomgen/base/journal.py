@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from eomgen.base.files import make_folder, write_text
+from eomgen.base.files import make_folder, read_file, write_text
 from eomgen.errors import FileError, Problem
 
 Row = TypeVar("Row")
@@ -83,7 +83,7 @@ class Journal(Generic[Row]):
         self, path: Path, held: str, identity: str, others: str, row_of: Callable[[Mapping[str, Any]], Row]
     ) -> None:
         try:
-            text = path.read_text(encoding="utf-8")
+            text = read_file(path).decode()
         except OSError as error:
             raise self._fault(f"cannot be read: {error.strerror or error}") from None
         except ValueError:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.files import temporary_file
+from eomgen.base.files import read_file, temporary_file
 from eomgen.codegen.program import Program
 from eomgen.errors import FileError
 from eomgen.system.system import Quantity
@@ -125,7 +125,7 @@ def _earlier_files(target: Path) -> set[str]:
     if all(path.name.startswith(".") for path in target.iterdir()):  # a killed process leaves temporary files
         return set()
     try:
-        manifest = json.loads((target / MANIFEST).read_text(encoding="utf-8"))
+        manifest = json.loads(read_file(target / MANIFEST))
         if manifest["generator"] != "eomgen":
             raise KeyError
         return {Path(str(name)).name for name in manifest["files"]}

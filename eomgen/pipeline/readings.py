@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.data import dataclass, field_names, is_dataclass, replace
-from eomgen.base.files import ABSENT, digest_of_file, temporary_file
+from eomgen.base.files import ABSENT, digest_of_file, make_private_folder, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import FileError, ModelError, Problem
 from eomgen.pipeline.front_end import FrontEnd, is_scene
@@ -143,7 +143,7 @@ def store(
         return
     with contextlib.suppress(NoRecordError, OSError):
         place = _place(path, options)
-        place.parent.mkdir(parents=True, exist_ok=True)  # not at the end: the folder may be removed until then
+        make_private_folder(place.parent)  # not at the end: the folder may be removed until then
         postpone(partial(_store, place, scene, description, files))
 
 

@@ -309,6 +309,15 @@ class Builder:
             return cached
 
         lines, fresh = 0, 0
+        taken: list[tuple[str, str]] = []
+        rest: Iterator[tuple[str, str]] = iter(_headers_first(files) if isinstance(files, Mapping) else files)
+
+        def every() -> Iterator[tuple[str, str]]:
+            """Yield all files; again from the first if the cache is full and another folder is tried."""
+            yield from taken
+            for item in rest:
+                taken.append(item)
+                yield item
 
         def compiled(folder: Path) -> list[str]:
             nonlocal lines, fresh
@@ -322,7 +331,7 @@ class Builder:
                     self.compiler, self.flags, timeout=self.timeout, running=running, progress=progress
                 ) as compilation,
             ):
-                for name, text in _headers_first(files) if isinstance(files, Mapping) else files:
+                for name, text in every():
                     (folder / name).write_text(text, encoding="utf-8")
                     lines += text.count("\n")
                     texts[name] = text

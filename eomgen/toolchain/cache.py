@@ -17,6 +17,7 @@ import os
 import shlex
 import shutil
 import sys
+import threading
 import time
 import warnings
 from collections import deque
@@ -24,7 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from eomgen.base.data import dataclass
-from eomgen.base.files import temporary_file
+from eomgen.base.files import make_private_folder, temporary_file
 from eomgen.base.locks import abandoned, claimed, hold
 from eomgen.errors import FileError, Problem, ToolchainError
 
@@ -45,6 +46,9 @@ _SIZES = "sizes.txt"
 TEMPLATES, READINGS = "templates", "readings"
 
 
+#: Temporary folders of this process by the folder of the cache that cannot keep its entries.
+_SUBSTITUTES: dict[Path, Path] = {}
+_SUBSTITUTION = threading.Lock()
 _POSTPONED: deque[Callable[[], None]] = deque()
 
 
@@ -98,7 +102,8 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
 
 
 class Cache:
-    """The store in one folder; if the folder is read-only, its entries are read, and new entries go to a temporary one.
+    """The store in one folder; if the folder cannot keep an entry (read-only, full, an entry of another user in the
+    place), its entries are read, and new entries go to a temporary folder of this process.
 
     Parameters
     ----------
@@ -113,9 +118,11 @@ class Cache:
         # compilers run in other folders
         self.folder = (default_folder() if folder is None else Path(folder)).absolute()
         self.read_only: Path | None = None
+        chosen = self.folder
+        self.folder = _SUBSTITUTES.get(chosen, chosen)
         self._refusal = refusal(self.folder)
-        if self._refusal:
-            self.read_only = self.folder
+        if self._refusal or self.folder != chosen:
+            self.read_only = chosen
         if others := writable_by_others(self.folder):
             warnings.warn(
                 f"the cache {self.folder} {others}, and its libraries are run: set EOMGEN_CACHE to a folder of your own"
@@ -125,7 +132,7 @@ class Cache:
             )
 
     def get(self, key: str) -> Entry | None:
-        """Return the entry of a key, or None; an entry with changed files is put aside."""
+        """Return the entry of a key, or None; an entry with changed files is put aside, one of another user left."""
         if self.read_only is not None:
             cached = _checked(self.read_only / key)
             if cached is not None or self.folder == self.read_only:
@@ -133,7 +140,7 @@ class Cache:
         folder = self.folder / key
         entry = _checked(folder)
         if entry is None:
-            if os.path.lexists(folder):
+            if os.path.lexists(folder) and not _is_closed(folder):
                 self.quarantine(key)
             return None
         with contextlib.suppress(OSError):
@@ -156,7 +163,7 @@ class Cache:
         self._substitute_folder()
         claims = self.folder / "claims"
         with contextlib.suppress(OSError):
-            claims.mkdir(exist_ok=True)
+            make_private_folder(claims)
         with claimed(claims / key):
             yield
 
@@ -167,9 +174,22 @@ class Cache:
         a full disk for one, becomes FileError, and the folder is removed.
         """
         self._substitute_folder()
+        while True:
+            folder = self.folder
+            try:
+                return self._put(folder, key, build)
+            except (OSError, FileError) as error:
+                reason = _reason(error)
+                if folder in _SUBSTITUTES.values():
+                    named = f"cache {self.read_only or folder}"
+                    fault = f"a compiled model cannot be kept: {reason}"
+                    raise FileError(Problem(named, fault, "space there, or EOMGEN_CACHE=<another folder>")) from error
+            self._substitute(folder, reason)
+
+    def _put(self, folder: Path, key: str, build: Callable[[Path], None]) -> Entry:
         private, held = None, None
         try:
-            private = _new_folder(_TEMPORARY, self.folder)
+            private = _new_folder(_TEMPORARY, folder)
             held = hold(private)
             build(private)
             sums = {file.name: _digest(file) for file in sorted(private.iterdir()) if file.is_file()}
@@ -181,39 +201,43 @@ class Cache:
                 if isinstance(error, Exception) and not isinstance(error, OSError | FileError | StoppedError):
                     self._keep_failed(private, key)
                 shutil.rmtree(private, ignore_errors=True)
-            if not isinstance(error, OSError):
-                raise
-            fault = f"a compiled model cannot be kept: {error.strerror or error}"
-            raise FileError(
-                Problem(f"cache {self.folder}", fault, "space there, or EOMGEN_CACHE=<another folder>")
-            ) from error
+            raise
         finally:
             if held is not None:
                 os.close(held)
-        self._evict(key, added)
+        with contextlib.suppress(OSError):
+            self._evict(key, added)
         return entry
 
     def _place(self, private: Path, key: str, sums: Mapping[str, str]) -> Entry:
         """Move a filled folder to its place, unless another process was faster; that process's entry is kept if
-        complete."""
-        target = self.folder / key
-        for _ in range(2):
+        complete. A folder that cannot be moved there is copied to the temporary folder of this process."""
+        target = private.parent / key
+        for attempt in range(3):
             try:
                 private.rename(target)
                 return Entry(target, tuple(sums))
-            except OSError:
+            except OSError as error:
                 present = self.get(key)  # puts a broken entry aside
                 if present is not None:
                     shutil.rmtree(private, ignore_errors=True)
                     return present
-        private.rename(target)
+                if attempt < 2 and not _is_closed(target):
+                    continue
+                if private.parent in _SUBSTITUTES.values():
+                    raise
+                reason = "its entry of this model cannot be read by this user" if _is_closed(target) else _reason(error)
+        self._substitute(private.parent, reason)
+        target = self.folder / key
+        shutil.copytree(private, target, dirs_exist_ok=True)
+        shutil.rmtree(private, ignore_errors=True)
         return Entry(target, tuple(sums))
 
     def quarantine(self, key: str) -> None:
         """Move an entry out of the way, into ``quarantine``; if the move fails, remove the entry."""
         shelf, entry = self.folder / "quarantine", self.folder / key
         with contextlib.suppress(OSError):
-            shelf.mkdir(exist_ok=True)
+            make_private_folder(shelf)
             entry.rename(_new_folder(f"{key[:16]}-", shelf) / "entry")
             return
         with contextlib.suppress(OSError):
@@ -242,22 +266,40 @@ class Cache:
         return sum(_size(folder) for folder in self._entries())
 
     def _substitute_folder(self) -> None:
-        """Use a temporary folder if the chosen one is read-only, with one warning."""
-        if self.read_only is None or self.folder != self.read_only:
-            return
-        substitute = _new_folder("eomgen-cache-")
-        atexit.register(shutil.rmtree, substitute, ignore_errors=True)
-        warnings.warn(
-            f"the cache {self.folder} cannot be written ({self._refusal}); building in {substitute} instead. "
-            "Set EOMGEN_CACHE to a folder that can be written to keep compiled models",
-            RuntimeWarning,
-            stacklevel=3,
-        )
-        self.folder = substitute
+        """Use the temporary folder of this process if the chosen one cannot be written."""
+        if self.read_only is not None and self.folder == self.read_only:
+            self._substitute(self.folder, self._refusal)
+
+    def _substitute(self, folder: Path, reason: str) -> None:
+        """Use the temporary folder of this process in the place of one that cannot keep entries, with one warning.
+
+        Raises
+        ------
+        FileError
+            There is no temporary folder.
+        """
+        with _SUBSTITUTION:
+            substitute = _SUBSTITUTES.get(folder)
+            if substitute is None or not substitute.is_dir():
+                try:
+                    substitute = _SUBSTITUTES[folder] = _new_folder("eomgen-cache-")
+                except OSError as error:
+                    fault = f"a compiled model cannot be kept: {reason}, nor in a temporary folder: {_reason(error)}"
+                    hint = "EOMGEN_CACHE=<a folder that can be written>"
+                    raise FileError(Problem(f"cache {folder}", fault, hint)) from None
+                atexit.register(shutil.rmtree, substitute, ignore_errors=True)
+                warnings.warn(
+                    f"the cache {folder} cannot be written ({reason}); building in {substitute} instead. "
+                    "Set EOMGEN_CACHE to a folder that can be written to keep compiled models",
+                    RuntimeWarning,
+                    stacklevel=4,
+                )
+        if self.folder == folder:
+            self.folder, self.read_only = substitute, folder
 
     def _entries(self) -> list[Path]:
         """Return the folders of entries, least recently used first."""
-        return _oldest_first(folder for folder in self.folder.iterdir() if (folder / _META).is_file())
+        return _oldest_first(folder for folder in self.folder.iterdir() if os.path.isfile(folder / _META))  # noqa: PTH113  # Path raises PermissionError
 
     def _evict(self, keep: str, added: int) -> None:
         """Remove leftovers, and the least recently used entries once all are larger than the limit."""
@@ -298,6 +340,7 @@ class Cache:
         with contextlib.suppress(OSError):
             private = _new_folder(_TEMPORARY, self.folder)
             (private / _SIZES).write_text(f"{total}\n", encoding="ascii")
+            (private / _SIZES).chmod(0o600)
             (private / _SIZES).replace(self.folder / _SIZES)
             private.rmdir()
 
@@ -314,7 +357,7 @@ class Cache:
     def _keep_failed(self, private: Path, key: str) -> None:
         with contextlib.suppress(OSError):
             target = self.failed_folder(key)
-            target.parent.mkdir(exist_ok=True)
+            make_private_folder(target.parent)
             shutil.rmtree(target, ignore_errors=True)
             private.rename(target)
             self._sweep()
@@ -324,13 +367,15 @@ def _new_folder(prefix: str, parent: Path | None = None) -> Path:
     """Return a new folder of this process, in the system's folder for temporary files by default."""
     import tempfile  # noqa: PLC0415  # for builds only
 
-    return Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+    folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
+    folder.chmod(0o700)  # whatever mask the process has
+    return folder
 
 
 def refusal(folder: Path) -> str:
     """Return the reason for which a folder, made if missing, is not writable; empty for a writable folder."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_private_folder(folder)
         with temporary_file(folder / "written") as file:
             pass
         Path(file.name).unlink(missing_ok=True)
@@ -367,6 +412,21 @@ def _checked(folder: Path) -> Entry | None:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         pass
     return None
+
+
+def _is_closed(folder: Path) -> bool:
+    """Return whether a folder exists whose files this user must not read: no damage, but an entry of another user."""
+    try:
+        (folder / _META).read_bytes()
+    except PermissionError:
+        return True
+    except OSError:
+        pass
+    return False
+
+
+def _reason(error: OSError | FileError) -> str:
+    return error.problems[0].what if isinstance(error, FileError) else str(error.strerror or error)
 
 
 def _oldest_first(folders: Iterable[Path]) -> list[Path]:

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from eomgen.base.data import dataclass
+from eomgen.base.files import read_file
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import FileError, Problem, ToolchainError, UsageError
 from eomgen.toolchain.compiler import PIP_INSTALL, ZIG_PACKAGE, Compiler, run_compiler, zig_program
@@ -111,7 +112,7 @@ def cross_build(folder: Path, name: str) -> CrossBuild:
     """
     target, compiler = cross_target(name), zig()
     try:
-        manifest = json.loads((folder / "manifest.json").read_text(encoding="utf-8"))
+        manifest = json.loads(read_file(folder / "manifest.json"))
         words, prefix = shlex.split(manifest["compile"]), str(manifest["model"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(Problem(str(folder), f"this is not a folder of eomgen's: {error}", "eomgen generate")) from None

@@ -14,8 +14,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from eomgen.base.csv_tables import read_cells
 from eomgen.base.files import read_arrays, write_arrays, write_text
-from eomgen.errors import DescriptionError, FileError
+from eomgen.cli import commands
+from eomgen.errors import DescriptionError, EomgenError, FileError
+from eomgen.products.studies.tuning.result import with_settings
+from eomgen.results.solution import Solution
 from eomgen.scene import include
 from eomgen.scene.document import units
 from eomgen.scene.load import load, load_toml
@@ -108,6 +112,61 @@ def test_archives_of_ours_are_read(tmp_path: Path) -> None:
     found, metadata = read_arrays(tmp_path / "run.npz")
     assert metadata == {"a": 1}
     assert all(np.array_equal(found[name], array) for name, array in arrays.items())
+
+
+# -- no regular files --------------------------------------------------------------------------------------------------
+
+TABLE = 'format = 1\nname = "s"\n[inputs.u]\ntable = {{ file = "{}" }}\n'
+ASSET = (
+    '<mujoco><asset><mesh name="m" file="{}"/></asset>'
+    '<worldbody><body><geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+)
+
+
+def invoked(*words: str) -> object:
+    return commands.main([*words], standalone_mode=False)
+
+
+def _written(path: Path, text: str) -> Path:
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+#: Readers of files by path: ending of the file, function, exit code.
+READERS = {
+    "scene": (".toml", load, 7),
+    "URDF": (".urdf", load, 7),
+    "MJCF": (".xml", load, 7),
+    "SDF": (".sdf", load, 7),
+    "mesh of MJCF": (".stl", lambda path: load(_written(path.with_name("m.xml"), ASSET.format(path.name))), 7),
+    "table": (".csv", lambda path: load(_written(path.with_name("s.toml"), TABLE.format(path.name))), 3),
+    "columns": (".csv", read_cells, 7),
+    "solution": (".npz", Solution.load, 7),
+    "settings": (".toml", lambda path: with_settings(path, {"method": "rk4"}, "", ""), 7),
+    "report": (".toml", lambda path: invoked("report", str(path), "--out", str(path.with_name("r.html"))), 7),
+    "field": (".toml", lambda path: invoked("sample", str(path), "--out", str(path.with_name("o"))), 7),
+    "page": (".npz", lambda path: invoked("animate", str(path), "--out", str(path.with_name("a.html"))), 7),
+}
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes of POSIX")
+@pytest.mark.parametrize("reader", READERS)
+@pytest.mark.parametrize("kind", ["named pipe", "device", "directory"])
+def test_a_file_that_is_no_regular_one_is_refused_at_once(reader: str, kind: str, tmp_path: Path) -> None:
+    ending, read, code = READERS[reader]
+    path = tmp_path / f"given{ending}"
+    if kind == "named pipe":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/zero")
+    else:
+        path.mkdir()
+    if kind == "directory" and reader in ("report", "page"):
+        pytest.skip("of runs, or with an answer of its own")
+    with pytest.raises(EomgenError) as caught:
+        read(path)
+    assert caught.value.exit_code == code, caught.value
+    assert {"directory": "directory"}.get(kind, f"this is a {kind}") in str(caught.value)
 
 
 # -- folders -----------------------------------------------------------------------------------------------------------

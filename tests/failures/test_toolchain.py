@@ -63,11 +63,11 @@ def test_a_cache_of_nobody_is_named() -> None:
         default_folder({"EOMGEN_CACHE": "~no_such_user/x"})
 
 
-def test_a_full_disk_under_the_cache_is_named(tmp_path: Path) -> None:
+def test_full_disks_under_cache_and_temporary_folder_are_named(tmp_path: Path) -> None:
     def fill(folder: Path) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
-    with pytest.raises(eomgen.FileError) as caught:
+    with pytest.warns(RuntimeWarning, match="No space left"), pytest.raises(eomgen.FileError) as caught:
         Cache(tmp_path).put("key", fill)
     assert (
         str(caught.value)

@@ -302,7 +302,7 @@ def test_tables_that_are_wrong(table: str | bytes | None, message: str, tmp_path
     [
         (
             '[inputs.u]\ntable = { file = "." }',
-            "(inputs.u.table): '{folder}' is not a file; try: the path of a CSV file",
+            "(inputs.u.table): '{folder}' cannot be read: Is a directory; try: a path from the scene",
         ),
         ('[inputs.u]\ntable = { file = "a\\u0000b" }', "(inputs.u.table): '{folder}/a\\x00b' cannot be read: "),
         (

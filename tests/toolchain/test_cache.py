@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -177,6 +179,106 @@ def test_a_folder_that_cannot_be_written_is_replaced_with_a_warning(tmp_path: Pa
         assert cache.put("other", fill()).text("data.txt") == "content"
     assert len(warned) == 1 and cache.get("key") is not None
     cache.clear()
+
+
+# -- folders that cannot keep entries, and other users -----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EIO])
+def test_a_cache_that_fails_while_it_is_filled_is_a_note(number: int, tmp_path: Path) -> None:
+    def build(folder: Path) -> None:
+        if folder.parent == tmp_path:
+            raise OSError(number, os.strerror(number))
+        fill()(folder)
+
+    with pytest.warns(RuntimeWarning, match=re.escape(f"cannot be written ({os.strerror(number)})")) as warned:
+        cache = Cache(tmp_path)
+        assert cache.put("key", build).text("data.txt") == "content"
+        assert cache.put("other", build).text("data.txt") == "content"
+        assert Cache(tmp_path).put("third", build).text("data.txt") == "content"  # of the same process
+    assert len(warned) == 1 and Cache(tmp_path).get("key") is not None
+    assert not list(tmp_path.iterdir())
+
+
+def test_an_entry_of_another_user_stays_and_the_model_is_built_in_a_temporary_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its folder has mode 0700: the system refuses reading, renaming onto it, and moving it away. The tests may run as
+    root, whom no mode stops."""
+    entry = Cache(tmp_path).put("key", fill("of the first user"))
+    read_text, read_bytes, is_file, rename = Path.read_text, Path.read_bytes, Path.is_file, Path.rename
+
+    def closed(call):
+        def of_another_user(path: Path, *arguments, **keys):
+            if entry.folder in (path, *path.parents):
+                raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+            if call is rename and arguments[0] == entry.folder:
+                raise OSError(errno.ENOTEMPTY, os.strerror(errno.ENOTEMPTY), str(path))
+            return call(path, *arguments, **keys)
+
+        return of_another_user
+
+    with monkeypatch.context() as patch:
+        for name, call in (
+            ("read_text", read_text),
+            ("read_bytes", read_bytes),
+            ("is_file", is_file),
+            ("rename", rename),
+        ):
+            patch.setattr(Path, name, closed(call))
+        cache = Cache(tmp_path)
+        assert cache.get("key") is None
+        with pytest.warns(RuntimeWarning, match="its entry of this model cannot be read by this user") as warned:
+            assert cache.put("key", fill("of the second")).text("data.txt") == "of the second"
+        assert len(warned) == 1
+        again = cache.get("key")
+        assert again is not None and again.text("data.txt") == "of the second"
+    assert entry.text("data.txt") == "of the first user" and not (tmp_path / "quarantine").exists()
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root takes the part of two users")
+def test_two_users_share_a_folder(tmp_path: Path) -> None:
+    shared = tmp_path / "shared"
+    shared.mkdir()
+    script = (
+        "import os, sys\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\n"
+        "import encodings.ascii, tempfile  # the user may not read Python's folder\n"
+        "os.setgid(int(sys.argv[2])); os.setuid(int(sys.argv[2]))\ncache = Cache(sys.argv[1])\n"
+        "def build(folder):\n    (folder / 'data.txt').write_text(sys.argv[2])\n"
+        "with cache.claim('key'):\n    entry = cache.get('key') or cache.put('key', build)\n"
+        "print(entry.text('data.txt'))\n"
+    )
+    for folder in (shared, *tmp_path.parents[:2], tmp_path):
+        folder.chmod(0o777)
+    for user in ("54321", "54322", "54321"):
+        done = subprocess.run(
+            [sys.executable, "-c", script, str(shared), user], capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, done.stdout) == (0, f"{user}\n"), done.stderr
+        assert ("building in" in done.stderr) == (user == "54322")
+
+
+@pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")
+@pytest.mark.parametrize("mask", [0, 0o022, 0o277])
+def test_folders_of_the_cache_are_for_their_owner_alone(mask: int, tmp_path: Path) -> None:
+    before = os.umask(mask)
+    try:
+        cache = Cache(tmp_path / "above" / "cache")
+        with cache.claim("key"):
+            cache.put("key", fill())
+        with pytest.raises(RuntimeError):
+            cache.put("failed", _fail)
+        cache.put("broken", fill()).file("entry.json").unlink()
+        assert cache.get("broken") is None
+    finally:
+        os.umask(before)
+    folders = [tmp_path / "above", cache.folder, *(path for path in cache.folder.rglob("*") if path.is_dir())]
+    assert {"claims", "key", "failed", "quarantine"} <= {folder.name for folder in folders}
+    assert {oct(folder.stat().st_mode & 0o777) for folder in folders} == {"0o700"}
+
+
+def _fail(folder: Path) -> None:
+    raise RuntimeError("no luck")
 
 
 def test_the_environment_chooses_the_folder(tmp_path: Path) -> None:

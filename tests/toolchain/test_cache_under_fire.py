@@ -16,7 +16,7 @@ import pytest
 
 from eomgen.base import locks
 from eomgen.base.locks import hold
-from eomgen.errors import FileError, ToolchainError
+from eomgen.errors import ToolchainError
 from eomgen.toolchain import cache as cache_module
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import ABANDONED_AFTER, KEPT, Cache
@@ -32,6 +32,7 @@ from tests.toolchain.fire import (
     script,
 )
 from tests.toolchain.test_builder import CDEF, FILES, LAYOUT, build
+from tests.toolchain.test_cache import fill
 
 pytestmark = pytest.mark.slow
 
@@ -169,21 +170,22 @@ def test_interrupted_builds_leave_nothing(tmp_path: Path) -> None:
 
 @pytest.mark.long_cases("30000", "90000")
 @pytest.mark.parametrize("size", [30_000, 90_000])
-def test_a_full_disk_is_named_and_left_as_it_was(size: int, tmp_path: Path) -> None:
-    """In memory where that can be mounted; else a limit on the size of files comes nearest. The smaller one hits the
-    sources."""
+def test_a_run_on_a_full_disk_ends_with_a_note_and_leaves_the_disk_as_it_was(size: int, tmp_path: Path) -> None:
+    """In memory where that can be mounted; else a limit on the size of files, also of temporary ones, comes nearest.
+    The smaller one hits the sources."""
     scene, cache = scene_in(tmp_path), tmp_path / "small"
     words = ["simulate", str(scene), "--out", str(tmp_path / "out"), "--t-end", "0.01", "--no-plots"]
     with mounted(cache, f"size={size}") as full:
         done = command(words, cache, None if full else size // 10)
-        assert done.returncode == 7, done.stderr
-        (line,) = done.stderr.splitlines()
+        said = done.stderr.splitlines()
+        assert done.returncode == (0 if full else 7), done.stderr
         assert (
-            line.startswith("input/output error: ")
-            and str(cache) in line
-            and "try: space there, or EOMGEN_CACHE=" in line
+            f"warning: the cache {cache} cannot be written (" in said[0] and "Set EOMGEN_CACHE to a folder" in said[0]
         )
-        assert any(word in line for word in ("No space left on device", "File too large", "File size limit exceeded"))
+        assert any(w in said[0] for w in ("No space left on device", "File too large", "File size limit exceeded"))
+        if not full:
+            assert said[-1].startswith("input/output error: ") and "try: space there, or EOMGEN_CACHE=" in said[-1]
+        assert sum("cannot be written" in line for line in said) == 1
         assert left_in(cache) == NOTHING_LEFT
     assert command(words, tmp_path / "large").returncode == 0
 
@@ -347,15 +349,14 @@ def test_entries_may_be_links_to_whole_ones(tmp_path: Path) -> None:
     assert library is not None and value(library) == 11.0 and left_in(near) == NOTHING_LEFT
 
 
-def test_a_rename_that_never_succeeds_is_an_error_of_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_rename_that_never_succeeds_is_a_note(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(self: Path, target: Path) -> None:
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(cache_module.Path, "rename", refuse)
-    with pytest.raises(
-        FileError, match="a compiled model cannot be kept: Permission denied; try: space there, or EOMGEN_CACHE"
-    ):
-        Cache(tmp_path).put("key", lambda folder: None)
+    with pytest.warns(RuntimeWarning, match=r"cannot be written \(Permission denied\); building in"):
+        entry = Cache(tmp_path).put("key", fill())
+    assert entry.text("data.txt") == "content"
     assert left_in(tmp_path) == NOTHING_LEFT
 
 

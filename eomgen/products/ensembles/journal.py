@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
-from eomgen.base.files import make_folder, read_arrays, write_arrays, write_text
+from eomgen.base.files import make_folder, read_arrays, read_file, write_arrays, write_text
 from eomgen.base.json_text import finite
 from eomgen.errors import FileError, Problem
 from eomgen.products.ensembles.samples import FailedSample, SampleBlock
@@ -60,7 +60,7 @@ class BlockJournal:
 
     def _check(self, path: Path, text: str) -> None:
         try:
-            before = json.loads(path.read_text(encoding="utf-8"))
+            before = json.loads(read_file(path))
         except (OSError, ValueError) as error:
             fault = f"cannot be read: {error}"
             raise FileError(Problem(str(path), fault, "another folder")) from None

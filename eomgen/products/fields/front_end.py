@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import replace
+from eomgen.base.files import open_file
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.pipeline.content import library_content
 from eomgen.pipeline.front_end import FrontEnd, given_options
@@ -56,7 +57,7 @@ def _head(path: str | os.PathLike[str]) -> str:
     if file.suffix.lower() != ".toml":
         return ""
     try:
-        with file.expanduser().open("rb") as stream:
+        with open_file(file.expanduser()) as stream:
             return stream.read(_HEAD).decode("utf-8", "replace")
     except (OSError, ValueError, RuntimeError):
         return ""

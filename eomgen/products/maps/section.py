@@ -14,6 +14,7 @@ from pydantic import Field
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
+from eomgen.base.files import open_file
 from eomgen.base.messages import counted, key_of, listed, shown
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import Surface
@@ -253,7 +254,7 @@ def _is_number(title: str) -> bool:
 
 def _opened(path: Path) -> Any:
     """Return an open NetCDF file, with scaled and masked variables."""
-    with path.open("rb") as file:
+    with open_file(path) as file:
         start = file.read(len(_HDF5))
     if start == _HDF5:
         try:

@@ -53,7 +53,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
 
     Several runs are compared side by side. A folder may hold folders of runs. The page can be printed.
     """
-    from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
+    from eomgen.base.files import make_folder, read_file, write_text  # noqa: PLC0415  # imported with fine arguments
     from eomgen.pipeline import pipeline  # noqa: PLC0415
     from eomgen.products.pages.report import ReportedRun, report_page  # noqa: PLC0415
     from eomgen.results.animation import check_name  # noqa: PLC0415
@@ -68,7 +68,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
             continue
         scene = pipeline.load_scene(source)
         say_notes(scene)
-        model, text = pipeline.build(scene), Path(source).read_text(encoding="utf-8")
+        model, text = pipeline.build(scene), read_file(Path(source)).decode("utf-8-sig")
         with terminal_bar(scene.name) as progress:
             runs.append(ReportedRun(scene.name, model.simulate(progress=progress)))
     outcome = None

@@ -170,10 +170,6 @@ class _Words:
 
 def _text(path: Path, name: str) -> str:
     try:
-        if path.exists() and not path.is_file():
-            raise TableError(
-                name, f"{str(path)!a} is not a file", "the path of a CSV file, from the scene file's folder"
-            )
         data = read_bytes(path, LARGEST_TABLE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)

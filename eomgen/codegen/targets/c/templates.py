@@ -16,7 +16,7 @@ from typing import Any
 import jinja2
 from jinja2.bccache import Bucket
 
-from eomgen.base.files import template_folder
+from eomgen.base.files import make_private_folder, template_folder
 from eomgen.base.version import __version__
 from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.targets.c.naming import c_string, comment, file_name
@@ -60,7 +60,7 @@ class TemplateBytecode(jinja2.BytecodeCache):
         code = bucket.bytecode_to_string()
         for folder in self.folders:
             with contextlib.suppress(OSError):
-                folder.mkdir(exist_ok=True)
+                make_private_folder(folder)
                 handle, private = tempfile.mkstemp(prefix="tmp-", dir=folder)
                 try:
                     with os.fdopen(handle, "wb") as file:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import read_table
 from eomgen.base.data import dataclass
-from eomgen.base.files import nearby
+from eomgen.base.files import nearby, open_file
 from eomgen.base.messages import counted, listed, nearest
 from eomgen.errors import DescriptionError, EomgenError, FileError, ModelError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate_batch, symbols
@@ -450,6 +450,7 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
 def _numbers_of(path: Path) -> NDArray[Any]:
     """Return the numbers of a ``.npy`` file, read at use. Raises FileError."""
     try:
+        open_file(path).close()
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import dataclass, field
-from eomgen.base.files import write_text
+from eomgen.base.files import read_file, write_text
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.studies.tuning.judge import VerificationRun
 from eomgen.products.studies.work_precision.axes import Configuration
@@ -45,7 +45,7 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
     if path is None or path.suffix.lower() != ".toml":
         raise UsageError(Problem(str(path or "scene"), "settings can be written into .toml scene files only", hint))
     try:
-        lines = path.read_text(encoding="utf-8").split("\n")
+        lines = read_file(path).decode().split("\n")
     except OSError as error:
         raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
     lines = _with_section(lines, "simulation", simulation, _OF_METHODS)

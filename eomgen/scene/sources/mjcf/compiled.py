@@ -147,7 +147,7 @@ def _included(result: Elements, element: Element, folder: Path | None) -> Iterat
     """Yield the root of an included file with its name; none of a file that is missing or that is read already: MuJoCo
     refuses these. Raises DescriptionError for a file that is not XML."""
     path = None if folder is None else (folder / element.get("file")).absolute()
-    if path is None or path in result.files or not path.is_file():
+    if path is None or path in result.files or not path.exists():
         return
     result.files.add(path)
     yield read_xml(_strict(read_text(path)), shown_file(path), _DEEPEST), shown_file(path)
@@ -193,11 +193,24 @@ def compiled(text: str, file: str, path: Path | None, elements: Elements) -> tup
     try:
         with _caught(mujoco) as texts:
             spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+            _check_assets(spec, path)
             spec.compiler.fusestatic = False
             model = spec.compile()
         return model, [f"MuJoCo: {' '.join(text.split())}" for text in texts]
     except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise DescriptionError(_problem(str(error), file, elements)) from None
+
+
+def _check_assets(spec: Any, path: Path | None) -> None:
+    """Raise FileError for a file of a mesh, texture or height field that is no regular one: MuJoCo would read a named
+    pipe for ever. MuJoCo names missing files itself."""
+    if path is None:
+        return
+    assets = ((spec.meshdir, (*spec.meshes, *spec.skins, *spec.hfields)), (spec.texturedir, spec.textures))
+    files = {path.parent / folder / item.file for folder, items in assets for item in items if item.file}
+    for file in sorted(files):
+        if file.exists() and not file.is_file():
+            read_text(file)
 
 
 def out_of_range(file: str, elements: Elements) -> DescriptionError:
