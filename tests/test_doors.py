@@ -221,7 +221,7 @@ DOORS: dict[str, set[str]] = {
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.pages": {
         *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
-        *("products.studies", "results", "simulation", "system", "toolchain"),
+        *("products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
     },
     "products.comparison": {
         *("base", "cli", "errors", "formula", "lie", "pipeline", "scene", "symbolic", "system"),

@@ -58,6 +58,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("model.live", "a Model has no 'live'"),
         ("cli('live', 'pendulum.toml')", "eomgen: there is no verb 'live'"),
         ("cli('report', 'pendulum.toml')", "eomgen: there is no verb 'report'"),
+        ("cli('latex', 'pendulum.toml')", "eomgen: there is no verb 'latex'"),
     ),
     "sympy_mechanics": (("eomgen.from_sympy", "module 'eomgen' has no attribute 'from_sympy'"),),
     "reliability": (

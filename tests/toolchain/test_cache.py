@@ -6,8 +6,10 @@ import errno
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 from types import SimpleNamespace
@@ -237,9 +239,9 @@ def test_an_entry_of_another_user_stays_and_the_model_is_built_in_a_temporary_fo
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root takes the part of two users")
-def test_two_users_share_a_folder(tmp_path: Path) -> None:
-    shared = tmp_path / "shared"
-    shared.mkdir()
+def test_two_users_share_a_folder() -> None:
+    shared = Path(tempfile.mkdtemp())  # the folders of the tests are for root alone
+    shared.chmod(0o777)
     script = (
         "import os, sys\nfrom pathlib import Path\nfrom eomgen.toolchain.cache import Cache\n"
         "import encodings.ascii, tempfile  # the user may not read Python's folder\n"
@@ -248,14 +250,13 @@ def test_two_users_share_a_folder(tmp_path: Path) -> None:
         "with cache.claim('key'):\n    entry = cache.get('key') or cache.put('key', build)\n"
         "print(entry.text('data.txt'))\n"
     )
-    for folder in (shared, *tmp_path.parents[:2], tmp_path):
-        folder.chmod(0o777)
     for user in ("54321", "54322", "54321"):
         done = subprocess.run(
             [sys.executable, "-c", script, str(shared), user], capture_output=True, text=True, check=False
         )
         assert (done.returncode, done.stdout) == (0, f"{user}\n"), done.stderr
         assert ("building in" in done.stderr) == (user == "54322")
+    shutil.rmtree(shared)
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes of POSIX")

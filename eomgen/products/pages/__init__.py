@@ -1,4 +1,4 @@
-"""Pages: scenes that run in a web page without a server, and reports on runs."""
+"""Pages: scenes that run in a web page without a server, reports on runs, and equations as LaTeX documents."""
 
 from eomgen.base.products import Product
 from eomgen.base.verbs import Verb
@@ -21,6 +21,12 @@ PRODUCT = Product(
                 "eomgen.products.pages.commands:report",
                 ("eomgen.products.pages.report:report",),
                 behind="live",
+            ),
+            Verb(
+                "latex",
+                "Write the equations of motion as a LaTeX document.",
+                "eomgen.products.pages.commands:latex",
+                behind="generate",
             ),
         )
     },

@@ -1,4 +1,5 @@
-"""``eomgen live``: a page in which a scene runs; ``eomgen report``: a page on scenes and runs."""
+"""``eomgen live``: a page in which a scene runs; ``eomgen report``: a page on scenes and runs; ``eomgen latex``: the
+equations of a scene as a document."""
 
 from __future__ import annotations
 
@@ -7,8 +8,18 @@ from typing import Any
 
 import click
 
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import counted
 from eomgen.base.progress import terminal_bar
-from eomgen.cli.options import completed_files, debug_option, file_to_write, run_options, scene_options
+from eomgen.cli.options import (
+    completed_files,
+    debug_option,
+    file_to_write,
+    json_option,
+    optional_folder,
+    run_options,
+    scene_options,
+)
 from eomgen.cli.printing import say
 from eomgen.cli.running import outcome_code, read_scene, run, say_notes
 from eomgen.errors import Problem, UsageError
@@ -103,3 +114,34 @@ def _stored_runs(path: Path) -> list[Path]:
 
 def _name_of(file: Path) -> str:
     return file.resolve().parent.name if file.name == "solution.npz" else file.stem
+
+
+@click.command()
+@optional_folder("Folder for NAME.tex, NAME of the scene; without it the document is printed.")
+@click.option("--symbols", is_flag=True, help="Keep fixed parameters as symbols, too; tunable ones always are.")
+@scene_options
+@json_option
+@debug_option
+def latex(scene: str, folder: str | None, symbols: bool, as_json: bool, **reading: Any) -> None:
+    """Write the equations of motion of a SCENE as a LaTeX document.
+
+    It defines coordinates, velocities, parameters and inputs with their units, and lists M, h, b, Q and the constraints
+    in these symbols. Long expressions are given names. With --json the same as texts that SymPy reads.
+    """
+    from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
+    from eomgen.pipeline import pipeline  # noqa: PLC0415
+    from eomgen.products.pages.latex import document, equations, with_symbols  # noqa: PLC0415
+
+    described = pipeline.load_scene(scene, **reading)
+    say_notes(described)
+    system, facts = with_symbols(described, every=symbols)
+    parts = equations(system, facts)
+    text = json_text(parts.as_json()) if as_json else document(system, facts, parts)
+    if folder is None:
+        click.echo(text)
+        return
+    path = make_folder(Path(folder)) / f"{system.name}.{'json' if as_json else 'tex'}"
+    write_text(path, text if text.endswith("\n") else f"{text}\n")
+    say(
+        f"written to {path}, {counted(len(parts.shared), 'named expression')}: for pdflatex, with amsmath and longtable"
+    )

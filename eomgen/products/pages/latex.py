@@ -1,0 +1,518 @@
+"""The equations of motion of a System as a LaTeX document: definitions with units, then M, h, b, Q and the constraints.
+
+All terms are read from the tape together, so that an expression that several of them use has one name. Expressions that
+do not fit a line are broken between summands, and long factors are given names.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from eomgen.base.data import dataclass, replace
+from eomgen.compiled.coordinates import coordinate_units
+from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.reading import block_to_sympy, input_symbol
+from eomgen.system.description import Description
+from eomgen.system.notebook import equation
+from eomgen.system.system import BASE_LAYOUT, System
+
+if TYPE_CHECKING:
+    import sympy
+
+    from eomgen.scene.scene import Scene
+
+#: Terms of a document: symbol in LaTeX, title.
+TERMS: Mapping[str, tuple[str, str]] = {
+    "mass": ("M", "Inertia matrix"),
+    "coupling": ("h", "Nonlinear coupling vector: inertia terms quadratic in the velocities"),
+    "base_motion": ("b", "Inertia terms of the moving base"),
+    "force": ("Q", "Generalized force"),
+    "internal_rate": ("f", r"Rates of the internal states, $\dot z = f$"),
+    "constraint": (r"\Phi", r"Holonomic constraints, $\Phi = 0$"),
+    "constraint_jacobian": ("B", r"Jacobian of the constraints: the derivative of the constraints along $w$ is $B w$"),
+}
+_AXES = ("x", "y", "z")
+_QUATERNION = ("w", "x", "y", "z")
+#: Letters of the fields of the base struct.
+_OF_BASE = {
+    "quaternion": "p",
+    "position": "x",
+    "omega": r"\omega",
+    "velocity": "v",
+    "omega_dot": r"\dot{\omega}",
+    "velocity_dot": r"\dot{v}",
+}
+_BASE_UNITS = {name: meaning.rpartition(", ")[2] for name, _, meaning in BASE_LAYOUT} | {"quaternion": ""}
+_BASE = {
+    f"base_{name}_{axis}": (name, axis, meaning.removesuffix(f", {_BASE_UNITS[name]}"))
+    for name, size, meaning in BASE_LAYOUT
+    for axis in (_QUATERNION if size == len(_QUATERNION) else _AXES)
+}
+_SPECIAL = str.maketrans(
+    {
+        **{letter: f"\\{letter}" for letter in "&%$#_{}"},
+        "~": r"\textasciitilde{}",
+        "^": r"\textasciicircum{}",
+        "\\": r"\textbackslash{}",
+        "<": r"\textless{}",
+        ">": r"\textgreater{}",
+    }
+)
+
+
+@dataclass(frozen=True)
+class Definition:
+    """A symbol of a document.
+
+    Attributes
+    ----------
+    name : as in ``System.sympy`` and in JSON
+    meaning, unit : text
+    value : of a parameter, NaN if a build calculates it, and the start of an internal state; None if there is none
+    """
+
+    name: str
+    meaning: str
+    unit: str = ""
+    value: float | None = None
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Terms of a System as expressions of SymPy in the names of the definitions.
+
+    Attributes
+    ----------
+    shared : named expressions in order of evaluation, in symbols and in names before them
+    terms : matrix of each term
+    base : law of each component of the base's motion that the terms contain
+    definitions : symbols by title of their table
+    """
+
+    shared: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
+    terms: Mapping[str, sympy.Matrix]
+    base: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
+    definitions: Mapping[str, tuple[Definition, ...]]
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the equations as JSON types; expressions are texts in SymPy's words."""
+        return {
+            "definitions": {
+                title: [{name: getattr(item, name) for name in ("name", "meaning", "unit", "value")} for item in items]
+                for title, items in self.definitions.items()
+            },
+            "shared": [[symbol.name, str(value)] for symbol, value in self.shared],
+            "base": [[symbol.name, str(value)] for symbol, value in self.base],
+            "terms": {
+                name: {"symbol": TERMS[name][0].strip("\\"), "shape": list(matrix.shape), "entries": _texts(matrix)}
+                for name, matrix in self.terms.items()
+            },
+        }
+
+
+def _texts(matrix: sympy.Matrix) -> list[list[str]]:
+    return [[str(matrix[row, column]) for column in range(matrix.shape[1])] for row in range(matrix.shape[0])]
+
+
+def with_symbols(scene: Scene, *, every: bool = False) -> tuple[System, Description]:
+    """Return the System of a document with its description.
+
+    Parameters
+    ----------
+    scene : Scene
+        Of any source.
+    every : bool, optional
+        Whether fixed parameters are symbols as well; a number that was calculated from them when the scene was read
+        stays a number.
+    """
+    from eomgen.pipeline.pipeline import as_document, derive  # noqa: PLC0415  # SymPy comes with it
+
+    if every:
+        scene = replace(scene, parameters=tuple(replace(item, tunable=True) for item in scene.parameters))
+    document, front_end = as_document(scene)
+    described = front_end.describe(document)
+    system = derive(scene, list(TERMS))
+    made = {name for item in scene.feedback for name in item.calibrated}  # a build calculates these gains
+    return replace(
+        system,
+        parameters=tuple(replace(item, value=math.nan) if item.name in made else item for item in system.parameters),
+    ), described
+
+
+def equations(system: System, described: Description, *, width: int = 96) -> Equations:
+    """Return the terms of a System as expressions that fit lines.
+
+    Parameters
+    ----------
+    system : System
+        With terms of ``TERMS``.
+    described : Description
+        Units, values and meanings of its symbols.
+    width : int, optional
+        Characters of a line, about.
+
+    Returns
+    -------
+    Equations
+    """
+    import sympy  # noqa: PLC0415  # imported only for expressions in SymPy
+
+    blocks = {name: system.functions[name].outputs[0] for name in TERMS if name in system.functions}
+    refs = [ref for block in blocks.values() for ref in block.refs]
+    names = _names(system)
+    moved = {symbol for symbol in system.tape.depends_on(refs) if symbol.block == "base"}
+    laws = [ref for block in system.functions["base"].outputs for ref in block.refs] if moved else []
+    places = sorted(symbol.index for symbol in moved)
+    refs += [laws[place] for place in places]
+    given = block_to_sympy(system.tape, refs, (len(refs),), names=names)
+    intermediates, column = given if isinstance(given, tuple) else ([], given)
+    inlined: dict[sympy.Symbol, sympy.Expr] = {}
+    naming = _Naming(width)
+    for symbol, value in intermediates:
+        expression = value.xreplace(inlined)
+        # a name for cos(q) or -q is longer than the expression
+        inlined[symbol] = expression if sympy.count_ops(expression) <= 1 else naming.named(expression)
+    entries = [naming.fitted(_shorter(entry.xreplace(inlined))) for entry in column]
+    shared, entries = naming.numbered(entries)
+    terms, first = {}, 0
+    for name, block in blocks.items():
+        rows, columns = (*block.shape, 1)[:2]
+        terms[name] = sympy.Matrix(rows, columns, entries[first : first + rows * columns])
+        first += rows * columns
+    used = {symbol.name for value in (*entries, *(value for _, value in shared)) for symbol in value.free_symbols}
+    used |= {names[InputSymbol("base", place)] for place in places}
+    base = zip(
+        (sympy.Symbol(names[InputSymbol("base", place)], real=True) for place in places), entries[first:], strict=True
+    )
+    return Equations(tuple(shared), terms, tuple(base), _definitions(system, described, names, used))
+
+
+def _shorter(expression: sympy.Expr) -> sympy.Expr:
+    """Return an expression multiplied out if that makes it shorter."""
+    import sympy  # noqa: PLC0415  # as above
+
+    return min(expression, sympy.expand(expression), key=sympy.count_ops)
+
+
+class _Naming:
+    """Named expressions, each of which fits a line or is broken between summands.
+
+    Parameters
+    ----------
+    width : of a line
+    """
+
+    def __init__(self, width: int) -> None:
+        self.width = width
+        self.made: dict[sympy.Expr, sympy.Symbol] = {}
+
+    def named(self, expression: sympy.Expr) -> sympy.Symbol:
+        """Return the name of an expression."""
+        import sympy  # noqa: PLC0415  # as above
+
+        value = self.fitted(expression)
+        if value not in self.made:
+            self.made[value] = sympy.Dummy(real=True)
+        return self.made[value]
+
+    def fitted(self, expression: sympy.Expr) -> sympy.Expr:
+        """Return an expression whose summands fit a line, with names for long factors."""
+        if _length(expression) <= self.width:
+            return expression
+        if expression.is_Add:
+            return expression.func(*(self.fitted(term) for term in expression.args))
+        return expression.func(*(self._part(part) for part in expression.args))
+
+    def _part(self, argument: Any) -> Any:
+        """Return an argument of an operation, by its name if it takes more than a third of a line."""
+        if hasattr(argument, "cond"):  # a branch of a piecewise expression
+            return argument.func(self._part(argument.expr), argument.cond)
+        return argument if argument.is_Atom or 3 * _length(argument) <= self.width else self.named(argument)
+
+    def numbered(self, entries: Sequence[sympy.Expr]) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[Any]]:
+        """Return the named expressions as ``w_1``, ``w_2``, ... in order of evaluation, and entries in these names."""
+        import sympy  # noqa: PLC0415  # as above
+
+        final: dict[sympy.Symbol, sympy.Symbol] = {}
+        shared = []
+        for value, symbol in self.made.items():
+            final[symbol] = sympy.Symbol(f"w_{len(final) + 1}", real=True)
+            shared.append((final[symbol], value.xreplace(final)))
+        return shared, [entry.xreplace(final) for entry in entries]
+
+
+def _length(expression: sympy.Expr) -> int:
+    """Return the number of characters of an expression, about as typeset."""
+    return len(re.sub(r"[\s*]|(?<=\w)_", "", str(expression)))
+
+
+# -- symbols -----------------------------------------------------------------------------------------------------------
+
+
+def _names(system: System) -> dict[InputSymbol, str]:
+    """Return the names of symbols: of the scene, and of the fields of the base."""
+    return system.symbol_names | {InputSymbol("base", place): name for place, name in enumerate(_BASE)}
+
+
+def _definitions(
+    system: System, described: Description, names: Mapping[InputSymbol, str], used: set[str]
+) -> dict[str, tuple[Definition, ...]]:
+    """Return the symbols of a document by title of their table; of base and time, only those that occur."""
+
+    def name_of(block: str, index: int) -> str:
+        symbol = InputSymbol(block, index)
+        return names.get(symbol) or str(input_symbol(symbol).name)
+
+    q_units, v_units = coordinate_units(system.factors, described.coordinates)
+    joints = {hinge.name: f"{hinge.type} joint {hinge.name}" for hinge in described.drawing.hinges}
+    coordinates, velocities = [], []
+    for factor in system.factors:
+        owner = joints.get(factor.name, factor.name)
+        of_q, of_v = _meanings(factor.group, factor.q_size, factor.v_size)
+        for index, place in enumerate(range(factor.q_start, factor.q_start + factor.q_size)):
+            coordinates.append(Definition(name_of("q", place), f"{of_q[index]}, {owner}", q_units[place]))
+        for index, place in enumerate(range(factor.v_start, factor.v_start + factor.v_size)):
+            velocities.append(Definition(name_of("v", place), f"{of_v[index]}, {owner}", v_units[place]))
+    tables = {
+        "Coordinates": coordinates,
+        "Velocities": velocities,
+        "Parameters": [
+            Definition(name_of("p", index), item.description or f"parameter {item.name}", item.unit, item.value)
+            for index, item in enumerate(system.parameters)
+        ],
+        "Inputs": [
+            Definition(name_of("u", index), item.description or f"input {item.name}", item.unit)
+            for index, item in enumerate(system.inputs)
+        ],
+        "Internal states": [
+            Definition(name_of("z", index), item.description or f"state {item.name}", item.unit, item.value)
+            for index, item in enumerate(system.states)
+        ],
+        "Multipliers": [
+            Definition(f"lam_{index}", f"multiplier of {name}", "N m" if unit.startswith("1") else "N")
+            for index, (name, unit) in enumerate(zip(system.multipliers, system.row_units, strict=True))
+        ],
+        "Motion of the base": [
+            Definition(name, f"{meaning}, {axis}", _BASE_UNITS[field])
+            for name, (field, axis, meaning) in _BASE.items()
+            if name in used
+        ],
+        "Time": [Definition("t", "time", "s")] if "t" in used else [],
+    }
+    return {title: tuple(items) for title, items in tables.items() if items}
+
+
+def _meanings(group: str, q_size: int, v_size: int) -> tuple[list[str], list[str]]:
+    """Return the meanings of the numbers of a factor of the configuration, and of its velocities."""
+    if group == "R":
+        parts = [""] if q_size == 1 else [f" {index}" for index in range(q_size)]
+        return [f"coordinate{part}" for part in parts], [f"rate of the coordinate{part}" for part in parts]
+    axes = "inertial axes" if group == "R3xSO3" else "body axes"
+    q = [f"orientation, {part} of the quaternion" for part in _QUATERNION] + [
+        f"position along {axis}" for axis in _AXES
+    ]
+    v = [f"angular velocity about {axis}, body axes" for axis in _AXES]
+    v += [f"velocity along {axis}, {axes}" for axis in _AXES]
+    return q[:q_size], v[:v_size]
+
+
+def typeset_symbols(names: Iterable[str]) -> dict[str, str]:
+    """Return names as LaTeX: words upright, letters and Greek ones as such, what follows an underscore as an index.
+
+    Two names that would look alike, ``theta2`` and ``theta_2``, are both set as they are written.
+    """
+    made = {name: _typeset(name) for name in names}
+    alike: dict[str, list[str]] = {}
+    for name, text in made.items():
+        alike.setdefault(text, []).append(name)
+    written = {name for same in alike.values() if len(same) > 1 for name in same}
+    return {name: rf"\mathtt{{{_text(name)}}}" if name in written else text for name, text in made.items()}
+
+
+def _typeset(name: str) -> str:
+    if name in _BASE:
+        field, axis, _ = _BASE[name]
+        return f"{_OF_BASE[field]}_{{B,{axis}}}"
+    if match := re.fullmatch(r"lam_(\d+)", name):
+        return rf"\lambda_{{{int(match[1]) + 1}}}"
+    head, *below = [_word(part) for part in re.findall(r"[^\W\d_]+|\d+", name)] or [_text(name)]
+    return f"{head}_{{{_SPACE.join(below)}}}" if below else head
+
+
+_SPACE = r"\,"
+
+
+def _word(part: str) -> str:
+    """Return a part of a name as LaTeX: a number, a letter or a Greek letter as such, a word upright."""
+    from sympy.core.alphabets import greeks  # noqa: PLC0415  # as above
+
+    if len(part) == 1 or part.isdigit():
+        return part
+    return f"\\{part}" if part in greeks and part != "omicron" else rf"\mathrm{{{part}}}"
+
+
+def _text(text: str) -> str:
+    return text.translate(_SPECIAL)
+
+
+# -- the document ------------------------------------------------------------------------------------------------------
+
+
+def document(system: System, described: Description, parts: Equations, *, width: int = 96) -> str:
+    """Return a whole document: the equation of motion, tables of symbols with units, named expressions, and terms.
+
+    Parameters
+    ----------
+    system, described
+        As of ``equations``.
+    parts : Equations
+        Of this system.
+    width : int, optional
+        Characters of a line, about.
+
+    Returns
+    -------
+    str
+        For any LaTeX with the packages amsmath, geometry and longtable.
+    """
+    import sympy  # noqa: PLC0415  # as above
+
+    tables = parts.definitions
+    names = [item.name for items in tables.values() for item in items]
+    typeset = typeset_symbols([*names, *(symbol.name for symbol, _ in parts.shared)])
+
+    def latex(expression: Any) -> str:
+        symbols = {symbol: typeset[symbol.name] for symbol in expression.free_symbols if symbol.name in typeset}
+        return str(sympy.latex(expression, symbol_names=symbols, mul_symbol=_SPACE))
+
+    facts = system.facts
+    motion = equation(
+        base=facts.moving_base,
+        constraints=facts.constraints,
+        states=bool(system.states),
+        inputs=bool(system.inputs),
+    )
+    lines = [_HEAD.replace("TITLE", _text(system.name))]
+    if system.description:
+        lines.append(_text(system.description) + "\n")
+    lines += [r"\section*{Equation of motion}", rf"\[ {motion} \]", *_remarks(system, parts)]
+    lines.append(r"\section*{Symbols}")
+    for title, items in tables.items():
+        lines += _table(title, items, typeset)
+    if parts.shared:
+        lines += [r"\section*{Named expressions}", "In the order in which they are evaluated.", r"\begin{align*}"]
+        lines += [_joined(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))]
+        lines.append(r"\end{align*}")
+    for name, matrix in parts.terms.items():
+        symbol, title = TERMS[name]
+        lines += [rf"\section*{{{title}}}", *_term(symbol, matrix, latex, width, vector=_is_vector(name))]
+    if parts.base:
+        lines += [r"\section*{Motion of the base}", r"\begin{align*}"]
+        lines += [_joined(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))]
+        lines.append(r"\end{align*}")
+    return "\n".join([*lines, r"\end{document}", ""])
+
+
+_HEAD = r"""\documentclass[a4paper]{article}
+\usepackage[T1]{fontenc}
+\usepackage[utf8]{inputenc}
+\usepackage{amsmath}
+\usepackage[margin=20mm]{geometry}
+\usepackage{longtable}
+\allowdisplaybreaks
+\setcounter{MaxMatrixCols}{99}
+\setlength{\parindent}{0pt}
+\title{Equations of motion: TITLE}
+\date{}
+\begin{document}
+\maketitle
+"""
+
+
+def _is_vector(name: str) -> bool:
+    return name not in ("mass", "constraint_jacobian")
+
+
+def _remarks(system: System, parts: Equations) -> Iterator[str]:
+    """Yield sentences on velocities that are no rates, numbers and zeros."""
+    if any(factor.group != "R" for factor in system.factors):
+        yield (
+            r"Velocities of rotations are angular velocities in body axes; $\dot q$ follows from $v$ by the kinematics"
+            " of the quaternions, and the derivative in $B w$ is left-trivialised.\n"
+        )
+    else:
+        yield r"$\dot q = v$." + "\n"
+    yield "All numbers are in SI units; entries that are not listed are zero.\n"
+    if "mass" in parts.terms:
+        yield "$M$ is symmetric; its upper triangle is listed.\n"
+
+
+def _table(title: str, items: Sequence[Definition], typeset: Mapping[str, str]) -> list[str]:
+    valued = any(item.value is not None for item in items)
+    head = ["symbol", "meaning", "unit", *(["value"] if valued else [])]
+    lines = [rf"\begin{{longtable}}{{l p{{95mm}} l{' r' if valued else ''}}}"]
+    lines.append(rf"\multicolumn{{{len(head)}}}{{l}}{{\textbf{{{title}}}}} \\")
+    lines.append(" & ".join(head) + r" \\ \hline")
+    for item in items:
+        cells = [f"${typeset[item.name]}$", _text(item.meaning), _unit(item.unit)]
+        if valued:
+            cells.append("" if item.value is None or math.isnan(item.value) else f"{item.value:.9g}")
+        lines.append(" & ".join(cells) + r" \\")
+    return [*lines, r"\end{longtable}"]
+
+
+def _unit(label: str) -> str:
+    """Return a label such as ``kg m^2`` as LaTeX."""
+    words = re.sub(r"[^\W\d_]+", r"\\mathrm{\g<0>}", label).replace("%", r"\%")
+    return "" if not label else "$" + re.sub(r"\^(-?[0-9.]+)", r"^{\1}", words).replace(" ", _SPACE) + "$"
+
+
+def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width: int, *, vector: bool) -> Iterator[str]:
+    """Yield the lines of a term: a matrix that fits the line as a whole, else its entries that are not zero."""
+    rows, columns = matrix.shape
+    lengths = [max(_length(entry) for entry in matrix[:, column]) for column in range(columns)]
+    if sum(lengths) + 3 * columns <= width:
+        body = " \\\\\n".join(
+            " & ".join(latex(matrix[row, column]) for column in range(columns)) for row in range(rows)
+        )
+        yield f"\\[ {symbol} = \\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}} \\]"
+        return
+    places = [
+        (row, column)
+        for row in range(rows)
+        for column in range(columns)
+        if matrix[row, column] != 0 and (symbol != "M" or row <= column)
+    ]
+    yield r"\begin{align*}"
+    yield _joined(
+        line
+        for row, column in places
+        for line in _rows(
+            f"{symbol}_{{{row + 1}}}" if vector else f"{symbol}_{{{row + 1},{column + 1}}}",
+            matrix[row, column],
+            latex,
+            width,
+        )
+    )
+    yield r"\end{align*}"
+
+
+def _joined(rows: Iterable[str]) -> str:
+    return " \\\\\n".join(rows)
+
+
+def _rows(left: str, expression: Any, latex: Callable[[Any], str], width: int) -> Iterator[str]:
+    """Yield the lines of an equation, broken between summands."""
+    summands = expression.as_ordered_terms() if expression.is_Add else [expression]
+    line, length = f"{left} &= ", 0
+    for index, summand in enumerate(summands):
+        text, size = latex(summand), _length(summand)
+        if index and length + size > width:
+            yield line
+            line, length = r"&\quad ", 0
+        line += text if not index or text.startswith("-") else f" + {text}"
+        length += size
+    yield line
