@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
 import click
+from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
@@ -70,17 +71,60 @@ def print_table(
     *,
     numeric: Sequence[int] = (),
     whole: Sequence[int] = (),
+    optional: Sequence[int] = (),
 ) -> None:
-    """Print a table to stdout; columns in ``numeric`` are aligned to the right, and columns in ``numeric`` or ``whole``
-    do not fold."""
+    """Print a table to stdout.
+
+    A table that is too wide for the terminal folds names and titles, and leaves out optional columns. No number is cut:
+    lines are longer than the terminal if nothing else helps.
+
+    Parameters
+    ----------
+    numeric : columns of numbers, aligned to the right, which do not fold
+    whole : columns of words that do not fold
+    optional : columns that a narrow terminal leaves out, the first of these first
+    """
+    cells = [[str(cell) for cell in row] for row in rows]
+    widest = [max((cell_len(row[index]) for row in cells), default=0) for index in range(len(header))]
+    unfolded = {*numeric, *whole}
+    titles = [_folded(name, widest[index]) if index in unfolded else [name] for index, name in enumerate(header)]
+    least = [
+        max(widest[index], *map(cell_len, titles[index]))
+        if index in unfolded
+        else max(min(widest[index], _NAME), *map(cell_len, name.split(" ")))
+        for index, name in enumerate(header)
+    ]
+    out, kept = console(), list(range(len(header)))
+    for index in optional:
+        if _GAP * (len(kept) - 1) + sum(least[index] for index in kept) > out.width:
+            kept.remove(index)
     table = Table(
         title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header)
     )
-    for index, name in enumerate(header):
-        unfolded = index in numeric or index in whole
+    for index in kept:
         table.add_column(
-            escape(name), justify="right" if index in numeric else "left", no_wrap=unfolded, overflow="fold"
+            escape("\n".join(titles[index])),
+            justify="right" if index in numeric else "left",
+            no_wrap=index in unfolded,
+            overflow="fold",
+            min_width=least[index],
         )
-    for row in rows:
-        table.add_row(*(escape(str(cell)) for cell in row))  # names are the user's text
-    console().print(table)
+    for row in cells:
+        table.add_row(*(escape(row[index]) for index in kept))  # names are the user's text
+    width = max(out.width, _GAP * (len(kept) - 1) + sum(least[index] for index in kept))
+    out.print(table, width=width, soft_wrap=width > out.width, crop=False)
+
+
+#: Characters between columns, and of a column of names at least, before other columns are left out.
+_GAP, _NAME = 2, 12
+
+
+def _folded(title: str, width: int) -> list[str]:
+    """Return a title in lines of at most ``width`` characters, words longer than that on lines of their own."""
+    lines: list[str] = []
+    for word in title.split(" "):
+        if lines and cell_len(lines[-1]) + 1 + cell_len(word) <= width:
+            lines[-1] += f" {word}"
+        else:
+            lines.append(word)
+    return lines

@@ -103,7 +103,7 @@ def _print_report(report: CheckReport) -> None:
         for form in report.forms
     ]
     title = f"{report.scene}: {counted(len(report.forms), 'closed form')} at {counted(len(report.states), 'state')}"
-    print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(0, 8))
+    print_table(title, header, rows, numeric=(2, 3, 4, 5, 6), whole=(8,), optional=(7, 1))
     for note in (*report.remarks, *report.notes):
         say(note)
     if report.corners:
@@ -171,7 +171,7 @@ def _print_costs(study: Savings) -> None:
     title = f"{study.scene}, {study.method}, step {study.step:.6g} s: cost, and its ratio to that as asked"
     header = ("variant", *(name for _, heading, _, _ in _COLUMNS for name in (heading, "x")))
     rows = [(cost.name, *(text for column in _COLUMNS for text in _pair(study, cost, column))) for cost in study.costs]
-    print_table(title, header, rows, numeric=tuple(range(1, len(header))), whole=(0,))
+    print_table(title, header, rows, numeric=tuple(range(1, len(header))))
     console().print()
     names = [cost.name for cost in study.costs if cost.operations]
     of_terms = [

@@ -140,7 +140,7 @@ def _print_tradeoff(study: Tradeoff) -> None:
         rows.append((f"{demand:g}", *_cells(study, best), *_next(other, best)))
     title = f"{study.scene}: {study.measure} error of {study.quantity}, {study.span[1] - study.span[0]:g} s"
     header = ("demand", "cheapest that meets it", "step or tolerance", "error", "time", "next method", "costs")
-    print_table(title, header, rows, numeric=(0, 3, 4, 6), whole=(2,))
+    print_table(title, header, rows, numeric=(0, 3, 4, 6), whole=(2,), optional=(5,))
 
 
 def _cells(study: Tradeoff, point: Point) -> tuple[str, str, str, str]:
