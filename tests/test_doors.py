@@ -560,7 +560,7 @@ LATE: dict[str, dict[str, str]] = {
         "toolchain.tape_data": "few libraries have a tape",
     },
 }
-SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.sympy_mechanics", "products.waves"}
+SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.pages", "products.sympy_mechanics", "products.waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 

@@ -84,7 +84,7 @@ def make_folder(path: Path) -> Path:
 
 
 def make_private_folder(path: Path) -> Path:
-    """Return a folder that exists; all that are made are for their owner alone, whatever mask the process has. Raises
+    """Return a folder, made if missing; new folders are for their owner alone, for any mask of the process. Raises
     OSError."""
     missing = list(itertools.takewhile(lambda folder: not folder.exists(), (path, *path.parents)))
     for folder in reversed(missing):
@@ -159,7 +159,7 @@ def temporary_file(path: Path) -> IO[bytes]:
     return open(place, "wb", opener=lambda name, _: os.open(name, flags, 0o666))  # Path takes none
 
 
-#: Kinds of files that are no regular ones, by format of the mode: reading one may never end.
+#: Kinds of files whose reading may never end, by format of the mode.
 _KINDS = {
     stat.S_IFIFO: "a named pipe",
     stat.S_IFSOCK: "a socket",

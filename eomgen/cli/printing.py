@@ -76,7 +76,7 @@ def print_table(
     """Print a table to stdout.
 
     A table that is too wide for the terminal folds names and titles, and leaves out optional columns. No number is cut:
-    lines are longer than the terminal if nothing else helps.
+    a table of many numbers has lines longer than the terminal.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ _GAP, _NAME = 2, 12
 
 
 def _folded(title: str, width: int) -> list[str]:
-    """Return a title in lines of at most ``width`` characters, words longer than that on lines of their own."""
+    """Return a title in lines of at most ``width`` characters; longer words have a line each."""
     lines: list[str] = []
     for word in title.split(" "):
         if lines and cell_len(lines[-1]) + 1 + cell_len(word) <= width:

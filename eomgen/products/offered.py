@@ -12,7 +12,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "laws": ("law", "laws"),
     "maps": ("map", "maps"),
     "optimisers": ("acados", "casadi", "jax", "torch"),
-    "pages": ("live", "report"),
+    "pages": ("latex", "live", "report"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "studies": (
         "Extremes",

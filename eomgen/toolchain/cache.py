@@ -368,7 +368,7 @@ def _new_folder(prefix: str, parent: Path | None = None) -> Path:
     import tempfile  # noqa: PLC0415  # for builds only
 
     folder = Path(tempfile.mkdtemp(prefix=prefix, dir=parent))
-    folder.chmod(0o700)  # whatever mask the process has
+    folder.chmod(0o700)  # for any mask of the process
     return folder
 
 

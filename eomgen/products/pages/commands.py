@@ -125,8 +125,8 @@ def _name_of(file: Path) -> str:
 def latex(scene: str, folder: str | None, symbols: bool, as_json: bool, **reading: Any) -> None:
     """Write the equations of motion of a SCENE as a LaTeX document.
 
-    It defines coordinates, velocities, parameters and inputs with their units, and lists M, h, b, Q and the constraints
-    in these symbols. Long expressions are given names. With --json the same as texts that SymPy reads.
+    The document defines coordinates, velocities, parameters and inputs with units, and lists M, h, b, Q, constraints
+    in these symbols. Long expressions have names. With --json: the same as texts for SymPy.
     """
     from eomgen.base.files import make_folder, write_text  # noqa: PLC0415  # imported with fine arguments
     from eomgen.pipeline import pipeline  # noqa: PLC0415

@@ -11,8 +11,12 @@ import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import sympy
+from sympy.core.alphabets import greeks
+
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.coordinates import coordinate_units
+from eomgen.pipeline.pipeline import as_document, derive
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.reading import block_to_sympy, input_symbol
 from eomgen.system.description import Description
@@ -20,8 +24,6 @@ from eomgen.system.notebook import equation
 from eomgen.system.system import BASE_LAYOUT, System
 
 if TYPE_CHECKING:
-    import sympy
-
     from eomgen.scene.scene import Scene
 
 #: Terms of a document: symbol in LaTeX, title.
@@ -128,8 +130,6 @@ def with_symbols(scene: Scene, *, every: bool = False) -> tuple[System, Descript
         Whether fixed parameters are symbols as well; a number that was calculated from them when the scene was read
         stays a number.
     """
-    from eomgen.pipeline.pipeline import as_document, derive  # noqa: PLC0415  # SymPy comes with it
-
     if every:
         scene = replace(scene, parameters=tuple(replace(item, tunable=True) for item in scene.parameters))
     document, front_end = as_document(scene)
@@ -158,8 +158,6 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
     -------
     Equations
     """
-    import sympy  # noqa: PLC0415  # imported only for expressions in SymPy
-
     blocks = {name: system.functions[name].outputs[0] for name in TERMS if name in system.functions}
     refs = [ref for block in blocks.values() for ref in block.refs]
     names = _names(system)
@@ -192,8 +190,6 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
 
 def _shorter(expression: sympy.Expr) -> sympy.Expr:
     """Return an expression multiplied out if that makes it shorter."""
-    import sympy  # noqa: PLC0415  # as above
-
     return min(expression, sympy.expand(expression), key=sympy.count_ops)
 
 
@@ -211,8 +207,6 @@ class _Naming:
 
     def named(self, expression: sympy.Expr) -> sympy.Symbol:
         """Return the name of an expression."""
-        import sympy  # noqa: PLC0415  # as above
-
         value = self.fitted(expression)
         if value not in self.made:
             self.made[value] = sympy.Dummy(real=True)
@@ -234,8 +228,6 @@ class _Naming:
 
     def numbered(self, entries: Sequence[sympy.Expr]) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[Any]]:
         """Return the named expressions as ``w_1``, ``w_2``, ... in order of evaluation, and entries in these names."""
-        import sympy  # noqa: PLC0415  # as above
-
         final: dict[sympy.Symbol, sympy.Symbol] = {}
         shared = []
         for value, symbol in self.made.items():
@@ -260,7 +252,7 @@ def _names(system: System) -> dict[InputSymbol, str]:
 def _definitions(
     system: System, described: Description, names: Mapping[InputSymbol, str], used: set[str]
 ) -> dict[str, tuple[Definition, ...]]:
-    """Return the symbols of a document by title of their table; of base and time, only those that occur."""
+    """Return the symbols of a document by title of their table; components of the base and time if a term has any."""
 
     def name_of(block: str, index: int) -> str:
         symbol = InputSymbol(block, index)
@@ -306,7 +298,7 @@ def _definitions(
 
 
 def _meanings(group: str, q_size: int, v_size: int) -> tuple[list[str], list[str]]:
-    """Return the meanings of the numbers of a factor of the configuration, and of its velocities."""
+    """Return the meanings of the numbers of a factor of the configuration, and of the velocities."""
     if group == "R":
         parts = [""] if q_size == 1 else [f" {index}" for index in range(q_size)]
         return [f"coordinate{part}" for part in parts], [f"rate of the coordinate{part}" for part in parts]
@@ -320,9 +312,9 @@ def _meanings(group: str, q_size: int, v_size: int) -> tuple[list[str], list[str
 
 
 def typeset_symbols(names: Iterable[str]) -> dict[str, str]:
-    """Return names as LaTeX: words upright, letters and Greek ones as such, what follows an underscore as an index.
+    """Return names as LaTeX: words upright, letters and Greek letters as such, parts behind an underscore as an index.
 
-    Two names that would look alike, ``theta2`` and ``theta_2``, are both set as they are written.
+    Names that would look alike, ``theta2`` and ``theta_2``, are set letter by letter.
     """
     made = {name: _typeset(name) for name in names}
     alike: dict[str, list[str]] = {}
@@ -347,8 +339,6 @@ _SPACE = r"\,"
 
 def _word(part: str) -> str:
     """Return a part of a name as LaTeX: a number, a letter or a Greek letter as such, a word upright."""
-    from sympy.core.alphabets import greeks  # noqa: PLC0415  # as above
-
     if len(part) == 1 or part.isdigit():
         return part
     return f"\\{part}" if part in greeks and part != "omicron" else rf"\mathrm{{{part}}}"
@@ -378,8 +368,6 @@ def document(system: System, described: Description, parts: Equations, *, width:
     str
         For any LaTeX with the packages amsmath, geometry and longtable.
     """
-    import sympy  # noqa: PLC0415  # as above
-
     tables = parts.definitions
     names = [item.name for items in tables.values() for item in items]
     typeset = typeset_symbols([*names, *(symbol.name for symbol, _ in parts.shared)])
@@ -403,7 +391,7 @@ def document(system: System, described: Description, parts: Equations, *, width:
     for title, items in tables.items():
         lines += _table(title, items, typeset)
     if parts.shared:
-        lines += [r"\section*{Named expressions}", "In the order in which they are evaluated.", r"\begin{align*}"]
+        lines += [r"\section*{Named expressions}", "In the order of evaluation.", r"\begin{align*}"]
         lines += [_joined(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))]
         lines.append(r"\end{align*}")
     for name, matrix in parts.terms.items():
@@ -437,7 +425,7 @@ def _is_vector(name: str) -> bool:
 
 
 def _remarks(system: System, parts: Equations) -> Iterator[str]:
-    """Yield sentences on velocities that are no rates, numbers and zeros."""
+    """Yield sentences on velocities, numbers and zeros."""
     if any(factor.group != "R" for factor in system.factors):
         yield (
             r"Velocities of rotations are angular velocities in body axes; $\dot q$ follows from $v$ by the kinematics"
@@ -447,7 +435,7 @@ def _remarks(system: System, parts: Equations) -> Iterator[str]:
         yield r"$\dot q = v$." + "\n"
     yield "All numbers are in SI units; entries that are not listed are zero.\n"
     if "mass" in parts.terms:
-        yield "$M$ is symmetric; its upper triangle is listed.\n"
+        yield "$M$ is symmetric: the upper triangle is listed.\n"
 
 
 def _table(title: str, items: Sequence[Definition], typeset: Mapping[str, str]) -> list[str]:
@@ -471,7 +459,7 @@ def _unit(label: str) -> str:
 
 
 def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width: int, *, vector: bool) -> Iterator[str]:
-    """Yield the lines of a term: a matrix that fits the line as a whole, else its entries that are not zero."""
+    """Yield the lines of a term: a matrix that fits the line as a whole, else the entries that are not zero."""
     rows, columns = matrix.shape
     lengths = [max(_length(entry) for entry in matrix[:, column]) for column in range(columns)]
     if sum(lengths) + 3 * columns <= width:
