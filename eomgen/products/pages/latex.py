@@ -91,7 +91,7 @@ class Equations:
     shared : named expressions in order of evaluation, in symbols and in names before them
     terms : matrix of each term
     base : law of each component of the base's motion that the terms contain
-    definitions : symbols by title of their table
+    definitions : symbols by title of the table
     """
 
     shared: tuple[tuple[sympy.Symbol, sympy.Expr], ...]
@@ -120,7 +120,7 @@ def _texts(matrix: sympy.Matrix) -> list[list[str]]:
 
 
 def with_symbols(scene: Scene, *, every: bool = False) -> tuple[System, Description]:
-    """Return the System of a document with its description.
+    """Return the System of a document, and the description.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
     system : System
         With terms of ``TERMS``.
     described : Description
-        Units, values and meanings of its symbols.
+        Units, values and meanings of the symbols.
     width : int, optional
         Characters of a line, about.
 
@@ -189,7 +189,7 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
 
 
 def _shorter(expression: sympy.Expr) -> sympy.Expr:
-    """Return an expression multiplied out if that makes it shorter."""
+    """Return an expression multiplied out if the result is shorter."""
     return min(expression, sympy.expand(expression), key=sympy.count_ops)
 
 
@@ -221,7 +221,7 @@ class _Naming:
         return expression.func(*(self._part(part) for part in expression.args))
 
     def _part(self, argument: Any) -> Any:
-        """Return an argument of an operation, by its name if it takes more than a third of a line."""
+        """Return an argument of an operation, by name if longer than a third of a line."""
         if hasattr(argument, "cond"):  # a branch of a piecewise expression
             return argument.func(self._part(argument.expr), argument.cond)
         return argument if argument.is_Atom or 3 * _length(argument) <= self.width else self.named(argument)
@@ -252,7 +252,7 @@ def _names(system: System) -> dict[InputSymbol, str]:
 def _definitions(
     system: System, described: Description, names: Mapping[InputSymbol, str], used: set[str]
 ) -> dict[str, tuple[Definition, ...]]:
-    """Return the symbols of a document by title of their table; components of the base and time if a term has any."""
+    """Return the symbols of a document by title of the table; components of the base and time if a term has any."""
 
     def name_of(block: str, index: int) -> str:
         symbol = InputSymbol(block, index)
@@ -312,7 +312,7 @@ def _meanings(group: str, q_size: int, v_size: int) -> tuple[list[str], list[str
 
 
 def typeset_symbols(names: Iterable[str]) -> dict[str, str]:
-    """Return names as LaTeX: words upright, letters and Greek letters as such, parts behind an underscore as an index.
+    """Return names as LaTeX: words upright, letters and Greek letters as such, parts after an underscore as an index.
 
     Names that would look alike, ``theta2`` and ``theta_2``, are set letter by letter.
     """
