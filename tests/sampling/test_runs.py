@@ -341,6 +341,8 @@ def test_chains_that_do_not_agree_are_said_to() -> None:
     assert "chains do not agree yet: split R-hat is " in apart.message and apart.r_hats().max() > 1.3
     together = sample(data, samples=80, warm_up=50, watched=256, mass="prior")
     assert together.message.endswith("of warm-up") and together.r_hats().max() < 1.3
+    still = sample(data, samples=8, warm_up=2, watched=256, step=1e-18, duration=1e-18)
+    assert "chains did not move: watched cells change by rounding alone" in still.message
 
 
 @pytest.mark.parametrize(

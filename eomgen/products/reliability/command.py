@@ -208,6 +208,11 @@ def print_processes(processes: list[dict[str, Any]]) -> None:
     ]
     header = ("name", "type", "window", "standard deviation", "variables", "variance captured")
     print_table("Random processes", header, rows, numeric=(3, 5))
+    if any(item["captured"][-1] < 1.0 for item in processes):
+        out.print(
+            "Variances are of the processes: an output may lose another share, which eomgen random --output tells",
+            markup=False,
+        )
     for item in processes:
         if item["follows"] or item["correlation"] or item["coherent_with"]:
             continue

@@ -98,7 +98,7 @@ class FieldSamples:
         whole = f"{made} of each of {counted(chains, 'chain')} after {before}"
         if not self.interrupted:
             notes = "".join(f"; {note}" for note in self.problem.notes)
-            return f"{whole} of warm-up{self.cut}{self.lost}{self.doubt}{notes}"
+            return f"{whole} of warm-up{self.cut}{self.lost}{self.rest}{self.doubt}{notes}"
         missing = f"of {self.settings.samples}" if self.warm_up.shape[1] >= self.settings.warm_up else "in the warm-up"
         return f"interrupted: {whole} of warm-up, {missing}; --resume goes on to the same bits"
 
@@ -120,6 +120,20 @@ class FieldSamples:
         of = counted(errors.size, "trajectory", "trajectories")
         hint = "smaller steps, or an energy that is finite everywhere and grows on both sides"
         return f"; {count} of {of} ended at states whose energy is not finite, and were rejected; try: {hint}"
+
+    @property
+    def rest(self) -> str:
+        """A sentence on chains whose cells change by rounding alone, of which R-hat says no more; else empty."""
+        cells = self.samples.cells
+        if self.count < 2 or not cells.size:
+            return ""
+        spans = np.ptp(cells, axis=1).max(axis=-1)
+        still = int(np.sum(spans <= 4.0 * np.finfo(cells.dtype).eps * np.abs(cells).max(axis=(1, 2))))
+        if not still:
+            return ""
+        hint = "a longer duration, or larger steps (--duration, --step)"
+        chains = counted(len(cells), "chain")
+        return f"; {still} of {chains} did not move: watched cells change by rounding alone; try: {hint}"
 
     @property
     def doubt(self) -> str:
