@@ -87,7 +87,7 @@ def _matrix(functions: Functions, values: Mapping[str, Array], batch: tuple[int,
 def _solution(system: Array, right: Array) -> Array:
     """Return the solution, (..., n, columns). Raises NumericalError if a matrix is singular."""
     try:
-        solution: Array = np.linalg.solve(system, right)
+        solution: Array = np.asarray(np.linalg.solve(system, right), dtype=float)
     except np.linalg.LinAlgError:
         fault = (
             "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia"

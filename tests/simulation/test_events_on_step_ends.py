@@ -94,7 +94,8 @@ def test_a_function_that_returns_while_another_event_comes_has_both_roots() -> N
         "events": events,
     }
     run = eomgen.build(scene, method="rk4", profile="quick").simulate(1.0, 0.1)
-    assert run.events is not None and run.events.counts == {"middle": 1, "hill": 1}
+    assert run.events is not None
+    assert run.events.counts == {"middle": 1, "hill": 1}
     assert run.events["hill"].t[0] == pytest.approx(0.56, abs=1e-12)
 
 

@@ -251,7 +251,10 @@ class StepPath:
             return np.stack(list(pairs), axis=-1)
         q, v, z = blocks.states
         given: dict[str, Any] = {"t": blocks.t, "u": blocks.u if model.nu else None, "parameters": blocks.p}
-        named = ((*(dict(zip("qvz", state, strict=True)) for state in two), width) for *two, width in moves)
+        named = (
+            (dict(zip("qvz", ahead, strict=True)), dict(zip("qvz", behind, strict=True)), width)
+            for ahead, behind, width in moves
+        )
         with np.errstate(all="ignore"):
             result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **given)
             if not model.nz:
