@@ -83,6 +83,8 @@ def judged(
     singular = np.array(~finite.all(axis=(-2, -1)))
     failures = _not_numbers(claim, operations, state, names, finite, remarks)
     sizes = sizes_of(claim, engine, state, value, rng)
+    if claim.source is not None:
+        sizes = replace(sizes, of_laws=operations.step_of_laws())
     undecided = bool(singular.all())
     if claim.source is not None:
         by_differences, exact = differences(claim, engine, state), complex_steps(claim, engine, tape, state)
@@ -95,6 +97,15 @@ def judged(
             claim, names, finite & ~non_smooth, value, by_differences.best, allowed, "finite differences"
         )
         sided = non_smooth if claim.sided else np.zeros_like(non_smooth)
+        with np.errstate(all="ignore"):
+            apart = finite & ~sided & (np.abs(exact - value) > sizes.exact)
+            known = non_smooth | (np.abs(by_differences.best - value) <= allowed)
+        for k in np.flatnonzero((apart & known).any(axis=(-2, -1))):
+            ties = operations.ties({name: array[k] for name, array in state.items()})
+            sided[k] |= bool(ties) & apart[k] & known[k]
+            for operation in ties:
+                remarks.add(names[k], "not smooth", operation)
+        smooth &= ~sided.any(axis=(-2, -1))
         failures += _worst(claim, names, finite & ~sided, value, exact, sizes.exact, "complex step")
         undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(by_differences.bar)).any())
         with np.errstate(all="ignore"):

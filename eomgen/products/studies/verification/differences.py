@@ -6,6 +6,9 @@ Round-off is measured by the scatter at the smallest steps, and is the last plac
 least. So cancellation inside the functions widens the bars by itself, and so does truncation at too large steps
 (Ridders 1982 estimates in this way, too). One-sided differences that do not meet as steps shrink show a kink.
 
+Differences at steps that agree with one another, but not with differences at smaller steps, have stepped across a
+feature of the function and do not count. Derivatives of laws in files, if differences, are known to the relative step.
+
 Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
 column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
 cancel along a direction, and by 100 times the effect of rounding of the
@@ -13,7 +16,7 @@ arguments on the closed form: that is measured, and is the condition. Comparison
 by 1e-7 and 1e-9 besides, and by 10 error bars.
 
 At kinks and jumps, a derivative on one side is the common value of complex steps and the closed form there, and these
-must agree.
+must agree; where operands of a choice are equal, each may take a side, and differences decide as far as they can.
 """
 
 from __future__ import annotations
@@ -25,6 +28,7 @@ import numpy as np
 from eomgen.base.data import dataclass
 from eomgen.products.studies.verification.claims.claim import COMPLEX_STEP, Array, Blocks, Claim, Engine, moved, spread
 from eomgen.symbolic.evaluate import evaluate
+from eomgen.symbolic.external import Call
 from eomgen.symbolic.operations import Op
 from eomgen.symbolic.tape import Ref
 from eomgen.system.system import System
@@ -75,11 +79,22 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
     unnoticed = (central == 0.0) & np.maximum.accumulate(np.nan_to_num(np.abs(central)) > 0.0, axis=0)
     known = np.isfinite(bars) & np.isfinite(central[1:-1]) & ~unnoticed[1:-1]
     bars = np.where(known, bars, np.inf)
+    bars = np.where(_as_finer(np.where(known, central[1:-1], 0.0), bars), bars, np.inf)
     chosen = np.argmin(bars, axis=0)[np.newaxis]
     bar = np.take_along_axis(bars, chosen, axis=0)[0]
     best = np.take_along_axis(central, chosen + 1, axis=0)[0]
     kink, kink_step = _kinks(sided, scatter, np.max(np.abs(np.where(np.isfinite(best), best, 0.0)), initial=0.0))
     return Differences(central, best, bar, LADDER[1:-1][chosen[0]], kink, kink_step)
+
+
+def _as_finer(value: Array, bars: Array) -> Array:
+    """Return whether a difference (K, ...) agrees with all at smaller steps, within the error bars: steps across a
+    regularisation, as of dry friction, agree with one another alone."""
+    low, high = value - BARS * bars, value + BARS * bars
+    before = np.full((1, *value.shape[1:]), np.inf)
+    least = np.concatenate([np.minimum.accumulate(high[:0:-1], axis=0)[::-1], before])
+    most = np.concatenate([np.maximum.accumulate(low[:0:-1], axis=0)[::-1], -before])
+    return np.asarray((high >= most) & (low <= least))
 
 
 def _last_place(claim: Claim, engine: Engine, state: Blocks) -> Array:
@@ -161,17 +176,21 @@ _BRANCH = 1e-7
 @dataclass(frozen=True)
 class EntrySizes:
     """Sizes of entries by row and column (1 or S, R, C), of states (S, 1, 1), of the differentiated function (S, 1, 1),
-    and the effect of rounding of arguments (S, R, C)."""
+    and the effect of rounding of arguments (S, R, C).
+
+    ``of_laws``: relative step of differences in laws, to which their derivatives are known; 0 without such laws.
+    """
 
     entry: Array
     state: Array
     source: Array
     condition: Array
+    of_laws: float = 0.0
 
     @property
     def exact(self) -> Array:
         known = EXACT_OF_LARGEST * np.maximum(self.state, self.source)
-        return np.asarray(EXACT * self.entry + known + CONDITION * self.condition)
+        return np.asarray((EXACT + self.of_laws) * self.entry + known + CONDITION * self.condition)
 
     @property
     def differences(self) -> Array:
@@ -367,6 +386,29 @@ class NonSmoothOperations:
                     else _BY_SIGN.get(op) or _BY_ORDER[op]
                 )
                 result.append(f"{operation} in {tape.label(node) or 'the scene'}")
+        return list(dict.fromkeys(result))
+
+    def step_of_laws(self) -> float:
+        """Return the largest relative step of differences by which laws in files have the next derivatives, 0 without
+        such laws."""
+        orders = [0]
+        for node, op in self._live():
+            call = self.system.tape.maps[self.system.tape.a[node]] if op is Op.MAP else None
+            if isinstance(call, Call):
+                exact = bool(call.function.slopes) and not call.function.parameters
+                orders.append(len(call.columns) + 1 - exact)
+        return float(np.finfo(float).eps) ** (1.0 / (max(orders) + 2.0)) if max(orders) else 0.0
+
+    def ties(self, state: Blocks) -> list[str]:
+        """Return the choices whose operands are equal at a state, as text: complex steps and closed forms take a side
+        in each of them, and sides of several may not belong together."""
+        nodes = [(node, op) for node, op in self._live() if op in (Op.ABS, Op.SIGN) or op in _BY_ORDER]
+        tape = self.system.tape
+        result = [
+            f"{_BY_SIGN.get(op) or _BY_ORDER[op]} in {tape.label(node) or 'the scene'}"
+            for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True)
+            if _decision(op, operands, None) == 0.0
+        ]
         return list(dict.fromkeys(result))
 
     def kinks_and_jumps(self) -> list[str]:
