@@ -37,6 +37,7 @@ REASONS = {
     "mechanics/derive.py::_assembled": "one field of the System a line; branches are comprehensions and defaults",
     "mechanics/forces/cosserat_beams.py::with_linear_moments": "one formula of matrices; branches are loops over six strains",
     "pipeline/equal_elements.py::equal_elements": "one condition after the other under which elements cannot be continued",
+    "pipeline/readings.py::to_text.written": "one case for each kind of data of a record, most frequent first",
     "products/comparison/differences.py::_placed": "one decision on frames, from the poses that its branches share",
     "products/reliability/section/covariances.py::Covariances.read": "one check for each key of a covariance, in the order of messages",
     "products/reliability/section/reading.py::Processes._first": "one check for each fault of a correlated process, in the order of messages",
@@ -58,6 +59,8 @@ REASONS = {
     "symbolic/calculus/loops.py::_combined_partials": "sums over directions, elements and results; branches are comprehensions",
     "symbolic/calculus/loops.py::_partials_along": "sums over directions, elements and results; branches are comprehensions",
     "symbolic/calculus/loops.py::map_partials": "the choice among three ways to differentiate a loop needs the same counts",
+    "symbolic/calculus/partials.py::weighted_gradient": "one walk backwards over the operations, with one case for loops, choices and the rest",
+    "symbolic/edges.py::flat_zero": "one case for each operation whose result may vanish with its slope",
 }
 
 WORDS = re.compile(r"\b(?:if|for|while|else|except|and|or|assert|case)\b")  # each decision is written with one

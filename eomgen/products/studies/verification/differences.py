@@ -16,7 +16,7 @@ arguments on the closed form: that is measured, and is the condition. Comparison
 by 1e-7 and 1e-9 besides, and by 10 error bars.
 
 At kinks and jumps, a derivative on one side is the common value of complex steps and the closed form there, and these
-must agree; where operands of a choice are equal, each may take a side, and differences decide as far as they can.
+must agree; if operands of a choice are equal, each may take a side, and differences decide as far as they can.
 """
 
 from __future__ import annotations
