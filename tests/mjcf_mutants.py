@@ -214,19 +214,19 @@ def mutants(key: str) -> Iterator[tuple[str, str, str]]:
                 break
 
 
-def equations(text: str) -> Array | None:
-    """Return the equations of a file at a state in one array; None if MuJoCo refuses the file."""
+def equations(text: str, seed: int = 3) -> Array | None:
+    """Return the equations of a file at a random state in one array; None if MuJoCo refuses the file."""
     try:
         spec = mujoco.MjSpec.from_string(text)
         spec.compiler.fusestatic = False
-        return _numbers(spec.compile())
+        return _numbers(spec.compile(), seed)
     except (ValueError, mujoco.FatalError):
         return None
 
 
-def _numbers(model: mujoco.MjModel) -> Array:
+def _numbers(model: mujoco.MjModel, seed: int) -> Array:
     model.opt.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-    data, rng = mujoco.MjData(model), np.random.default_rng(3)
+    data, rng = mujoco.MjData(model), np.random.default_rng(seed)
     for numbers, low in ((data.qpos, -0.7), (data.qvel, -1.0), (data.ctrl, 0.0), (data.act, 0.1)):
         numbers[:] = rng.uniform(low, 1.0, len(numbers))
     mujoco.mj_normalizeQuat(model, data.qpos)

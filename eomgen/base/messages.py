@@ -6,7 +6,7 @@ from __future__ import annotations
 import itertools
 import re
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import lru_cache
 from types import MappingProxyType
 from typing import Any
@@ -63,6 +63,28 @@ class Log:
 def is_legal(name: str) -> bool:
     """Return whether a name is an ASCII identifier of at most 64 characters."""
     return name.isascii() and name.isidentifier() and len(name) <= NAME_LENGTH
+
+
+def legal_name(name: str, taken: Collection[str], kept: Collection[str] = ()) -> str:
+    """Return a legal name close to ``name`` that is not taken, and that no other element of the file has: ``kept`` are
+    the legal names of the file."""
+    legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[: NAME_LENGTH - 4]
+    legal = name if is_legal(name) else legal if is_legal(legal) else f"_{legal}"
+    result, number = legal, 2
+    while result in taken or (result in kept and result != name):
+        result, number = f"{legal[: NAME_LENGTH - 5]}_{number}", number + 1
+    return result
+
+
+def legal_names(names: Sequence[str]) -> dict[str, str]:
+    """Return the legal names of the elements of one kind, by their names in the file: legal ones stay."""
+    kept = {name for name in names if is_legal(name)}
+    result: dict[str, str] = {}
+    taken: set[str] = set()
+    for name in dict.fromkeys(names):
+        result[name] = legal_name(name, taken, kept)
+        taken.add(result[name])
+    return result
 
 
 def shown(text: object) -> str:

@@ -178,21 +178,29 @@ def completed_methods(context: click.Context, parameter: click.Parameter, start:
     return names or completed_files(context, parameter, start)
 
 
+def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]:
+    """Return the decorator that adds the options of the sources, but some, and ``--strict``."""
+
+    def decorated(command: Command) -> Command:
+        for source, option in all_options().values():
+            if option.name not in without:
+                command = _source_option(source, option)(command)
+        text = "Refuse elements that an importer would leave out with a note."
+        return click.option("--strict", is_flag=True, help=text)(command)
+
+    return decorated
+
+
 def scene_options(command: Command) -> Command:
     """Add the scene's path and the options for reading the scene."""
-    for decorate in (
-        *(_source_option(source, option) for source, option in all_options().values()),
-        click.option(
-            "--coordinates",
-            type=click.Choice(["joint", "absolute"]),
-            default=None,
-            help="Joint or absolute coordinates; the scene's by default.",
-        ),
-        click.option("--strict", is_flag=True, help="Refuse elements that an importer would leave out with a note."),
-        click.argument("scene", metavar="SCENE", shell_complete=completed_files),
-    ):
-        command = decorate(command)
-    return command
+    command = click.option(
+        "--coordinates",
+        type=click.Choice(["joint", "absolute"]),
+        default=None,
+        help="Joint or absolute coordinates; the scene's by default.",
+    )(command)
+    command = reading_options()(command)
+    return click.argument("scene", metavar="SCENE", shell_complete=completed_files)(command)
 
 
 def _source_option(source: Source, option: Option) -> Callable[[Command], Command]:

@@ -20,18 +20,19 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol
+from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
 
 
 def applications(formula: Formula) -> Sequence[Application]:
     """Return the calls of curves in a formula, with the arguments of the calls; curves in arguments of curves
     included."""
-    if isinstance(formula, Application):
-        return [formula, *applications(formula.argument)]
-    if isinstance(formula, Operation):
-        own = formula.curves() if isinstance(formula, Quantity) else ()
-        return [*own, *(node for argument in formula.arguments for node in applications(argument))]
-    return []
+    result: list[Application] = []
+    for node in distinct_nodes(formula):
+        if isinstance(node, Application):
+            result.append(node)
+        elif isinstance(node, Quantity):
+            result += node.curves()
+    return result
 
 
 def rough_curves(formula: Formula, derivatives: int) -> dict[str, str]:

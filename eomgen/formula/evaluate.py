@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Remedy for a formula of parameters without a value.
@@ -131,22 +131,12 @@ def _values(formula: Formula, value_of: Callable[[Symbol], ArrayLike], *, along_
 
 def curves(formula: Formula) -> frozenset[str]:
     """Return the names of all curves in a formula."""
-    if isinstance(formula, Application):
-        return curves(formula.argument) | {formula.curve.name}
-    if isinstance(formula, Operation):
-        return frozenset().union(*(curves(argument) for argument in formula.arguments))
-    return frozenset()
+    return frozenset(node.curve.name for node in distinct_nodes(formula) if isinstance(node, Application))
 
 
 def quantities(formula: Formula) -> Iterator[Quantity]:
     """Yield the quantities of entries in a formula, also within arguments."""
-    if isinstance(formula, Application):
-        yield from quantities(formula.argument)
-    elif isinstance(formula, Operation):
-        if isinstance(formula, Quantity):
-            yield formula
-        for argument in formula.arguments:
-            yield from quantities(argument)
+    return (node for node in distinct_nodes(formula) if isinstance(node, Quantity))
 
 
 def entries(formula: Formula) -> frozenset[tuple[str, str]]:
@@ -156,13 +146,7 @@ def entries(formula: Formula) -> frozenset[tuple[str, str]]:
 
 def symbols(formula: Formula) -> frozenset[Symbol]:
     """Return every symbol that occurs in a formula."""
-    if isinstance(formula, Symbol):
-        return frozenset({formula})
-    if isinstance(formula, Application):
-        return symbols(formula.argument)
-    if isinstance(formula, Operation):
-        return frozenset().union(*(symbols(argument) for argument in formula.arguments))
-    return frozenset()
+    return frozenset(node for node in distinct_nodes(formula) if isinstance(node, Symbol))
 
 
 def comparisons(formula: Formula) -> Iterator[Formula]:

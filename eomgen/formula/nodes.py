@@ -7,7 +7,7 @@ Code that walks a formula needs to know only these classes; no text of the user 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from eomgen.base.data import dataclass, field
@@ -233,3 +233,19 @@ def _infix(formula: Operation, sizes: Callable[[Symbol], int]) -> tuple[str, int
         condition, then, otherwise = (at_least(part, _CHOICE + 1) for part in parts)
         return f"{then} if {condition} else {otherwise}", _CHOICE
     return f"{formula.name}({', '.join(text for text, _ in parts)})", _ATOM
+
+
+def distinct_nodes(formula: Formula) -> Iterator[Formula]:
+    """Yield a formula and the parts of it from the left to the right, a part that several others share once."""
+    seen: set[int] = set()
+    waiting = [formula]
+    while waiting:
+        node = waiting.pop()
+        if id(node) in seen:
+            continue
+        seen.add(id(node))
+        yield node
+        if isinstance(node, Operation):
+            waiting += node.arguments[::-1]
+        elif isinstance(node, Application):
+            waiting.append(node.argument)

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from eomgen.base.messages import counted
-from eomgen.cli.options import arguments_of, completed_files, debug_option, json_option
+from eomgen.cli.options import arguments_of, completed_files, debug_option, json_option, reading_options
 from eomgen.cli.printing import print_json, print_table, say, say_note
 from eomgen.errors import ModelError
 
@@ -21,6 +21,7 @@ _of_compare = arguments_of("eomgen.products.comparison.compare:compare")
 @_of_compare("--tolerance", type=float, metavar="X")
 @_of_compare("--states", type=int, metavar="N")
 @_of_compare("--seed", type=int, metavar="N")
+@reading_options(without=("limits", "friction"))
 @json_option
 @debug_option
 def compare(first: str, second: str | None, as_json: bool, **options: Any) -> int:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,7 +18,7 @@ from eomgen.products.comparison.differences import Pairing, differences, equal, 
 from eomgen.products.comparison.machine import Machine, of_equations, of_scene
 from eomgen.products.comparison.report import Comparison, Difference
 from eomgen.products.comparison.states import errors_of, motions
-from eomgen.scene.sources.register import source_of
+from eomgen.scene.sources.register import checked_options, source_of
 
 if TYPE_CHECKING:
     from eomgen.pipeline.pipeline import Described
@@ -37,6 +37,8 @@ def compare(
     tolerance: float = 1e-5,
     states: int = 10,
     seed: int = 1,
+    strict: bool = False,
+    **options: Any,
 ) -> Comparison:
     """Compare two descriptions of one machine: masses, places, joints, forces, and equations at random states.
 
@@ -58,6 +60,10 @@ def compare(
         Number of random states at which mass matrix, bias and forces are compared.
     seed : int
         Of the random states.
+    strict : bool
+        Refuse elements that an importer would leave out with a note.
+    **options
+        For files of other formats, as in ``load``: each goes to the descriptions whose format has it.
 
     Returns
     -------
@@ -87,9 +93,11 @@ def compare(
             )
         )
     given = first if second is None else second
+    _check_options([first, given], options)
     if _equations_alone(first):
         raise UsageError(Problem("first", "equations alone have no bodies", "the description with bodies as the first"))
-    one = _read(first, alone=reader is None)
+    own = {"strict": strict, **options}
+    one = _read(first, own, alone=reader is None)
     if reader is not None:
         other = _second_reader(given, reader)
     elif _equations_alone(given):
@@ -98,7 +106,7 @@ def compare(
         solids = front_end.describe(document).drawing.solids
         other = replace(of_equations(derived.name, derived, one.links, solids), gravity=one.gravity, loops=one.loops)
     else:
-        other = _read(given, alone=True)
+        other = _read(given, own, alone=True)
     pairing = Pairing(one, other, tolerance)
     listed = differences(pairing)
     notes = [*dict.fromkeys((*one.notes, *other.notes))]
@@ -130,13 +138,23 @@ def _equations_alone(described: object) -> bool:
     return hasattr(described, "front_end")
 
 
-def _read(described: Described, *, alone: bool) -> Machine:
+def _check_options(described: Sequence[Described], options: Mapping[str, Any]) -> None:
+    """Raise UsageError for an option of reading that no description has."""
+    sources = [source_of(Path(item)) for item in described if isinstance(item, str | Path)]
+    known = {option.name for source in sources if source is not None for option in source.options}
+    unknown = {name: value for name, value in options.items() if name not in known}
+    checked_options(next(iter(sources), None), unknown)
+
+
+def _read(described: Described, given: Mapping[str, Any], *, alone: bool) -> Machine:
     """Return a description as numbers; ``alone``: with limits and friction, which other programs do not give."""
     options: dict[str, Any] = {}
-    if alone and isinstance(described, str | Path):
+    if isinstance(described, str | Path):
         source = source_of(Path(described))
         names = {option.name for option in source.options} if source is not None else set()
-        options = {name: True for name in _ALL if name in names}
+        options = {name: True for name in _ALL if alone and name in names}
+        options |= {name: value for name, value in given.items() if name in names and name not in options}
+        options["strict"] = given["strict"]
     scene = pipeline.load_scene(described, coordinates="joint", **options)
     terms = [name for name in _TERMS if name != "base_motion" or scene.base is not None]
     file = Path(described).name if isinstance(described, str | Path) else ""

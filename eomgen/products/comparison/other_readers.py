@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.messages import legal_names
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.comparison.machine import (
@@ -61,13 +62,15 @@ def read_mujoco(path: Path) -> Machine:
         fault = f"MuJoCo does not read the file: {' '.join(str(error).split())}"
         raise DescriptionError(Problem(path.name, fault, "a file that MuJoCo compiles")) from None
     lumps, links = Lumps(), []
-    names = [BASE, *(model.body(body).name or f"body{body}" for body in range(1, model.nbody))]
+    written = [model.body(body).name or f"body{body}" for body in range(1, model.nbody)]
+    names = [BASE, *legal_names(written).values()]
+    joints = legal_names([model.joint(joint).name for joint in range(model.njnt) if model.joint(joint).name])
     for body in range(1, model.nbody):
         parent = names[model.body_parentid[body]]
         rest = Placement(rotation_matrix(np.array(model.body_quat[body])), np.array(model.body_pos[body]))
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         for joint in range(first, first + count):
-            name = model.joint(joint).name or f"{names[body]}_joint{joint - first}"
+            name = joints.get(model.joint(joint).name, f"{names[body]}_joint{joint - first}")
             kind = _MUJOCO[int(model.jnt_type[joint])]
             number, pose = lumps.places[parent]
             anchor = np.array(model.jnt_pos[joint]) if kind in ("revolute", "spherical") else np.zeros(3)
@@ -175,7 +178,10 @@ def read_pinocchio(path: Path) -> Machine:
         raise DescriptionError(Problem(path.name, fault, "a URDF file that Pinocchio reads")) from None
     data = model.createData()
     pinocchio.forwardKinematics(model, data, pinocchio.neutral(model), np.zeros(model.nv))
-    bodies = {frame.parentJoint: frame.name for frame in reversed(model.frames) if frame.type == pinocchio.BODY}
+    frames = [frame for frame in model.frames if frame.type == pinocchio.BODY]
+    legal = legal_names([frame.name for frame in frames])
+    bodies = {frame.parentJoint: legal[frame.name] for frame in reversed(frames)}
+    names = legal_names(list(model.names))
     links = []
     for number in range(1, model.njoints):
         kind = _pinocchio_type(model.joints[number].shortname(), model.names[number], path)
@@ -183,10 +189,11 @@ def read_pinocchio(path: Path) -> Machine:
         subspace = np.array(data.joints[number].S).reshape(6, -1)[:, 0]
         axis = {"revolute": subspace[3:], "prismatic": subspace[:3]}.get(kind)
         whole = Inertia(float(inertia.mass), np.array(inertia.lever), np.array(inertia.inertia))
-        body, rate = bodies.get(number, model.names[number]), int(model.joints[number].idx_v)
+        name = names[model.names[number]]
+        body, rate = bodies.get(number, name), int(model.joints[number].idx_v)
         links.append(
             Link(
-                model.names[number],
+                name,
                 kind,
                 body,
                 int(model.parents[number]) - 1,

@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from eomgen.base.data import dataclass, field, replace
-from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.nodes import Application, Formula, Operation, Symbol, distinct_nodes
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 
@@ -131,13 +131,7 @@ def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[st
 
 def mentioned(formula: Formula) -> set[Symbol]:
     """Return the symbols of definitions in a formula before their expansion."""
-    if isinstance(formula, Symbol):
-        return {formula} if formula.kind == "definition" else set()
-    if isinstance(formula, Application):
-        return mentioned(formula.argument)
-    if isinstance(formula, Operation):
-        return set[Symbol]().union(*(mentioned(part) for part in formula.arguments))
-    return set()
+    return {node for node in distinct_nodes(formula) if isinstance(node, Symbol) and node.kind == "definition"}
 
 
 def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> None:
@@ -153,9 +147,17 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) ->
 
 def extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) -> tuple[int, int]:
     """Return the numbers of operations and of levels of a formula whose symbols may stand for known parts."""
-    if isinstance(formula, Symbol) and formula in parts:
-        return parts[formula].operations, parts[formula].levels
-    inner = formula.arguments if isinstance(formula, Operation) else ()
-    inner = (formula.argument,) if isinstance(formula, Application) else inner
-    counted = [extent(part, parts) for part in inner]
-    return bool(inner) + sum(count for count, _ in counted), 1 + max((levels for _, levels in counted), default=0)
+    known: dict[int, tuple[int, int]] = {}
+
+    def of(node: Formula) -> tuple[int, int]:
+        if isinstance(node, Symbol) and node in parts:
+            return parts[node].operations, parts[node].levels
+        if id(node) not in known:
+            inner = node.arguments if isinstance(node, Operation) else ()
+            inner = (node.argument,) if isinstance(node, Application) else inner
+            counted = [of(part) for part in inner]
+            levels = 1 + max((levels for _, levels in counted), default=0)
+            known[id(node)] = bool(inner) + sum(count for count, _ in counted), levels
+        return known[id(node)]
+
+    return of(formula)

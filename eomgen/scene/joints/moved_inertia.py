@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -248,8 +248,13 @@ def _assemblies(joints: Sequence[Joint]) -> tuple[dict[str, list[Joint]], set[st
 
 
 def check_motion(
-    joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, *, absolute: bool = False
-) -> None:
+    joints: Sequence[Joint],
+    bodies: Mapping[str, Body],
+    values: Values,
+    *,
+    absolute: bool = False,
+    allowed: Collection[str] = (),
+) -> list[str]:
     """Require that some joint of a tree moves, and that the outermost moving joints move inertia.
 
     In ``absolute`` coordinates every moving body is free, and each free body with the bodies fixed to it needs mass and
@@ -259,18 +264,26 @@ def check_motion(
     ----------
     joints : sequence of Joint
         Parents first.
+    allowed : collection of str
+        Bodies without inertia that are allowed: inverse dynamics and kinematics need none.
+
+    Returns
+    -------
+    list of str
+        Leaders of mimic joints that move such bodies alone.
     """
     if not any(joint.kind.moves or bodies[joint.child].beam is not None for joint in joints):
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
-    _check_leaders(joints, bodies, values)
+    light = _check_leaders(joints, bodies, values, allowed)
     followers = _followers(joints)
     assemblies, carrying = _assemblies(joints)
     sound: set[tuple[object, ...]] = set()
     for joint in joints:
         if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
             continue
-        if not absolute and (joint.child in carrying or joint.mimic is not None or all(joint.drive or [None])):
-            continue  # M need not be positive definite in directions that a drive prescribes
+        driven = all(joint.drive or [None])  # M need not be positive definite in directions that a drive prescribes
+        if not absolute and (joint.child in carrying or joint.mimic is not None or joint.child in allowed or driven):
+            continue
         fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
         known = alike in sound and not fixed and joint.name not in followers
         if known or _any_concerned([joint, *fixed], bodies, values):
@@ -293,6 +306,7 @@ def check_motion(
         rule = MovableInertia(kind, _directions(joint), parts, rotors, pitch, led, words, hint)
         if values.require(key, rule, places.formulas) and not fixed:
             sound.add(alike)
+    return light
 
 
 def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[Part, ...]:
@@ -364,9 +378,12 @@ def coupled_by_mimic(joints: Sequence[Joint], values: Values) -> set[str]:
     return {*leaders, *(joint.name for joint in joints if joint.mimic is not None)}
 
 
-def _check_leaders(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:
+def _check_leaders(
+    joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values, allowed: Collection[str]
+) -> list[str]:
     """Report leaders of mimic joints if all bodies moved by the leader and by its followers have neither mass nor
-    inertia."""
+    inertia; return the ones that move allowed bodies alone."""
+    light: list[str] = []
     named = {joint.name: joint for joint in joints}
     for first, following in _followers(joints).items():
         places = _Places()
@@ -384,7 +401,11 @@ def _check_leaders(joints: Sequence[Joint], bodies: Mapping[str, Body], values: 
             f"{words}, so the inertia matrix would be singular",
             hint,
         )
-        values.require(key_of("joints", first), rule, places.formulas)
+        if named[first].child not in allowed:
+            values.require(key_of("joints", first), rule, places.formulas)
+        elif rule.broken([values.value(formula) for formula in places.formulas]):
+            light.append(first)
+    return light
 
 
 def _beyond(

@@ -33,7 +33,11 @@ _GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 
 
 def unresisted_motions(
-    joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values
+    joints: Sequence[Joint],
+    inertias: Mapping[str, Inertia],
+    sections: Mapping[str, str],
+    values: Values,
+    light: Sequence[str] = (),
 ) -> list[str]:
     """Return a note on each joint that can move without moving any mass, together with joints beyond it.
 
@@ -48,13 +52,19 @@ def unresisted_motions(
         motion.
     sections : mapping
         The section of each body.
+    light : sequence of str
+        Further joints that move nothing with inertia.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # masses near the largest double are refused elsewhere
-        return _motions(joints, inertias, sections, values)
+        return _motions(joints, inertias, sections, values, light)
 
 
 def _motions(
-    joints: Sequence[Joint], inertias: Mapping[str, Inertia], sections: Mapping[str, str], values: Values
+    joints: Sequence[Joint],
+    inertias: Mapping[str, Inertia],
+    sections: Mapping[str, str],
+    values: Values,
+    light: Sequence[str],
 ) -> list[str]:
     arbitrary = _arbitrary()
     held = coupled_by_mimic(joints, values)
@@ -64,7 +74,8 @@ def _motions(
     articulated = {body: inertia.copy() for body, inertia in own.items()}
     together = {body: inertia.copy() for body, inertia in own.items()}  # with all joints beyond held
     answers: dict[str, list[tuple[Joint, Array, Array]]] = {}  # by body: joints on the body
-    notes = []
+    notes: list[str] = []
+    bare = list(light)
     solid = _solid(joints, own)
     for joint, place in zip(reversed(joints), reversed(places), strict=True):
         if joint.child in solid:
@@ -84,7 +95,10 @@ def _motions(
             resisted, directions = np.linalg.eigh((S.T @ inertia @ S + rotors) / np.outer(scale, scale))
             for motion in (directions[:, resisted <= _NOTHING] / scale[:, np.newaxis]).T:
                 moved = S @ motion
-                if moved @ own[body] @ moved <= _NOTHING * (np.abs(moved) @ np.abs(own[body]) @ np.abs(moved)):
+                if _is_still(moved, together[body]):
+                    bare.append(joint.name)
+                    break
+                if _is_still(moved, own[body]):
                     notes.append(_note(joint, moved, _beyond(body, answers), inertias))
                     break
             kept = directions[:, resisted > _NOTHING] / scale[:, np.newaxis]
@@ -95,7 +109,19 @@ def _motions(
             together[joint.parent] += X.T @ together[body] @ X
             follow = (np.eye(6) + S @ answer) @ X
             answers.setdefault(joint.parent, []).append((joint, answer @ X, follow))
+    if bare:
+        names = [joint.name for joint in joints if joint.name in bare]
+        note = (
+            f"{UNRESISTED}{', '.join(names)}: nothing beyond has mass or inertia in their motion, so the inertia matrix"
+        )
+        note += " is singular and forward dynamics has no answer"
+        notes.append(f"{note}; try: lock={names!r}, or terms=['poses', 'inverse_dynamics']")
     return notes[::-1]
+
+
+def _is_still(moved: Array, inertia: Array) -> bool:
+    """Return whether a twist has no kinetic energy but rounding."""
+    return bool(moved @ inertia @ moved <= _NOTHING * (np.abs(moved) @ np.abs(inertia) @ np.abs(moved)))
 
 
 def _own(inertias: Mapping[str, Inertia], sections: Mapping[str, str], size: float) -> dict[str, Array]:

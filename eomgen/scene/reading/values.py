@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol, Vector
+from eomgen.formula.nodes import Formula, Number, Operation, Quantity, Symbol, Vector, distinct_nodes
 from eomgen.formula.substitution import substituted
 from eomgen.formula.units.parser import Dimension, dimension_of, read_unit
 from eomgen.scene.design_poses import Axes, DesignPoses, FramePlacement, UnknownPoseError
@@ -47,16 +47,13 @@ def plain_degrees(formula: Formula) -> list[str]:
 
 
 def _noted(formula: Formula) -> Iterator[str]:
-    if isinstance(formula, Application):
-        yield from _noted(formula.argument)
-    if not isinstance(formula, Operation):
-        return
-    for argument in formula.arguments:
-        angle = argument.value if formula.name in _OF_ANGLES and isinstance(argument, Number) else 0.0
+    for node in distinct_nodes(formula):
+        argument = node.arguments[0] if isinstance(node, Operation) and node.name in _OF_ANGLES else None
+        angle = argument.value if isinstance(argument, Number) else 0.0
         if abs(angle) >= _TURN and angle.is_integer():
-            call = f"{formula.name}({angle:.0f}"
+            assert isinstance(node, Operation)
+            call = f"{node.name}({angle:.0f}"
             yield f"{call}) takes {angle:.0f} rad, for angles in formulas are radians; {call} * pi / 180) takes degrees"
-        yield from _noted(argument)
 
 
 #: Ends of keys whose formulas are 0 somewhere, with a hint for an equation in place of a formula.

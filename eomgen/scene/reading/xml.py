@@ -11,12 +11,22 @@ from eomgen.errors import DescriptionError, Problem
 DEPTH = 100
 #: Declarations and comments before the outermost element, by beginning and end.
 _ASIDE = (("<?", "?>"), ("<!--", "-->"), ("<!", ">"))
+_CHARACTERS = ("<![CDATA[", "]]>")
 _TAG = re.compile(r"<([A-Za-z_][\w.:-]*)")
+#: A tag of any kind: of an end, or with attributes, and perhaps empty.
+_ANY_TAG = re.compile(r"""<(/?)([A-Za-z_][\w.:-]*)(?:[^<>"'/]|/(?!>)|"[^"<]*"|'[^'<]*')*(/?)>""")
+#: An attribute without a blank before the next attribute.
+_TIGHT = re.compile(r"""(=\s*(?:"[^"<>]*"|'[^'<>]*'))(?=[A-Za-z_])""")
 _BLANK, _DECLARATION = re.compile(r"\s+"), re.compile(r"<\?xml\s")
 
 
+class _NotXmlError(DescriptionError):
+    """A text that is not well formed."""
+
+
 class Element:
-    """An XML element: tag, line (from 1), attributes and children, with a record of the parts that were read.
+    """An XML element: tag, line (from 1), attributes and children, with a record of the parts that were read; of a root
+    ``liberties`` are notes on faults of the file's XML.
 
     ``unread_attributes``, ``unread_children`` and ``has_text`` give the parts that were not read, so that a reader of a
     format can report such parts without a list of known parts.
@@ -31,6 +41,7 @@ class Element:
         self._children: list[Element] = []
         self._asked: dict[str, None] = {}
         self._handed_out: set[int] = set()
+        self.liberties: Sequence[str] = ()
 
     def add(self, child: Element) -> None:
         """Append a child."""
@@ -120,7 +131,9 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
     """Return the root element of an XML text; ``file`` is the name for messages.
 
     An XML declaration may follow a byte order mark, white space and comments, although XML requires the declaration at
-    the start: many generators of robot descriptions write an empty line first.
+    the start: many generators of robot descriptions write an empty line first. Three faults that the readers of
+    simulators pass over are passed over with a note: hyphens within comments, attributes without a blank between them,
+    and ends of elements that are not open.
 
     Raises
     ------
@@ -134,7 +147,54 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
         before, declaration, after = text[: late.start], text[late], text[late.stop :]
         _parsed(f"{declaration}<a/>", file, deepest, lines_before=before.count("\n"))
         text = before + re.sub(r"[^\n]", " ", declaration) + after
-    return _parsed(text, file, deepest)
+    try:
+        return _parsed(text, file, deepest)
+    except _NotXmlError:
+        mended, faults = _mended(text)
+        if not faults:
+            raise
+        root = _parsed(mended, file, deepest)
+        root.liberties = [f"{file}:{line}: not XML, but read: {fault}" for fault, line in faults.items()]
+        return root
+
+
+def _mended(text: str) -> tuple[str, dict[str, int]]:
+    """Return a text of equal lines without faults that other readers pass over, and the first line of each fault."""
+    pieces: list[str] = []
+    faults: dict[str, int] = {}
+    waiting: list[str] = []  # elements that are open, and how many of each tag
+    counts: dict[str, int] = {}
+    place, line = 0, 1
+    while (start := text.find("<", place)) >= 0:
+        line += text.count("\n", place, start)
+        pieces.append(text[place:start])
+        aside = next((pair for pair in (_CHARACTERS, *_ASIDE) if text.startswith(pair[0], start)), None)
+        tag = None if aside else _ANY_TAG.match(text, start)
+        place = tag.end() if tag else start + 1
+        if aside:
+            end = text.find(aside[1], start + len(aside[0]))
+            place = len(text) if end < 0 else end + len(aside[1])
+        piece, fault = text[start:place], ""
+        if aside and aside[0] == "<!--" and ("--" in piece[4:-3] or piece.endswith("--->")):
+            piece, fault = f"<!--{piece[4:-3].replace('-', '=')}-->", "a comment with two hyphens"
+        elif tag and tag[1] and not counts.get(tag[2]):
+            piece, fault = re.sub(r"[^\n]", " ", piece), f"an end </{tag[2][:64]}> of an element that is not open"
+        elif tag and tag[1]:
+            closed = ""
+            while closed != tag[2]:  # an element without an end stays a fault
+                closed = waiting.pop()
+                counts[closed] -= 1
+        elif tag:
+            piece = _TIGHT.sub(r"\1 ", piece)
+            fault = "attributes without a blank between them" if piece != tag[0] else ""
+            if not tag[3]:
+                waiting.append(tag[2])
+                counts[tag[2]] = counts.get(tag[2], 0) + 1
+        if fault:
+            faults.setdefault(fault, line)
+        line += text.count("\n", start, place)
+        pieces.append(piece)
+    return "".join([*pieces, text[place:]]), faults
 
 
 def root_tag(text: str) -> str:
@@ -174,12 +234,14 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
     roots: list[Element] = []
     stack: list[Element] = []
 
-    def refused(line: int, fault: str, hint: str) -> DescriptionError:
-        return DescriptionError(Problem(f"{file}:{lines_before + line}", fault, hint))
+    def refused(line: int, fault: str, hint: str) -> Problem:
+        return Problem(f"{file}:{lines_before + line}", fault, hint)
 
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) >= deepest:
-            raise refused(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep", "")
+            raise DescriptionError(
+                refused(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep", "")
+            )
         element = Element(tag, attributes, parser.CurrentLineNumber)
         if stack:
             stack[-1].add(element)
@@ -194,9 +256,8 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
         stack[-1].add_text(text)
 
     def document_type(*_details: object) -> None:
-        raise refused(
-            parser.CurrentLineNumber, "document types and entities are refused", "the file without <!DOCTYPE>"
-        )
+        fault = "document types and entities are refused"
+        raise DescriptionError(refused(parser.CurrentLineNumber, fault, "the file without <!DOCTYPE>"))
 
     parser.StartElementHandler = start
     parser.EndElementHandler = end
@@ -208,5 +269,5 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
         fault = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
         unclosed = error.code == expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH]
         hint = "an end for each element: <link .../>, or <link ...> and </link>" if unclosed else ""
-        raise refused(error.lineno, fault, hint) from None
+        raise _NotXmlError(refused(error.lineno, fault, hint)) from None
     return roots[0]

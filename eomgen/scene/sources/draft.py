@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import listed
+from eomgen.base.messages import is_legal, legal_name, listed
 from eomgen.formula.words import RESERVED
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import rows, snapped_rotation
-from eomgen.scene.sources.urdf.reading import legal_name
 from eomgen.system.description import BASE, WORLD
 
 
@@ -65,6 +65,7 @@ class SceneDraft:
     taken : names that are taken, by kind
     omitted : names of elements of which a property is left out, by the property
     included : whether the file is a part of a scene, in which its base may move
+    kept : legal names of the file by kind, which no other element may take
     """
 
     report: Report
@@ -75,19 +76,28 @@ class SceneDraft:
     taken: dict[str, set[str]] = field(default_factory=dict)
     omitted: dict[str, list[str]] = field(default_factory=dict)
     included: bool = False
+    kept: dict[str, set[str]] = field(default_factory=dict)
+
+    def keep(self, kind: str, names: Iterable[str]) -> None:
+        """Keep the legal names of a kind for the elements that have them in the file."""
+        self.kept.setdefault(kind, set()).update(name for name in names if is_legal(name))
 
     def section(self, name: str) -> dict[str, Any]:
         """Return a section of the scene."""
         section: dict[str, Any] = self.data.setdefault(name, {})
         return section
 
-    def name(self, kind: str, written: str, default: str) -> str:
-        """Return a legal name that no other element of the kind has, and take it."""
+    def name(self, kind: str, written: str, default: str, *, joined: bool = False) -> str:
+        """Return a legal name that no other element of the kind has, and take it; ``joined`` for a name that is made of
+        several names of the file."""
         taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
         wanted = written or default
         if kind == "body" and wanted in (BASE, WORLD):
             wanted = f"{wanted}_body"
-        name = legal_name(wanted, taken)
+        kept = self.kept.get(kind, set())
+        # a name that is made here, or made legal, leaves the names of the file to their elements
+        owner = wanted == written and not joined
+        name = legal_name(wanted, taken if owner or wanted not in kept else {*taken, wanted}, kept)
         taken.add(name)
         if written and name != written:
             self.notes.append(f"{kind} {written!r} of the file is called {name}")

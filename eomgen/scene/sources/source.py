@@ -3,6 +3,8 @@ UTF-8, and their names in messages."""
 
 from __future__ import annotations
 
+import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -155,6 +157,7 @@ class Source:
 
 
 LARGEST_FILE = 10_000_000
+_ENCODING = re.compile(rb"""<\?xml\s[^>]*encoding\s*=\s*["']([A-Za-z][\w.-]*)["']""")
 _PACKAGE = "package://"
 
 
@@ -172,7 +175,8 @@ def _in_place_of(path: Path, endings: Collection[str]) -> str:
 
 
 def read_text(path: Path, endings: Collection[str] = ()) -> str:
-    """Return the text of a UTF-8 file, with or without a byte order mark.
+    """Return the text of a UTF-8 file, with or without a byte order mark, or of an XML file in the encoding that it
+    declares.
 
     Parameters
     ----------
@@ -197,9 +201,21 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if (text := _declared(data)) is not None:
+            return text
         line = data.count(b"\n", 0, error.start) + 1
         problem = Problem(f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
         raise DescriptionError(problem) from None
+
+
+def _declared(data: bytes) -> str | None:
+    """Return the text of an XML file in the encoding of its byte order mark or its declaration; None without one."""
+    declaration = _ENCODING.match(data)
+    encoding = "utf-16" if data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else declaration and declaration[1].decode("ascii")
+    try:
+        return data.decode(encoding) if encoding else None
+    except (LookupError, ValueError):
+        return None
 
 
 #: The register of other kinds of files, which products read.

@@ -39,12 +39,12 @@ def located(address: str, folder: Path, packages: Mapping[str, Path]) -> Path:
         Of the file that has the address. A package without a given folder is looked for in this folder and in the
         folders around it.
     packages : mapping
-        Folders of packages by name.
+        Folders of packages by name. An address without a scheme may begin with such a name, too, if no file is there.
     """
     if address.startswith(_FILE):
         return Path(address.removeprefix(_FILE))
     scheme = next((scheme for scheme in _OF_FOLDERS if address.startswith(scheme)), "")
-    if not scheme:
+    if not scheme and (address.partition("/")[0] not in packages or is_there(folder / address)):
         return folder / address
     name, _, rest = address.removeprefix(scheme).partition("/")
     if name in packages:

@@ -233,10 +233,14 @@ class _Joints(Section):
         tree = [joints[link.name] for link in order]
         unresisted: Sequence[str] = ()
         if complete and len(order) == len(links) == len(bodies):
-            check_motion(tree, bodies, values, absolute=document.coordinates == "absolute")
             free = not document.section("constraints") and not any(joint.drive for joint in tree)
-            if document.coordinates == "joint" and free and not reading.report.noted:
-                unresisted = unresisted_motions(tree, body_inertias(bodies.values(), values), sections, values)
+            alone = document.coordinates == "joint" and free
+            judged = {name for name in bodies if key_of("bodies", name, "mass") in values.judged} if alone else set()
+            absolute = document.coordinates == "absolute"
+            light = check_motion(tree, bodies, values, absolute=absolute, allowed=judged)
+            if alone and not reading.report.noted:
+                inertias = body_inertias(bodies.values(), values)
+                unresisted = unresisted_motions(tree, inertias, sections, values, light)
             check_frames(tree, bodies, values)
         reading.keep(TreeSections(tree, complete, unresisted))
 

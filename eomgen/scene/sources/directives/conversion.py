@@ -12,7 +12,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_bytes
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import legal_name, nearest, shown
 from eomgen.errors import DescriptionError, FileError
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import root_tag
@@ -23,7 +23,6 @@ from eomgen.scene.sources.mjcf.source import MJCF
 from eomgen.scene.sources.sdf.source import SDF
 from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, OptionError, Source, read_text, shown_file
 from eomgen.scene.sources.urdf.conversion import turns_of
-from eomgen.scene.sources.urdf.reading import legal_name
 from eomgen.scene.sources.urdf.source import URDF
 from eomgen.scene.sources.uris import is_remote, is_there, located, package_folders
 from eomgen.system.description import BASE

@@ -13,7 +13,7 @@ from eomgen.scene.sources.mjcf.draft import Draft, clipped, number, odd_power, p
 from eomgen.scene.sources.mjcf.muscles import Muscle, activation_rate
 from eomgen.scene.sources.mjcf.tendons import add_armature, add_tension
 from eomgen.scene.sources.mjcf.transmissions import Drive, moved_joints, transmission
-from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE
+from eomgen.scene.sources.mjcf.tree import HINGE, SLIDE, compensated_by, compensation_on
 
 
 def convert_actuators(draft: Draft) -> None:
@@ -27,20 +27,47 @@ def convert_actuators(draft: Draft) -> None:
         place = draft.place("actuator", index, count)
         name = draft.name("signal", draft.written("actuator", index), f"actuator_{index + 1}")
         group = int(model.actuator_group[index])
+        actuator = _Actuator(draft, index, name, place)
         if draft.disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
             draft.leave_out(place, f"not modelled: the actuator {name}, which the file switches off")
+            actuator.convert_passive()
             continue
-        _Actuator(draft, index, name, place).convert(efforts)
-        for joint in efforts:
-            first.setdefault(joint, place)
-    for joint, terms in efforts.items():
-        name = draft.joints[joint]
-        effort = total(terms)
-        if model.jnt_actfrclimited[joint]:
-            effort = clipped(effort, *map(float, model.jnt_actfrcrange[joint]))
-        own = draft.name("effort", "", f"{name}_actuation")
-        draft.section("efforts")[own] = {"joint": name, "effort": effort}
-        draft.lines[f"efforts.{own}"] = str(first[joint])
+        actuator.convert(efforts)
+        for joint in list(efforts)[len(first) :]:  # joints that no actuator before drives
+            first[joint] = place
+    driven = count > 0 and not draft.disabled("ACTUATION")
+    for joint in range(model.njnt):
+        effort = _effort_on(draft, joint, efforts.get(joint, []), driven=driven)
+        if effort:
+            name = draft.joints[joint]
+            own = draft.name("effort", "", f"{name}_actuation")
+            draft.section("efforts")[own] = {"joint": name, "effort": effort}
+            draft.lines[f"efforts.{own}"] = str(first.get(joint, draft.place("joint", joint, model.njnt)))
+
+
+def _effort_on(draft: Draft, joint: int, terms: list[str], *, driven: bool) -> str:
+    """Return the effort of the actuators on a joint, within its range; empty for none.
+
+    Of a joint with ``actuatorgravcomp`` the support of gravity that its bodies have goes through the drive: it counts
+    for the range, and is lost without a drive in the file.
+    """
+    model = draft.model
+    moves = int(model.jnt_type[joint]) in (HINGE, SLIDE)
+    limited = driven and moves and bool(model.jnt_actfrclimited[joint])
+    support = ""
+    if model.jnt_actgravcomp[joint] and (limited or not driven):
+        if moves:
+            support = compensation_on(draft, joint)
+        elif not driven and compensated_by(draft, joint):
+            name = draft.joints[joint]
+            fault = f"actuatorgravcomp of {name}, which has several coordinates and no drive, is not supported"
+            at = draft.place("joint", joint, model.njnt)
+            draft.report.add_place(at.file, at.line, f"joints.{name}", fault, "no actuatorgravcomp there")
+    low, high = (float(value) for value in model.jnt_actfrcrange[joint])
+    if limited and (terms or support or not low <= 0.0 <= high):
+        effort = clipped(total([*terms, *([support] if support else [])]), low, high)
+        return f"({effort} - {support})" if support else effort
+    return f"(-{support})" if support else total(terms) if terms else ""
 
 
 class _Actuator:
@@ -91,6 +118,11 @@ class _Actuator:
         self.draft.actuator_forces[index] = force
         if force:
             path.load(force)
+
+    def convert_passive(self) -> None:
+        """Add the armature and the damping alone, which an actuator without force has in MuJoCo."""
+        gear = [float(value) for value in self.model.actuator_gear[self.output]]
+        self.add_inertia_and_damping(Drive(self.draft, self.name, self.index, gear, {}))
 
     def add_inertia_and_damping(self, drive: Drive) -> None:
         """Add the armature and the damping of the actuator to its joint or tendon; others have none in MuJoCo."""
@@ -177,12 +209,14 @@ class _Actuator:
         if kind == kinds.mjDYN_NONE:
             return self.nearest(control)
         name = self.state("activation", 0)
-        rate = control
+        rate, times_of_change = control, [float(value) for value in model.actuator_dynprm[self.index][:2]]
+        if kind != kinds.mjDYN_INTEGRATOR and min(times_of_change[: 2 if kind == kinds.mjDYN_MUSCLE else 1]) <= 0.0:
+            self.refuse("a time constant of 0 makes the rate of the activation infinite", "a time constant above 0")
+            return ""
         if kind == kinds.mjDYN_MUSCLE:
             rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
         elif kind != kinds.mjDYN_INTEGRATOR:
-            time = max(float(model.actuator_dynprm[self.index][0]), 1e-15)
-            rate = f"({control} - {name}) / {time!r}"
+            rate = f"({control} - {name}) / {times_of_change[0]!r}"
         if model.actuator_actlimited[self.index]:
             low, high = (number(float(value)) for value in model.actuator_actrange[self.index])
             rate = f"({rate} if {low} < {name} < {high} else max({rate}, 0) if {name} <= {low} else min({rate}, 0))"
@@ -255,6 +289,9 @@ class _Actuator:
         dynamics, gains, biases = (self.parameters(kind) for kind in ("dyn", "gain", "bias"))
         if self.is_of("gain", "PID"):
             return self.limited(pid_force(plant, dynamics, gains, biases))
+        if dynamics[5] > 0.0 and min(biases[3:5]) <= 0.0:
+            self.refuse("lugre: bristles without friction have an infinite rate", "kinetic and static friction above 0")
+            return ""
         return motor_force(plant, dynamics, gains, biases, self.limited)
 
     def limited(self, force: str) -> str:
@@ -283,6 +320,11 @@ class _Actuator:
             return ""
         low, high = (float(value) for value in model.actuator_lengthrange[self.output])
         acceleration = float(model.actuator_acc0[self.output])
+        if acceleration <= 0.0 and min(self.parameters(kind)[2] for kind in ("gain", "bias")) < 0.0:
+            self.refuse(
+                "a muscle that accelerates nothing at the start has no force by its scale", "force of the muscle"
+            )
+            return ""
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
         own = draft.define(f"{self.name}_length", gain.length(f"({self.length})"))
         pace = draft.define(f"{self.name}_rate", gain.rate(f"({self.rate})"))
@@ -297,8 +339,10 @@ class _Actuator:
             return
         names = list(self.controls().values())
         if len(names) == 4:
-            size = draft.define(f"{self.name}_size", f"sqrt({total([f'({name})**2' for name in names])})")
-            wanted = [draft.define(f"{self.name}_{a}", f"{x} / {size}") for a, x in zip("wxyz", names, strict=True)]
+            square = draft.define(f"{self.name}_square", total([f"({name})**2" for name in names]))
+            size = draft.define(f"{self.name}_size", f"sqrt({square} if {square} > 0.0 else 1.0)")
+            parts = [f"({names[0]} / {size} if {square} > 0.0 else 1.0)", *(f"{x} / {size}" for x in names[1:])]
+            wanted = [draft.define(f"{self.name}_{a}", part) for a, part in zip("wxyz", parts, strict=True)]
         else:
             if not self.is_of("dyn", "NONE"):
                 if not self.is_of("dyn", "INTEGRATOR"):
@@ -319,9 +363,9 @@ class _Actuator:
             for axis, e, speed in zip("xyz", turn, speeds, strict=True)
         ]
         if model.actuator_forcelimited[self.index]:
-            size = draft.define(f"{self.name}_torque", f"sqrt({total([f'{part}**2' for part in forces])})")
             bound = number(float(model.actuator_forcerange[self.index][1]))
-            scale = draft.define(f"{self.name}_scale", f"({bound} / {size} if {size} > {bound} else 1.0)")
+            square = f"max({total([f'{part}**2' for part in forces])}, {bound}**2)"
+            scale = draft.define(f"{self.name}_scale", f"{bound} / sqrt({square})")
             forces = [f"({scale} * {part})" for part in forces]
         for index, part in enumerate(forces):
             own = draft.name("effort", "", f"{self.name}_{'xyz'[index]}")

@@ -28,6 +28,7 @@ _LARGE = 1e60
 _REMEDIES = {
     "Error opening file": "a path from the folder of the file, or assetdir, meshdir and texturedir of <compiler>",
     "already included": "one <include> of each file, and none of a file that includes it",
+    "unrecognized element": "the file as the MuJoCo that it is for saves it (mj_saveLastXML), or without the element",
     "unrecognized": "pip install -U mujoco, if the file is for a newer MuJoCo",
     "repeated name": "another name for one of them",
     "mjMINVAL": "a geom with mass in the body, or <inertial>",
@@ -35,9 +36,6 @@ _REMEDIES = {
 }
 _LINE = re.compile(r"\bline (\d+)")
 _UNKNOWN = re.compile(r"(?:unknown element|unrecognized name) '([^']+)'|'([^']+)' (?:is )?not found")
-_COMMENT = re.compile(r"(?<=<!--).*?(?=-->)", re.DOTALL)
-#: An attribute without a blank before the next attribute.
-_TIGHT = re.compile(r"""(=\s*(?:"[^"<>]*"|'[^'<>]*'))(?=[A-Za-z_])""")
 
 
 @dataclass
@@ -51,6 +49,7 @@ class Elements:
     ordered : places by kind, in the order of the compiled model
     includes : place of the last ``<include>`` of each file
     files : that are read
+    liberties : notes on faults of their XML
     """
 
     every: list[tuple[str, Element, str]] = field(default_factory=list)
@@ -58,6 +57,7 @@ class Elements:
     ordered: dict[str, list[Place]] = field(default_factory=dict)
     includes: dict[str, Place] = field(default_factory=dict)
     files: set[Path] = field(default_factory=set)
+    liberties: list[str] = field(default_factory=list)
 
     def place(self, kind: str, name: str, number: int, count: int, file: str) -> Place:
         """Return the place of an element by its name, of one without a name by its number among ``count``."""
@@ -98,20 +98,15 @@ class Elements:
 def elements_of(text: str, file: str, path: Path | None) -> Elements:
     """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
     result = Elements()
-    root = read_xml(_strict(text), file, _DEEPEST)
+    root = read_xml(text, file, _DEEPEST)
     if root.tag != "mujoco":
         fault = f"the outermost element is {shown(root.tag)}, not 'mujoco'"
         raise DescriptionError(Problem(f"{file}:{root.line}", fault, "the file that includes this one"))
+    result.liberties += root.liberties
     if path is not None:
         result.files.add(path.absolute())
     _walk(result, root, "", file, None if path is None else path.parent)
     return result
-
-
-def _strict(text: str) -> str:
-    """Return a text without two liberties that MuJoCo's reader allows and XML does not: hyphens within comments, and
-    attributes without a blank between them. The lines are the same."""
-    return _TIGHT.sub(r"\1 ", _COMMENT.sub(lambda comment: comment[0].replace("-", "="), text))
 
 
 def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None) -> None:
@@ -150,7 +145,9 @@ def _included(result: Elements, element: Element, folder: Path | None) -> Iterat
     if path is None or path in result.files or not path.exists():
         return
     result.files.add(path)
-    yield read_xml(_strict(read_text(path)), shown_file(path), _DEEPEST), shown_file(path)
+    root = read_xml(read_text(path), shown_file(path), _DEEPEST)
+    result.liberties += root.liberties
+    yield root, shown_file(path)
 
 
 def mujoco_module() -> Any:
@@ -226,6 +223,9 @@ def _problem(message: str, file: str, elements: Elements) -> Problem:
     words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
     words = re.sub(r"\s*Element name '[^']*', id \d+,?", "", words)
     words = " ".join(re.sub(r"^(?:(?:XML )?Error:\s*)+", "", words).split()).removeprefix("Schema violation: ")
+    tag = re.search(r"Element '([^']*)', line", message)
+    if tag and words.endswith("unrecognized element"):
+        words += f" <{tag[1][:64]}>"
     if element and element[1] and f"'{element[1]}'" not in words:
         words += f" ({shown(element[1])})"
     place = _place_of(message, file, elements)

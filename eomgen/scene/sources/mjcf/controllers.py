@@ -13,8 +13,6 @@ from math import pi
 from eomgen.base.data import dataclass
 from eomgen.scene.sources.mjcf.draft import clipped, number, times, total
 
-#: Smallest number by which MuJoCo divides.
-_SMALLEST = 1e-15
 #: Bits of the inputs of an actuator, in the order of its controls.
 SIGNALS = {"pos": 1, "vel": 2, "ff": 4, "voltage": 8}
 
@@ -116,7 +114,7 @@ def motor_force(
         rate = f"((({voltage} - {back}) / {heated} - {current}) / {number(winding)})"
         plant.set_rate(current, clipped(rate, -dynamics[1], dynamics[1]) if dynamics[1] > 0.0 else rate)
     else:
-        current = plant.define("current", f"({voltage} - {back}) / max({_SMALLEST!r}, {heated})")
+        current = plant.define("current", f"({voltage} - {back}) / {heated}")
     if temperature:
         cooling = f"{temperature} / {number(dynamics[2])}"
         plant.set_rate(temperature, f"({heated} * {current}**2 - {cooling}) / {number(dynamics[3])}")
@@ -134,10 +132,10 @@ def _friction(plant: Plant, dynamics: Sequence[float], biases: Sequence[float]) 
     deflection = plant.state("bristle")
     pace = plant.define("pace", plant.rate)
     kinetic, static, stribeck = biases[3:6]
-    level = f"({number(kinetic)} + {number(static - kinetic)} * exp(-({pace} / {number(max(_SMALLEST, stribeck))})**2))"
-    rate = plant.define(
-        "bristle_rate", f"{pace} - {number(stiffness)} * abs({pace}) / max({_SMALLEST!r}, {level}) * {deflection}"
-    )
+    level = number(kinetic)  # without a velocity of Stribeck the level at rest holds at rest alone
+    if stribeck > 0.0:
+        level = f"({level} + {number(static - kinetic)} * exp(-({pace} / {number(stribeck)})**2))"
+    rate = plant.define("bristle_rate", f"{pace} - {number(stiffness)} * abs({pace}) / {level} * {deflection}")
     plant.set_rate(deflection, rate)
     return [f"(-({times(stiffness, deflection)} + {times(damping, rate)}))"]
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import legal_name, listed, nearest, shown
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.draft import Place
 from eomgen.scene.sources.mjcf.actuators import convert_actuators
@@ -24,10 +24,17 @@ from eomgen.scene.sources.mjcf.shapes import convert_geoms
 from eomgen.scene.sources.mjcf.tendons import add_pulls, convert_tendons
 from eomgen.scene.sources.mjcf.tree import convert_tree
 from eomgen.scene.sources.source import ConvertedScene, OptionError
-from eomgen.scene.sources.urdf.reading import legal_name
 
 #: Sections of the entries that efforts and forces act on.
 _OWNERS = {"joint": "joints", "body": "bodies"}
+#: Kinds of names with the elements that have them in a file, and an array of each in the compiled model.
+_NAMED = {
+    "body": {"body": "body_parentid", "site": "site_bodyid"},
+    "joint": {"joint": "jnt_type"},
+    "signal": {"actuator": "actuator_trntype"},
+    "constraint": {"equality": "eq_type"},
+    "output": {"sensor": "sensor_type"},
+}
 _WORD = re.compile(r"[A-Za-z_]\w*")
 
 
@@ -74,6 +81,9 @@ def mjcf_data(
     draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
     draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
     draft.included = included
+    for kind, objects in _NAMED.items():
+        for word, count in objects.items():
+            draft.keep(kind, (draft.written(word, index) for index in range(len(getattr(model, count)))))
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
@@ -103,7 +113,10 @@ def mjcf_data(
             draft.refuse(place, "", note, "no --strict (strict=False), to go on without")
     draft.report.raise_problems()
     return ConvertedScene(
-        data, draft.lines, [*warnings, *draft.notes, *(note for _, note in omissions)], inertias_checked=True
+        data,
+        draft.lines,
+        [*elements.liberties, *warnings, *draft.notes, *(note for _, note in omissions)],
+        inertias_checked=True,
     )
 
 

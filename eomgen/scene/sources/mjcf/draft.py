@@ -13,6 +13,11 @@ from eomgen.base.data import dataclass, field
 from eomgen.scene.sources.draft import LinkPlace, Place, SceneDraft
 from eomgen.scene.sources.mjcf.compiled import Elements
 
+#: Most terms of a sum in one text.
+_TERMS = 20
+#: Flags of parts that MuJoCo solves as constraints, which the flag ``constraint`` switches off together.
+_CONSTRAINTS = ("CONTACT", "EQUALITY", "FRICTIONLOSS", "LIMIT")
+
 
 def number(value: float) -> str:
     """Return a number as part of a formula: in brackets if it is negative."""
@@ -138,6 +143,18 @@ class Draft(SceneDraft):
         """Return file and line of an element."""
         return self.elements.place(kind, self.written(kind, index), index, count, self.report.file)
 
+    def sum_of(self, word: str, terms: Sequence[str]) -> str:
+        """Return the sum of any number of terms, in parts that are as short as texts of formulas may be."""
+        parts = [total(terms[k : k + _TERMS]) for k in range(0, len(terms), _TERMS)]
+        return parts[0] if len(parts) == 1 else total([self.define(f"{word}_of_part", part) for part in parts])
+
     def disabled(self, flag: str) -> bool:
-        """Return whether the file switches a part of the physics off."""
-        return bool(self.model.opt.disableflags & getattr(self.mujoco.mjtDisableBit, f"mjDSBL_{flag}"))
+        """Return whether the file switches a part of the physics off, alone or with all constraints."""
+        flags = (flag, "CONSTRAINT") if flag in _CONSTRAINTS else (flag,)
+        bits = self.mujoco.mjtDisableBit
+        return any(self.model.opt.disableflags & getattr(bits, f"mjDSBL_{name}") for name in flags)
+
+    @property
+    def without_passive_forces(self) -> bool:
+        """Whether there are no passive forces at all: as in MuJoCo if springs and dampers are both off."""
+        return self.disabled("SPRING") and self.disabled("DAMPER")

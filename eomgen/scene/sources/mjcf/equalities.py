@@ -12,7 +12,7 @@ from eomgen.scene.sources.mjcf.tree import HINGE
 def convert_equalities(draft: Draft) -> None:
     """Add the active equalities of a file to the scene."""
     model, kinds = draft.model, draft.mujoco.mjtEq
-    if draft.disabled("EQUALITY") or draft.disabled("CONSTRAINT"):
+    if draft.disabled("EQUALITY"):
         return
     for index in range(model.neq):
         place = draft.place("equality", index, model.neq)
@@ -73,11 +73,7 @@ def _connect(draft: Draft, index: int, name: str) -> None:
     else:
         anchors = np.array(model.eq_data[index][:6]).reshape(2, 3)
         places = [draft.places[body].of(anchor) for body, anchor in zip((first, second), anchors, strict=True)]
-    draft.section("constraints")[name] = {
-        "type": "spherical",
-        "first": _frame(places[0], axes=False),
-        "second": _frame(places[1], axes=False),
-    }
+    _constrain(draft, name, "spherical", places, axes=False)
 
 
 def _weld(draft: Draft, index: int, name: str) -> None:
@@ -88,11 +84,16 @@ def _weld(draft: Draft, index: int, name: str) -> None:
     else:
         anchor, relative = np.array(model.eq_data[index][:3]), np.array(model.eq_data[index][3:10])
         places = [draft.places[first].of(relative[:3], relative[3:]), draft.places[second].of(anchor)]
-    draft.section("constraints")[name] = {
-        "type": "fixed",
-        "first": _frame(places[0], axes=True),
-        "second": _frame(places[1], axes=True),
-    }
+    _constrain(draft, name, "fixed", places, axes=True)
+
+
+def _constrain(draft: Draft, name: str, kind: str, places: list[LinkPlace], *, axes: bool) -> None:
+    """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
+    if places[0].body == places[1].body:
+        draft.notes.append(f"the equality {name} is left out: both ends are on one body")
+        return
+    first, second = (_frame(place, axes=axes) for place in places)
+    draft.section("constraints")[name] = {"type": kind, "first": first, "second": second}
 
 
 def _reference_angles(draft: Draft, index: int) -> list[float]:

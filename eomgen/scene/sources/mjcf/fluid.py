@@ -16,20 +16,20 @@ from eomgen.scene.sources.draft import LinkPlace
 from eomgen.scene.sources.mjcf.draft import Draft, cross, dot, number, times, total
 from eomgen.system.description import BASE
 
-#: Mass and moments of inertia below which MuJoCo counts a body as without inertia, and its smallest divisor.
-_SMALLEST = 1e-15
+#: Square of a speed, (m/s)^2, or of a spin, (rad/s)^2, that stands for rest, so that roots and quotients have slopes.
+_AT_REST = "1e-60"
 
 
 def convert_fluid(draft: Draft) -> None:
     """Add the forces of the medium on all bodies."""
     model = draft.model
-    if not (float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0):
+    if draft.without_passive_forces or not (float(model.opt.density) > 0.0 or float(model.opt.viscosity) > 0.0):
         return
     by_geom: dict[int, list[int]] = {}
     for number_of_geom in np.flatnonzero(model.geom_fluid[:, 0] > 0.0):
         by_geom.setdefault(int(model.geom_bodyid[number_of_geom]), []).append(int(number_of_geom))
     for body in range(1, model.nbody):
-        if float(model.body_mass[body]) <= _SMALLEST or draft.places[body].body == BASE:
+        if float(model.body_mass[body]) < draft.mujoco.mjMINVAL or draft.places[body].body == BASE:
             continue
         if body not in by_geom:
             _add_drag(draft, body)
@@ -65,7 +65,9 @@ def _add_drag(draft: Draft, body: int) -> None:
     model = draft.model
     density, viscosity = float(model.opt.density), float(model.opt.viscosity)
     place = draft.places[body].of(np.array(model.body_ipos[body]), model.body_iquat[body])
-    box = _box(np.array(model.body_inertia[body]), float(model.body_mass[body]))
+    inertia, mass = np.array(model.body_inertia[body]), float(model.body_mass[body])
+    # the edges of the homogeneous box with this inertia; of a plate the thickness is of MuJoCo's smallest moment
+    box = np.sqrt(6.0 * np.maximum(draft.mujoco.mjMINVAL, float(np.sum(inertia)) - 2.0 * inertia) / mass)
     written = draft.written("body", body) or f"body_{body}"
     linear, angular = _motion(draft, written, place)
     mean = float(np.mean(box))
@@ -101,22 +103,24 @@ def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
         return draft.define(f"{written}_{word}", formula)
 
     speed = own("speed", _norm(v))
-    # areas of the projections along the axes, by pi, and their squares
-    sides = [float(np.prod(axes) / axis) for axis in axes]
-    cast = own("cast", total([f"{number(side**4)} * {x}**2" for side, x in zip(sides, v, strict=True)]))
-    seen = own("seen", total([f"{number(side**2)} * {x}**2" for side, x in zip(sides, v, strict=True)]))
-    area = own("area", f"{number(pi)} * sqrt(max({cast} / max({_SMALLEST!r}, {seen}), 1e-60))")
-    middle, large = np.sort(axes)[1:]
-    widest = pi * float(large * middle)
+    small, middle, large = (float(axis) for axis in np.sort(axes))
+    widest = pi * large * middle
+    # areas of the projections along the axes by the widest one; all terms below are of sizes and units of speeds
+    shares = [small / float(axis) for axis in axes]
+    cast = own("cast", f"max({total(_squares(shares, v, 4))}, {_AT_REST})")
+    seen = own("seen", f"max({total(_squares(shares, v, 2))}, {_AT_REST})")
+    narrow = own("narrow", f"sqrt({cast} / {seen})")
+    area = own("area", f"{number(widest)} * {narrow}")
     wide = _sum([(blunt - slender, area), (slender * widest, "")])
     mean = float(np.sum(axes)) / 3.0
     drag = own("drag", f"{number(6.0 * pi * mean * viscosity)} + {number(density)} * {speed} * {wide}")
     swept = [8.0 / 15.0 * pi * float(axes[k] * max(axes[k - 1], axes[k - 2]) ** 4) for k in range(3)]
-    most = 8.0 / 15.0 * pi * float(middle * large**4)
-    moments = [times(turning * own_part + slender * (most - own_part), x) for own_part, x in zip(swept, w, strict=True)]
-    slowing = own("slowing", f"{number(8.0 * pi * mean**3 * viscosity)} + {number(density)} * {_norm(moments)}")
-    normal = [times(side**2, x) for side, x in zip(sides, v, strict=True)]
-    lift = own("lift", f"{number(kutta * density)} * {area} * {seen} / max({_SMALLEST!r}, {speed} * {cast})")
+    most = 8.0 / 15.0 * pi * middle * large**4
+    parts = [turning * part / most + slender * (1.0 - part / most) for part in swept]
+    moments = [times(part, x) for part, x in zip(parts, w, strict=True)]
+    slowing = own("slowing", f"{number(8.0 * pi * mean**3 * viscosity)} + {number(density * most)} * {_norm(moments)}")
+    normal = [times(share**2, x) for share, x in zip(shares, v, strict=True)]
+    lift = own("lift", f"{number(kutta * density * widest)} / ({narrow} * {speed})")
     circulation = [own(f"circulation_{k}", f"{lift} * {part}") for k, part in zip("xyz", cross(normal, v), strict=True)]
     momentum = [times(float(m), x) for m, x in zip(mass, v, strict=True)]
     spin = [times(float(m), x) for m, x in zip(inertia, w, strict=True)]
@@ -150,18 +154,16 @@ def _semi_axes(draft: Draft, geom: int) -> Array:
 
 
 def _norm(vector: Sequence[str]) -> str:
-    return f"sqrt(max({dot(vector, vector)}, 1e-60))"
+    return f"sqrt(max({dot(vector, vector)}, {_AT_REST}))"
+
+
+def _squares(shares: Sequence[float], vector: Sequence[str], power: int) -> list[str]:
+    return [f"{number(share**power)} * {x}**2" for share, x in zip(shares, vector, strict=True)]
 
 
 def _sum(parts: Sequence[tuple[float, str]]) -> str:
     """Return the sum of factors times terms, of which one without a term is a number."""
     return total([times(factor, term) if term else number(factor) for factor, term in parts])
-
-
-def _box(inertia: Array, mass: float) -> Array:
-    """Return the edges of the homogeneous box with a mass and principal moments of inertia."""
-    squares = 6.0 * np.maximum(_SMALLEST, float(np.sum(inertia)) - 2.0 * inertia) / mass
-    return np.asarray(np.sqrt(squares))
 
 
 def _turned(orientation: Array, components: list[str]) -> list[str]:

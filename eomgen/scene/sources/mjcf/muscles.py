@@ -11,9 +11,6 @@ from collections.abc import Sequence
 from eomgen.base.data import dataclass
 from eomgen.scene.sources.mjcf.draft import number
 
-#: Smallest number by which MuJoCo divides.
-_SMALLEST = 1e-15
-
 
 def activation_rate(control: str, activation: str, parameters: Sequence[float]) -> str:
     """Return the rate of the activation of a muscle, 1/s.
@@ -23,17 +20,18 @@ def activation_rate(control: str, activation: str, parameters: Sequence[float]) 
     control, activation : str
         Names, or parts of formulas in brackets.
     parameters : sequence of float
-        Times of activation and deactivation, s, and the width of the excitation over which one changes to the other.
+        Times of activation and deactivation, s, above 0, and the width of the excitation over which one changes to the
+        other.
     """
     rise, fall, width = (float(value) for value in parameters[:3])
     excess = f"(max(0.0, min(1.0, {control})) - {activation})"
     pace = f"(0.5 + 1.5 * max(0.0, min(1.0, {activation})))"
     fast, slow = f"{number(rise)} * {pace}", f"{number(fall)} / {pace}"
-    if width < _SMALLEST:
-        return f"({excess} / max({_SMALLEST!r}, {fast} if {excess} > 0.0 else {slow}))"
+    if width <= 0.0:
+        return f"({excess} / ({fast} if {excess} > 0.0 else {slow}))"
     x = f"max(0.0, min(1.0, {excess} / {number(width)} + 0.5))"
     share = f"({x})**3 * (3.0 * ({x}) * (2.0 * ({x}) - 5.0) + 10.0)"
-    return f"({excess} / max({_SMALLEST!r}, {slow} + ({fast} - {slow}) * ({share})))"
+    return f"({excess} / ({slow} + ({fast} - {slow}) * ({share})))"
 
 
 @dataclass(frozen=True)
@@ -52,22 +50,21 @@ class Muscle:
     @property
     def _strength(self) -> float:
         force, scale = self.parameters[2], self.parameters[3]
-        return scale / max(_SMALLEST, self.acceleration) if force < 0.0 else force
+        return scale / self.acceleration if force < 0.0 else force
 
     @property
     def _optimum(self) -> float:
         low, high = self.parameters[:2]
-        return (self.range_of_length[1] - self.range_of_length[0]) / max(_SMALLEST, high - low)
+        return (self.range_of_length[1] - self.range_of_length[0]) / (high - low)
 
     def length(self, length: str) -> str:
         """Return the length by the optimum length."""
         start = self.range_of_length[0]
-        by = max(_SMALLEST, self._optimum)
-        return f"({number(self.parameters[0])} + ({length} - {number(start)}) / {number(by)})"
+        return f"({number(self.parameters[0])} + ({length} - {number(start)}) / {number(self._optimum)})"
 
     def rate(self, rate: str) -> str:
         """Return the rate of length by the largest rate of shortening."""
-        return f"({rate} / {number(max(_SMALLEST, self._optimum * self.parameters[6]))})"
+        return f"({rate} / {number(self._optimum * self.parameters[6])})"
 
     def gain(self, length: str, rate: str) -> str:
         """Return the force by the activation, over normalized length and rate, which are names."""
@@ -76,7 +73,7 @@ class Muscle:
     def passive(self, length: str) -> str:
         """Return the passive force over the normalized length, which is a name."""
         middle, largest = 0.5 * (1.0 + self.parameters[5]), self.parameters[7]
-        span = number(max(_SMALLEST, middle - 1.0))
+        span = number(middle - 1.0)
         parabola = f"0.5 * (({length} - 1.0) / {span})**2"
         line = f"0.5 + ({length} - {number(middle)}) / {span}"
         share = f"(0.0 if {length} <= 1.0 else {parabola} if {length} <= {number(middle)} else {line})"
@@ -93,15 +90,15 @@ class Muscle:
         )
         text = f"(0.0 if {length} < {number(low)}"
         for end, origin, width, top in pieces:
-            parabola = f"0.5 * (({length} - {number(origin)}) / {number(max(_SMALLEST, width))})**2"
+            parabola = f"0.5 * (({length} - {number(origin)}) / {number(width)})**2"
             text += f" else {'1.0 - ' if top else ''}{parabola} if {length} <= {number(end)}"
         return f"{text} else 0.0)"
 
     def _of_rate(self, rate: str) -> str:
         largest = self.parameters[8]
         end = largest - 1.0
-        parabola = f"{number(largest)} - ({number(end)} - {rate})**2 / {number(max(_SMALLEST, end))}"
-        return (
-            f"(0.0 if {rate} <= -1.0 else ({rate} + 1.0)**2 if {rate} <= 0.0"
-            f" else {parabola} if {rate} <= {number(end)} else {number(largest)})"
-        )
+        text = f"(0.0 if {rate} <= -1.0 else ({rate} + 1.0)**2 if {rate} <= 0.0"
+        if end > 0.0:
+            parabola = f"{number(largest)} - ({number(end)} - {rate})**2 / {number(end)}"
+            text += f" else {parabola} if {rate} <= {number(end)}"
+        return f"{text} else {number(largest)})"

@@ -50,8 +50,6 @@ def _is_plain(draft: Draft, index: int) -> bool:
     return int(model.sensor_refid[index]) < 0 and not any(np.any(values[index]) for values in late)
 
 
-#: Most terms of a sum in one text.
-_TERMS = 20
 #: The components of a sensor; None for one that no scene has.
 _Components = Callable[[Draft, int], list[str] | None]
 
@@ -188,17 +186,11 @@ def _of_tree(word: str) -> _Components:
             centers.append(draft.point(f"inertial_{body}", place))
         shares = [float(model.body_mass[body]) / mass for body in inside]
         return [
-            _sum(draft, word, [times(share, f"{word}.{c}[{i}]") for share, c in zip(shares, centers, strict=True)])
+            draft.sum_of(word, [times(share, f"{word}.{c}[{i}]") for share, c in zip(shares, centers, strict=True)])
             for i in range(3)
         ]
 
     return components
-
-
-def _sum(draft: Draft, word: str, terms: Sequence[str]) -> str:
-    """Return the sum of any number of terms, in parts that are as short as texts of formulas may be."""
-    parts = [total(terms[k : k + _TERMS]) for k in range(0, len(terms), _TERMS)]
-    return parts[0] if len(parts) == 1 else total([draft.define(f"{word}_of_part", part) for part in parts])
 
 
 def _formula(text: str) -> _Components:

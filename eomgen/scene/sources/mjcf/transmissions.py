@@ -18,7 +18,7 @@ from eomgen.scene.sources.draft import LinkPlace
 from eomgen.scene.sources.mjcf import quaternions
 from eomgen.scene.sources.mjcf.draft import Draft, cross, dot, number, times, total
 from eomgen.scene.sources.mjcf.equalities import site_place
-from eomgen.scene.sources.mjcf.tree import BALL, HINGE, SLIDE
+from eomgen.scene.sources.mjcf.tree import BALL, HINGE, SLIDE, bodies_above
 from eomgen.system.description import BASE
 
 
@@ -269,11 +269,7 @@ def _in_world(drive: Drive, word: str, origin: str, ends: Sequence[str], vector:
 
 def _chain(draft: Draft, body: int) -> list[int]:
     """Return the bodies from a body to the world, without the world; welded ones by the body that carries them."""
-    chain: list[int] = []
-    while body:
-        chain.append(int(draft.model.body_weldid[body]))
-        body = int(draft.model.body_parentid[body])
-    return chain
+    return [int(draft.model.body_weldid[above]) for above in bodies_above(draft.model, body)]
 
 
 def _common_body(draft: Draft, site: int, reference: int) -> str:
@@ -323,7 +319,7 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
     axis = drive.names("slide", draft.along(origin, ends[2]))
     along = draft.define(f"{drive.name}_along", dot(offset, axis))
     square = draft.define(f"{drive.name}_square", f"{along}**2 + {number(rod**2)} - {dot(offset, offset)}")
-    root = draft.define(f"{drive.name}_root", f"sqrt(max({square}, 1e-32))")
+    root = draft.define(f"{drive.name}_root", f"sqrt({square} if {square} > 0.0 else 1.0)")
     length = draft.define(f"{drive.name}_length", times(gear, f"({along} - ({root} if {square} > 0.0 else 0.0))"))
     share = draft.define(f"{drive.name}_share", f"(1.0 - {along} / {root} if {square} > 0.0 else 1.0)")
     push = drive.names(

@@ -18,7 +18,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.rotations import about_axis
 from eomgen.scene.sources.draft import LinkPlace, matrix
-from eomgen.scene.sources.mjcf.draft import Draft, odd_power, plain_power, polynomial
+from eomgen.scene.sources.mjcf.draft import Draft, cross, dot, odd_power, plain_power, polynomial
 from eomgen.scene.sources.urdf.conversion import body_entry
 from eomgen.system.description import BASE
 
@@ -319,15 +319,62 @@ def _number(value: float) -> str:
     return f"({value!r})" if value < 0.0 else repr(value)
 
 
+def _compensated(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
+    """Return the centre of mass, and the force there, of each body that ``gravcomp`` holds up."""
+    model, gravity = draft.model, np.array(draft.data["gravity"])
+    if draft.without_passive_forces or not gravity.any():
+        return {}
+    parts = {body: float(model.body_gravcomp[body]) for body in range(1, model.nbody)}
+    return {
+        body: (
+            draft.places[body].of(np.array(model.body_ipos[body])),
+            -part * float(model.body_mass[body]) * gravity,
+        )
+        for body, part in parts.items()
+        if part and draft.places[body].body != BASE
+    }
+
+
 def _compensate_gravity(draft: Draft) -> None:
     """Add the forces by which ``gravcomp`` holds bodies up."""
-    gravity = np.array(draft.data["gravity"])
-    for body in range(1, draft.model.nbody):
-        part = float(draft.model.body_gravcomp[body])
-        place = draft.places[body]
-        if not part or not gravity.any() or place.body == BASE:
-            continue
-        at = place.of(np.array(draft.model.body_ipos[body]))
-        force = -part * float(draft.model.body_mass[body]) * gravity
+    for body, (at, force) in _compensated(draft).items():
         name = draft.name("force", "", f"gravity_compensation_{draft.written('body', body) or body}")
         draft.section("forces")[name] = {"body": at.body, "point": at.position.tolist(), "force": force.tolist()}
+
+
+def compensated_by(draft: Draft, joint: int) -> list[tuple[LinkPlace, Array]]:
+    """Return the centres of mass, and the forces there, of the bodies on a joint that ``gravcomp`` holds up."""
+    carrier = int(draft.model.jnt_bodyid[joint])
+    return [pair for body, pair in _compensated(draft).items() if carrier in bodies_above(draft.model, body)]
+
+
+def compensation_on(draft: Draft, joint: int) -> str:
+    """Return the formula of the share that ``gravcomp`` has in the effort of a hinge or a slide; empty without one."""
+    held = compensated_by(draft, joint)
+    if not held:
+        return ""
+    name = draft.joints[joint]
+    entry = draft.section("joints")[name]
+    foot = LinkPlace(entry["child"], np.eye(3), np.zeros(3))
+    start = draft.point(f"{name}_foot", foot)
+    axis = draft.along(start, draft.point(f"{name}_axis", foot.of(np.array(entry["axis"]))))
+    whole = np.sum([force for _, force in held], axis=0)
+    if int(draft.model.jnt_type[joint]) == SLIDE:
+        return dot(axis, [_number(float(part)) for part in whole])
+    moments: list[list[str]] = [[], [], []]
+    for at, force in held:
+        arm = draft.along(start, draft.point(f"weight_{at.body}_{len(draft.frame_origins)}", at))
+        for parts, part in zip(moments, cross(arm, [_number(float(part)) for part in force]), strict=True):
+            parts.append(part)
+    return dot(
+        axis, [draft.define(f"{name}_support_{x}", draft.sum_of(name, m)) for x, m in zip("xyz", moments, strict=True)]
+    )
+
+
+def bodies_above(model: Any, body: int) -> list[int]:
+    """Return a body and the bodies that carry it, without the world."""
+    chain = []
+    while body:
+        chain.append(body)
+        body = int(model.body_parentid[body])
+    return chain

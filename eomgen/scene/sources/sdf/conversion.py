@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import legal_name, listed, nearest, shown
 from eomgen.scene.inertia import Inertia, combined, impossible
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import read_xml
@@ -42,12 +42,11 @@ from eomgen.scene.sources.sdf.reading import SdfReader
 from eomgen.scene.sources.sdf.tree import Edge, Step, Tree, tree_of
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.scene.sources.urdf.conversion import body_entry, turns_of
-from eomgen.scene.sources.urdf.reading import legal_name
 from eomgen.scene.sources.urdf.transmissions import NO_ACTUATION, effort_inputs
 from eomgen.scene.sources.uris import package_folders
 from eomgen.system.description import BASE, WORLD
 
-#: A joint this far from the origin of a link, in m, is at the origin.
+#: A joint is at the origin of a link below this part of the lengths of their poses: rounding of several turns.
 _AT_ORIGIN = 1e-12
 
 
@@ -114,6 +113,11 @@ class _Converter:
         self.shifted: list[str] = []
         self.free: list[str] = []
         self.locked: list[str] = []
+        for kind, sections in (("body", ("links", "frames")), ("joint", ("joints",)), ("constraint", ("joints",))):
+            nodes = [
+                (path, name) for path, model in world.every() for part in sections for name in getattr(model, part)
+            ]
+            self.draft.keep(kind, map(self.called, nodes))
 
     def called(self, node: Node) -> str:
         """Return the name of a link, frame or joint in the file, from its only model."""
@@ -242,16 +246,20 @@ class _Converter:
         name = self.called(node).replace("::", "__")
         return f"{name}_link" if name in (BASE, WORLD) else name
 
+    def named(self, kind: str, node: Node, ending: str = "") -> str:
+        """Return a new name for a link, frame or joint of the file."""
+        return self.draft.name(kind, self.legal(node) + ending, "", joined=bool(ending) or "::" in self.called(node))
+
     def body(self, node: Node, ending: str = "") -> str:
         """Return a new body for a link."""
-        name = self.draft.name("body", self.legal(node) + ending, "")
+        name = self.named("body", node, ending)
         self.draft.data["bodies"][name] = {"mass": 0.0}
         self.draft.lines[f"bodies.{name}"] = str(self.links[node].place)
         return name
 
     def frame(self, node: Node, place: LinkPlace, line: Place) -> None:
         """Add a frame."""
-        name = self.draft.name("body", self.legal(node), "")
+        name = self.named("body", node)
         self.draft.data["frames"][name] = place.entry
         self.draft.lines[f"frames.{name}"] = str(line)
 
@@ -295,7 +303,8 @@ class _Converter:
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position
-        at_origin = float(np.linalg.norm(offset)) <= _AT_ORIGIN
+        lengths = [float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)]
+        at_origin = float(np.linalg.norm(offset)) <= _AT_ORIGIN * max(lengths)
         body = self.body(end, "" if at_origin else "_body")
         self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3) if at_origin else -offset)
         if not at_origin:
@@ -308,7 +317,7 @@ class _Converter:
         written = list(joint.axes)
         if step.turned:
             axes, written = [-axis for axis in axes[::-1]], written[::-1]
-        name = self.joint_names[key] = self.draft.name("joint", self.legal(key), "")
+        name = self.joint_names[key] = self.named("joint", key)
         self.draft.lines[f"joints.{name}"] = str(joint.place)
         kind = SCENE_TYPES[joint.type]
         entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body}
@@ -392,7 +401,7 @@ class _Converter:
     def close(self, edge: Edge) -> None:
         """Make a constraint of a joint that closes a loop."""
         joint, key = edge.joint, edge.key
-        name = self.joint_names[key] = self.draft.name("constraint", self.legal(key), "")
+        name = self.joint_names[key] = self.named("constraint", key)
         sides = [self.places[edge.parent], self.places[edge.child]]
         self.draft.lines[f"constraints.{name}"] = str(joint.place)
         if sides[0].body == sides[1].body:
@@ -491,7 +500,14 @@ class _Converter:
 
     def notes(self) -> list[str]:
         """Return notes on the conversion."""
-        return [*self._notes(), *self.draft.notes, *self.reader.leftovers.notes(), *self.reader.visuals.notes()]
+        reader = self.reader
+        return [
+            *reader.liberties,
+            *self._notes(),
+            *self.draft.notes,
+            *reader.leftovers.notes(),
+            *reader.visuals.notes(),
+        ]
 
     def _notes(self) -> Iterator[str]:
         if self.reader.gravity is None:

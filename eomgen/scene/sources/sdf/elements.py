@@ -156,6 +156,10 @@ class SdfModel:
         """Names of all that the model holds."""
         return [*self.links, *self.joints, *self.frames, *self.models, *self.merged]
 
+    def has(self, name: str) -> bool:
+        """Return whether the model holds something of a name."""
+        return any(name in part for part in (self.links, self.joints, self.frames, self.models, self.merged))
+
     def every(self, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], SdfModel]]:
         """Yield the model and the models within it with their paths, from this one."""
         yield path, self

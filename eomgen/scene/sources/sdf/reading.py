@@ -69,10 +69,12 @@ class SdfReader:
         self.has_world = False
         self.world_name = ""
         self.defaulted: list[str] = []
+        self.liberties: list[str] = []
 
     def world(self, root: Element, file: str, folder: Path) -> SdfModel:
         """Return the world of a file; of a file of models alone a world that holds them."""
         reading = _FileReader(self, file, folder, ())
+        self.liberties += root.liberties
         minor = reading.version(root)
         if minor is None:
             self.report.raise_problems()
@@ -142,7 +144,7 @@ class _FileReader:
             self.values.refuse(element, f"the name {shown(name)} is reserved in SDF", "another name")
         elif "::" in name and self.values.minor >= SINCE_FRAMES:
             self.values.refuse(element, f"the name {shown(name)} has ::, which leads into a model", "another name")
-        elif name in model.names:
+        elif model.has(name):
             fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names"
             self.values.refuse(element, fault, "another name")
         else:
@@ -434,6 +436,7 @@ class _FileReader:
             self.reader.report.noted += [(element.line, problem) for problem in error.problems]
             return None
         reading = _FileReader(self.reader, file, path.parent, [*self.chain, path.resolve()])
+        self.reader.liberties += root.liberties
         minor = reading.version(root)
         if minor is None:
             return None

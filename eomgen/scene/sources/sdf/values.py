@@ -111,9 +111,13 @@ class Values:
         child = element.first("pose")
         if child is None:
             return WrittenPose(self.place(element))
-        # the attribute of 1.5 and 1.6 became this one of 1.7: a newer file with the old one has a note on it
-        naming = "frame" if self.minor < SINCE_FRAMES else "relative_to"
-        frame = child.get(naming)
+        # the attribute ``frame`` of 1.5 and 1.6 became ``relative_to`` of 1.7, which is read from older files, too
+        naming, frame = "relative_to", child.get("relative_to")
+        if self.minor < SINCE_FRAMES and child.get("frame") not in ("", frame):
+            if frame:
+                fault = f"pose: relative_to {shown(frame)} and frame {shown(child.get('frame'))} differ"
+                self.refuse(child, fault, "relative_to alone")
+            naming, frame = "frame", child.get("frame")
         if frame and not framed:
             self.refuse(child, f"pose: the pose of <{element.tag}> has no {naming}", "the pose in the link's frame")
         kind = child.get("rotation_format", "euler_rpy")
@@ -139,6 +143,8 @@ class Values:
         return snapped_rotation(rotation_matrix(np.array([w, x, y, z]) / length))
 
     def _angles(self, values: Sequence[float], degrees: bool, owner: str) -> Array:  # of the format
+        if not any(values):
+            return np.eye(3)
         roll, pitch, yaw = (math.radians(value) if degrees else value for value in values)
         for angle in (roll, pitch, yaw):
             if SNAP < off_right(angle) <= NEARLY:

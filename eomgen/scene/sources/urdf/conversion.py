@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import legal_name, listed, nearest, shown
 from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.tree import displaced
@@ -33,7 +33,7 @@ from eomgen.scene.sources.urdf.notes import (
     notes_of_what_has_no_effect,
     stops_of,
 )
-from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, legal_name, read_robot
+from eomgen.scene.sources.urdf.reading import Joint, LoopJoint, Robot, read_robot
 from eomgen.scene.sources.urdf.transmissions import Transmissions, actuation, effort_inputs, read_transmissions
 from eomgen.system.description import BASE, WORLD
 
@@ -158,12 +158,14 @@ def urdf_data(
     report.raise_problems()
     order = _from_root(robot, report)
     held, leaders = held_and_following(robot, locked, report)
-    merger = _Merger(robot, order, held, leaders, root, own, limits=limits, friction=friction)
+    merger = _Merger(robot, order, held, leaders, root, own, report, limits=limits, friction=friction)
+    report.raise_problems()
     motors = actuation(robot, gears, held.keys(), leaders.keys())
     own_inputs = [joint for joint in order if joint.name not in held and joint.name not in leaders] if actuated else []
     units = {joint.name: joint.unit for joint in own_inputs if joint.name not in motors.driven}
     merger.data |= effort_inputs(units, motors)
     notes = [
+        *root_element.liberties,
         *merger.notes,
         *motors.notes,
         *notes_of_names_and_angles(robot, locked),
@@ -262,6 +264,10 @@ class _Place:
     position: Array
 
 
+#: Ends of a loop meet within this part of their distance from the origin of their body, as digits of files allow.
+_MET = 1e-6
+
+
 class _Merger:
     """Merges links that are fixed to one another into one body; frames of links keep their names."""
 
@@ -273,11 +279,13 @@ class _Merger:
         leaders: Mapping[str, str],
         root: str,
         tunable: Collection[str],
+        report: Report,
         *,
         limits: bool,
         friction: bool,
     ) -> None:
         self.robot = robot
+        self.report = report
         self.tunable = tunable
         self.held = held
         self.leaders = leaders
@@ -296,6 +304,8 @@ class _Merger:
             kind = "free" if root == "free" else "fixed"
             self.data["joints"][joint_name] = {"type": kind, "parent": BASE, "child": self.places[root_link].body}
         self.add_part(root_link)
+        if robot.implied_world:
+            self.notes.append("joints name the link world, which the file lacks: it is a link without mass")
         if root == "fixed":
             self.data["frames"][root_link] = {"body": BASE}
             self.notes.append(f"the root link {root_link} is fixed to the base, and so are the links fixed to it")
@@ -350,6 +360,10 @@ class _Merger:
             entry |= {"position": position.tolist(), "orientation": [list(row) for row in rows(orientation)]}
             if JOINTS[joint.type].coordinates:
                 entry["axis"] = list(joint.axis)
+            if joint.type == "universal":
+                entry |= {"axis": [1.0, 0.0, 0.0], "second_axis": [0.0, 1.0, 0.0]}
+            if joint.pitch:
+                entry["pitch"] = joint.pitch
             if joint.unit:
                 entry["damping"] = joint.damping
             elif joint.damping:
@@ -377,6 +391,7 @@ class _Merger:
         """Make a constraint of a joint that closes a loop: frames in the bodies of both links, z along the axis of the
         joint; of a universal joint the first x and the second y."""
         entry: dict[str, Any] = {"type": loop.type}
+        ends: list[tuple[Array, Array]] = []
         for side, end, columns in (("first", loop.first, (2, 0, 1)), ("second", loop.second, (1, 2, 0))):
             along = unit_axis(end.axis)
             assert along is not None  # the reader refuses an axis of no length
@@ -390,8 +405,29 @@ class _Merger:
             if loop.type != "spherical":
                 frame |= {"axis": turned[:, 2].tolist(), "x_axis": turned[:, 0].tolist()}
             entry[side] = frame
+            ends.append((turned, position))
+        if entry["first"]["body"] == entry["second"]["body"]:
+            self.drop(loop, ends)
+            return
         self.data.setdefault("constraints", {})[loop.name] = entry
         self.lines[f"constraints.{loop.name}"] = loop.line
+
+    def drop(self, loop: LoopJoint, ends: Sequence[tuple[Array, Array]]) -> None:
+        """Note a loop whose ends are in one body, which meet; report ends that do not."""
+        (first, start), (second, end) = ends
+        gap = first.T @ (end - start)
+        apart = {"prismatic": gap[:2], "planar": gap[2:]}.get(loop.type, gap)
+        about = {"revolute": first[:, :2].T @ second[:, 2], "planar": first[:, :2].T @ second[:, 2]}
+        about |= {"universal": first[:, 2:].T @ second[:, 2], "spherical": np.zeros(1)}
+        turned = about.get(loop.type, first.T @ second - np.eye(3))
+        size = float(max(np.linalg.norm(start), np.linalg.norm(end)))
+        if np.linalg.norm(apart) <= _MET * size and np.max(np.abs(turned)) <= _MET:
+            self.notes.append(f"the loop {loop.name} is left out: held joints make one body of its ends, which meet")
+            return
+        fault = f"held joints make one body of the ends of {loop.name}, which are {np.linalg.norm(apart):.3g} m apart"
+        angle = float(np.degrees(np.arcsin(min(1.0, float(np.max(np.abs(turned)))))))
+        fault += f" and turned by {angle:.3g} degrees" if angle > np.degrees(_MET) else ""
+        self.report.add_at(loop.line, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
 
     def add_limits(self, joint: Joint, entry: dict[str, Any]) -> None:
         """Turn a joint's limits into stops if requested, and note the limits that are left out."""

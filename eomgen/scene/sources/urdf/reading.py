@@ -8,14 +8,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import NAME_LENGTH, is_legal, nearest, shown
+from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS, TYPES
@@ -36,6 +36,10 @@ LOOP_TYPES = {
     "planar": "planar",
     "fixed": "fixed",
 }
+#: Drake's own joints, and their types; a universal joint turns about x, then y.
+_OF_DRAKE = "drake:joint"
+_SCREWS = ("screw",)
+_TYPES_OF_DRAKE = {"ball": "spherical", "universal": "universal", "planar": "planar", "screw": "helical"}
 Read = TypeVar("Read")
 NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
@@ -96,6 +100,7 @@ class Joint:
     mimic: Mimic | None = None
     limit: UrdfLimit | None = None
     friction: float = 0.0
+    pitch: float = 0.0
 
     @property
     def components(self) -> int:
@@ -149,6 +154,7 @@ class Robot:
     without_effect : joints with an element that has no effect on joints of this type, by tag
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
+    implied_world : whether joints name a link ``world`` that the file lacks
     visuals : of links, for pictures
     """
 
@@ -166,6 +172,7 @@ class Robot:
     without_effect: dict[str, list[str]] = field(default_factory=dict)
     geometry: dict[str, int] = field(default_factory=dict)
     quaternions: list[tuple[int, str]] = field(default_factory=list)
+    implied_world: bool = False
     visuals: Visuals = field(default_factory=Visuals)
 
 
@@ -190,6 +197,7 @@ class _UrdfReader:
         self.link_names: dict[str, str] = {}
         self.joint_names: dict[str, str] = {}
         self.loop_names: dict[str, str] = {}
+        self.kept: set[str] = set()
         self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
 
     def robot(self, root: Element) -> Robot:
@@ -198,13 +206,22 @@ class _UrdfReader:
         visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
         self.out.visuals = visuals.result
         links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
+        joints += tuple(root.named(_OF_DRAKE))
         constraints = tuple(root.named("constraint"))
+        self.kept = {name for element in (*joints, *loops, *constraints) if is_legal(name := element.get("name"))}
+        self.kept |= {name for element in links if is_legal(name := element.get("name"))}
         self.tell_left_over(root, "")
         for element in links:
             if name := self.name(element, "link", self.link_names):
                 self.out.links[name] = self.link(name, element)
                 visuals.link(name, element)
                 self.tell_left_over(element, name)
+        ends = [end for element in joints for tag in ("parent", "child") for end in element.named(tag)]
+        if "world" not in self.link_names and any(end.get("link") == "world" for end in ends):
+            line = next(end.line for end in ends if end.get("link") == "world")
+            self.link_names["world"] = "world"
+            self.out.links["world"] = UrdfLink("world", line, NOTHING)
+            self.out.implied_world = True
         for element in joints:
             if name := self.name(element, "joint", self.joint_names):
                 self.out.joints[name] = self.joint(name, element)
@@ -240,7 +257,7 @@ class _UrdfReader:
         elif written in taken:
             self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
         else:
-            taken[written] = legal_name(written, self.used[kind])
+            taken[written] = legal_name(written, self.used[kind], self.kept)
             self.used[kind].add(taken[written])
             if taken[written] != written:
                 self.out.original[taken[written]] = written
@@ -271,6 +288,7 @@ class _UrdfReader:
             if element.tag == "transmission" or child.tag not in (
                 "link",
                 "joint",
+                _OF_DRAKE,
                 "loop_joint",
                 "constraint",
                 *_GEOMETRY,
@@ -359,16 +377,17 @@ class _UrdfReader:
     def joint(self, name: str, element: Element) -> Joint:
         key = f"joints.{name}"
         written = element.get("type")
-        if written not in JOINT_TYPES:
+        types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES
+        if written not in types:
             self.report.add_at(
-                element.line, key, f"the joint type {shown(written)} is not known", nearest(written, JOINT_TYPES)
+                element.line, key, f"the joint type {shown(written)} is not known", nearest(written, types)
             )
         orientation, position, was_snapped, nearly = self.placement(element, key, name)
         if nearly:
             self.out.nearly_right[name] = nearly
         elif was_snapped:
             self.out.snapped.append(name)
-        kind = JOINTS.get(JOINT_TYPES.get(written, ""))
+        kind = JOINTS.get(types.get(written, ""))
         without_effect = ("axis",) if kind and kind.moves else ("axis", "dynamics", "limit", "mimic")
         for tag in without_effect if kind and not kind.coordinates else ():
             if element.first(tag) is not None:
@@ -390,7 +409,16 @@ class _UrdfReader:
             mimic=self.mimic(element, key),
             limit=self.limit(element, key),
             friction=friction,
+            pitch=self.pitch(element, key) if written in _SCREWS else 0.0,
         )
+
+    def pitch(self, element: Element, key: str) -> float:
+        """Return the travel of a screw of Drake, m/rad; files have m per turn."""
+        (travel,) = self.numbers(element.first("drake:screw_thread_pitch"), "value", key, (0.0,))
+        if not travel:
+            hint = '<drake:screw_thread_pitch value="..."/>'
+            self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0", hint)
+        return travel / (2.0 * math.pi)
 
     def loop(self, name: str, element: Element) -> LoopJoint:
         key, written = f"loop_joints.{name}", element.get("type")
@@ -498,13 +526,3 @@ def off_right(angle: float) -> float:
     may be small on purpose."""
     quarters = round(angle / (0.5 * math.pi))
     return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
-
-
-def legal_name(name: str, taken: Collection[str]) -> str:
-    """Return a legal name close to ``name`` that is not taken."""
-    legal = re.sub(r"[^A-Za-z0-9_]", "_", name)[: NAME_LENGTH - 4]
-    legal = name if is_legal(name) else legal if is_legal(legal) else f"_{legal}"
-    result, number = legal, 2
-    while result in taken:
-        result, number = f"{legal[: NAME_LENGTH - 5]}_{number}", number + 1
-    return result

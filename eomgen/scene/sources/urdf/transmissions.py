@@ -16,11 +16,11 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, shown
+from eomgen.base.messages import legal_name, listed, shown
 from eomgen.formula.words import RESERVED
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
-from eomgen.scene.sources.urdf.reading import NUMBER, Robot, legal_name
+from eomgen.scene.sources.urdf.reading import NUMBER, Robot
 
 _REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
 #: Elements for positions or the control software; efforts do not depend on them.
