@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.compiled.initial_state import kept_components
 from eomgen.solvers.consistency import (
     Chosen,
     ConsistentStates,
     ConstrainedSamples,
     consistent_states,
 )
+from eomgen.system.description import WrittenStart
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
@@ -21,7 +24,9 @@ if TYPE_CHECKING:
 __all__ = ["ConsistentStates", "consistent_samples"]
 
 
-def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, parameters: Array) -> ConsistentStates:
+def consistent_samples(
+    model: CompiledModel, q: Array, v: Array, t: float, parameters: Array, starts: Sequence[WrittenStart] = ()
+) -> ConsistentStates:
     """Return the states nearest to guesses that meet the constraints, as ``model.consistent`` does one by one.
 
     Last digits may differ from the result of ``model.consistent``. Samples that are not met have to be examined by
@@ -33,6 +38,7 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
     q, v : (n, nq), (n, nv)
     t : s
     parameters : (n, np)
+    starts : written parts of the guesses, which are kept as far as constraints allow
     """
     if model.description.exact_beams or model.library.layout["slopes"]:  # joints turn before beams deform
         return ConsistentStates(q, v, np.zeros(len(q), dtype=bool))
@@ -62,5 +68,5 @@ def consistent_samples(model: CompiledModel, q: Array, v: Array, t: float, param
         mass=lambda q, chosen: able.mass(q, parameters=parameters[chosen]),
         sizes=sizes,
     )
-    result = consistent_states(system, q, v)
+    result = consistent_states(system, q, v, kept_components(model.factors, starts))
     return result._replace(q=model.evaluator.followed(result.q, t, parameters))

@@ -16,11 +16,12 @@ from eomgen.compiled.beams import placed_nodes
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import several_turns
 from eomgen.solvers.beams import STRAINED
+from eomgen.system.description import WrittenStart
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
     from eomgen.lie.product import Factor
-    from eomgen.solvers.consistency import Assembly
+    from eomgen.solvers.consistency import Assembly, KeptComponents
 
 _BLOCKS = ("q", "v", "z")
 
@@ -151,12 +152,32 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
             component = factors[name].q, factors[name].v
         parts = value if isinstance(value, Mapping) else {"position": value}
         for key, number in parts.items():
+            if key == "hold":
+                _check_hold(model, str(name), parts)
+                continue
             if key not in ("position", "velocity"):
                 raise UsageError(Problem(f"initial {name}", f"{key!r} is not known here", "position or velocity"))
             target, part, units = (
                 (state.q, component[0], model.q_units) if key == "position" else (state.v, component[1], model.v_units)
             )
             _put(target, part, f"initial {key} of {name}", number, units)
+
+
+def _check_hold(model: CompiledModel, name: str, parts: Mapping[str, Any]) -> None:
+    """Raise UsageError for a hold that is not true or false, or holds no value."""
+    if not isinstance(parts["hold"], bool):
+        raise UsageError(Problem(f"initial {name}", "hold is true or false", '{"velocity": 2.0, "hold": True}'))
+    if parts["hold"] and not {"position", "velocity"} & set(parts):
+        fault = "no position or velocity is given that could be held"
+        raise UsageError(Problem(f"initial {name}", fault, "a position or a velocity with it"))
+    if parts["hold"] and model.description.joints:
+        raise UsageError(
+            Problem(
+                f"initial {name}",
+                "absolute coordinates have no coordinates of joints that could be held",
+                'coordinates = "joint"',
+            )
+        )
 
 
 def _component(factors: Mapping[str, Factor], name: str) -> tuple[slice, slice] | None:
@@ -226,6 +247,44 @@ def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool)
         start = model.initial_at(dict(zip(model.parameters, parameters.tolist(), strict=True)))
         q, v = (np.array(part, dtype=float) for part in start)
     return InitialState(q, v, model.initial_z.copy())
+
+
+def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -> KeptComponents | None:
+    """Return the components of v whose initial coordinates or velocities are written; None if there are none."""
+    from eomgen.solvers.consistency import KeptComponents  # noqa: PLC0415  # most models have no constraints
+
+    places = {factor.name: factor.v for factor in factors}
+    masks = np.zeros((4, sum(factor.v_size for factor in factors)), dtype=bool)
+    for start in starts:
+        component = places.get(start.joint)
+        for mask, kept in zip(masks, (start.position, start.velocity) * 2, strict=True):
+            if component is not None and kept:
+                mask[component] = True
+    held = [start.joint for start in starts if start.held]
+    for start in starts:
+        if start.joint in places and not start.held:
+            masks[2:, places[start.joint]] = False
+    return KeptComponents(*masks, tuple(held)) if masks.any() else None
+
+
+def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:
+    """Return the written parts of the initial state of a run: of the caller for joints that the caller names, else of
+    the scene; none if the caller gives whole arrays."""
+    given = initial or {}
+    if "q" in given or "v" in given or model.description.joints:
+        return ()
+    own = {start.joint: start for start in model.description.starts}
+    for name, value in given.items():
+        parts = value if isinstance(value, Mapping) else {"position": value}
+        joint = str(name).partition("[")[0]
+        before = own.get(joint, WrittenStart(joint, position=False, velocity=False))
+        own[joint] = WrittenStart(
+            joint,
+            before.position or "position" in parts,
+            before.velocity or "velocity" in parts,
+            bool(parts.get("hold", before.held)),
+        )
+    return tuple(own.values())
 
 
 #: Beginning of the sentence.

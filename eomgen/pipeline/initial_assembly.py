@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
-from eomgen.compiled.initial_state import corrected_start
+from eomgen.compiled.initial_state import corrected_start, kept_components
 from eomgen.errors import ModelError, Problem
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
@@ -64,7 +64,8 @@ def with_initial_assembly(
     if not system.multipliers:
         return derive(terms, ())
     equations = constrained(system, description=description)
-    assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v))
+    kept = None if description is None else kept_components(system.factors, description.starts)
+    assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v), kept=kept)
     rows = redundancy(equations, assembly.q)
     _refuse_surplus_drives(system, rows)
     prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
@@ -74,7 +75,7 @@ def with_initial_assembly(
     guess = np.array(system.initial_q), np.array(system.initial_v)
     corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
     if rows.dependent:  # a small contradiction to other rows no longer prevents the solution of the rows
-        assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v)
+        assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v, kept=kept)
     left_out = _left_out(system, equations, assembly.q, rows)
     notes = [*left_out, *prescribed, *locked, *undetermined, *corrections, *assembly.deviations]
     system = derive(terms, rows.dependent)

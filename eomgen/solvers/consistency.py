@@ -10,6 +10,7 @@ Corrections of least kinetic size are computed by singular values here, so last 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import product
 from operator import itemgetter
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -17,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams, StrainedStart
@@ -95,7 +96,35 @@ class Assembly:
         ]
 
 
-def assemble(system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0) -> Assembly:
+class KeptComponents(NamedTuple):
+    """Components of v, masks (nv,), that corrections leave as given, with the coordinates that they change.
+
+    Attributes
+    ----------
+    positions, velocities : kept if the constraints can be met by the others
+    held_positions, held_velocities : kept, or else the state is refused
+    names : of joints that are held
+    """
+
+    positions: NDArray[np.bool_]
+    velocities: NDArray[np.bool_]
+    held_positions: NDArray[np.bool_]
+    held_velocities: NDArray[np.bool_]
+    names: tuple[str, ...] = ()
+
+    @property
+    def ways(self) -> list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
+        """Masks of positions and velocities in the order in which they are tried: at last the held components alone."""
+        positions, velocities = (
+            [np.array(mask) for mask in dict.fromkeys(tuple(mask.tolist()) for mask in masks)]
+            for masks in ((self.positions, self.held_positions), (self.velocities, self.held_velocities))
+        )
+        return list(product(positions, velocities))
+
+
+def assemble(
+    system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0, kept: KeptComponents | None = None
+) -> Assembly:
     """Return the consistent state nearest to a guess; beams are strained only if a loop cannot close otherwise.
 
     Raises
@@ -103,6 +132,25 @@ def assemble(system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0) -> A
     ModelError
         The constraints contradict each other, or the guess is too far away; names the rows that stay violated.
     """
+    if kept is None:
+        return _assembled(system, system, q, v, t)
+    for number, masks in enumerate(kept.ways, 1):
+        for_positions, for_rates = (system.holding(mask) if np.any(mask) else system for mask in masks)
+        try:
+            return _assembled(for_positions, for_rates, q, v, t)
+        except ModelError as error:
+            if number < len(kept.ways):
+                continue
+            if not kept.names:
+                raise
+            problem = error.problems[0]
+            hint = f"no hold of the initial state of {', '.join(kept.names)}, {problem.hint}"
+            raise ModelError(replace(problem, hint=hint)) from None
+    raise AssertionError("there is at least one way")  # pragma: no cover
+
+
+def _assembled(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array, v: Array, t: float) -> Assembly:
+    """Return the consistent state nearest to a guess, with systems for corrections of positions and of velocities."""
     first, start = system.constraint(q, t), RowsInMetric(system, q, t)
     rigid, strained, before = None, None, 0
     if system.beams is not None:
@@ -113,6 +161,7 @@ def assemble(system: ConstrainedSystem, q: Array, v: Array, t: float = 0.0) -> A
             q, before = closed, corrections
     q, iterations = consistent_position(system, q, t)
     iterations += before
+    system = for_rates
     rows = RowsInMetric(system, q, t)
     guess, rates = v, system.velocity(q, v, t)
     left = rates
@@ -255,6 +304,8 @@ def consistent_position(system: ConstrainedSystem, q: Array, t: float) -> tuple[
             return q, iteration
         best = np.minimum(best, size)
         step = -rows.correction(violation)
+        if not np.any(step):
+            break
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         if largest > 1.0:  # a whole step that meets all rows, as of a row that is linear, needs no shortening
             whole = system.moved(q, step)
@@ -343,6 +394,29 @@ class ConstrainedSamples:
     jacobian: Callable[[Array, Chosen], Array]
     mass: Callable[[Array, Chosen], Array]
     sizes: Callable[[Array, Chosen], tuple[Array, Array]]
+
+    def of(self, samples: Chosen) -> ConstrainedSamples:
+        """Return the system of some of the samples, which are numbered anew."""
+        return replace(
+            self,
+            constraint=lambda q, chosen: self.constraint(q, samples[chosen]),
+            velocity=lambda q, v, chosen: self.velocity(q, v, samples[chosen]),
+            jacobian=lambda q, chosen: self.jacobian(q, samples[chosen]),
+            mass=lambda q, chosen: self.mass(q, samples[chosen]),
+            sizes=lambda q, chosen: self.sizes(q, samples[chosen]),
+        )
+
+    def holding(self, held: NDArray[np.bool_]) -> ConstrainedSamples:
+        """Return the system whose corrections leave some components (nv,) as they are, as ``ConstrainedSystem``."""
+        if not held.any():
+            return self
+        free = np.where(held, 0.0, 1.0)
+
+        def mass(q: Array, chosen: Chosen) -> Array:
+            M = self.mass(q, chosen)
+            return np.asarray(M * np.outer(free, free) + np.eye(len(free)) * M * held)
+
+        return replace(self, jacobian=lambda q, chosen: self.jacobian(q, chosen) * free, mass=mass)
 
 
 class ConsistentStates(NamedTuple):
@@ -447,14 +521,30 @@ class _Rows:
         return np.asarray(np.linalg.solve(np.swapaxes(self.metric, 1, 2), least[:, :, np.newaxis]))[:, :, 0]
 
 
-def consistent_states(system: ConstrainedSamples, q: Array, v: Array) -> ConsistentStates:
+def consistent_states(
+    system: ConstrainedSamples, q: Array, v: Array, kept: KeptComponents | None = None
+) -> ConsistentStates:
     """Return the consistent states nearest to guesses q (n, nq), v (n, nv)."""
+    if kept is not None:
+        result = ConsistentStates(q.copy(), v.copy(), np.zeros(len(q), dtype=bool))
+        for masks in kept.ways:
+            left = np.flatnonzero(~result.met)
+            nearest = _nearest(*(system.of(left).holding(mask) for mask in masks), q[left], v[left])
+            for part, new in zip(result, nearest, strict=True):
+                part[left] = new
+        return result
+    return _nearest(system, system, q, v)
+
+
+def _nearest(system: ConstrainedSamples, for_rates: ConstrainedSamples, q: Array, v: Array) -> ConsistentStates:
+    """Return consistent states by systems for corrections of positions and of velocities."""
     with np.errstate(all="ignore"):
         q, met = _positions(system, q)
         chosen = np.flatnonzero(met)
         v = np.array(v, dtype=float)
         if not len(chosen):
             return ConsistentStates(q, v, met)
+        system = for_rates
         rows, guess = _Rows(system, q[chosen], chosen), v[chosen]
         rates = system.velocity(q[chosen], guess, chosen)
         corrected = guess - rows.correction(np.where(np.isfinite(rates), rates, 0.0))

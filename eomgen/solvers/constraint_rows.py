@@ -1,7 +1,7 @@
 """Constraint equations at one configuration: their Jacobian scaled by lengths, which decides their rank, corrections in
 the metric of the kinetic energy, and the lengths (extents of the joined bodies) that scale their violations.
 
-Geometry alone decides rank: a rotation counts as the displacement of the points that it moves, whatever the masses.
+Geometry alone decides rank: a rotation counts as the displacement of the points that it moves, for all masses.
 
 No absolute number is a scale here: a row is compared with the sum of magnitudes of its summands, with rounding
 a few digits below, and with its largest possible value, the extent of the joined bodies. So units and the
@@ -112,11 +112,19 @@ class ConstrainedSystem:
         """Return the system whose corrections leave some components (nv,) as they are; matrices are whole."""
         free = np.where(held, 0.0, 1.0)
 
-        def mass(q: Array) -> Array:
-            M = self.mass(q)
-            return np.asarray(M * np.outer(free, free) + np.diag(np.diag(M) * held))
+        def jacobian(q: Array, t: float) -> Any:
+            B = self.jacobian(q, t)
+            return B * free if isinstance(B, np.ndarray) else B.multiply(free).tocsr()
 
-        return replace(self, jacobian=lambda q, t: self.jacobian(q, t) * free, mass=mass)
+        def mass(q: Array) -> Any:
+            M = self.mass(q)
+            if isinstance(M, np.ndarray):
+                return np.asarray(M * np.outer(free, free) + np.diag(np.diag(M) * held))
+            from scipy.sparse import diags  # noqa: PLC0415  # of large systems alone
+
+            return (diags(free) @ M @ diags(free) + diags(M.diagonal() * held)).tocsr()
+
+        return replace(self, jacobian=jacobian, mass=mass)
 
     def without(self, left_out: Sequence[int]) -> ConstrainedSystem:
         """Return the system without some rows."""
@@ -351,8 +359,7 @@ class RowsInMetric:
     def correction(self, violation: Array) -> Array:
         """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone.
 
-        The range of B, scaled by lengths, is that of its singular values; in this range the correction is of least
-        kinetic size.
+        Singular values of B, scaled by lengths, give its range; in this range the correction is of least kinetic size.
         """
         count = len(violation)
         says = self.natural[:count] > self.vanishing[:count]

@@ -193,7 +193,7 @@ class LargestForces:
         return self.rests(point) and bool(np.all(np.abs(point.rates) <= BALANCED * self.rates + point.rate_noise))
 
     def rests(self, point: SearchPoint) -> bool:
-        """Return whether only round-off remains of forces and constraints, whatever the internal states do."""
+        """Return whether only round-off remains of forces and constraints, for any rates of internal states."""
         return point.force <= BALANCED * self.force + point.noise and point.met
 
 

@@ -68,6 +68,22 @@ class Coordinates:
 
 
 @dataclass(frozen=True)
+class WrittenStart:
+    """Which parts of the initial state of a joint the user wrote: these are kept as far as constraints allow.
+
+    Attributes
+    ----------
+    joint : name of the factor
+    held : whether a start that changes them is refused
+    """
+
+    joint: str
+    position: bool
+    velocity: bool
+    held: bool = False
+
+
+@dataclass(frozen=True)
 class Limit:
     """A range of one coordinate, beyond which a stop pushes it back.
 
@@ -478,6 +494,7 @@ class Description:
     laws : values prescribed over time
     formulas : formulas that forces depend on, inputs excepted
     limits : ranges of coordinates
+    starts : written parts of the initial state, in joint coordinates
     requirements : conditions on values that depend on tunable parameters
     lengths : vectors, m, with norms of the order of the machine's size
     gravity : m/s^2
@@ -514,6 +531,7 @@ class Description:
     drawing: Drawing = field(default_factory=Drawing)
     simulation: Simulation = field(default_factory=Simulation)
     places: Mapping[str, str] = field(default_factory=dict)
+    starts: tuple[WrittenStart, ...] = ()
 
     @property
     def fixed(self) -> dict[str, float]:

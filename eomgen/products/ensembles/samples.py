@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import Log
-from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.initial_state import initial_state, starts_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, FileError
 from eomgen.products.ensembles.designs import Design
@@ -101,7 +101,9 @@ class LaneRunner:
         if not changed and self.runs.run.grid.start == 0.0:
             return guesses, refused
         q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
-        result = self.runs.assembled(q, v, parameters)
+        varied = any(item.block in ("q", "v") for item in self.options.items)  # then whole arrays are given
+        starts = () if varied else starts_of(model, common.get("initial"))
+        result = self.runs.assembled(q, v, parameters, starts)
         if result is None:
             return self._starts_one_by_one(values, parameters)
         return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met

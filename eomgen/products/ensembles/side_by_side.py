@@ -39,7 +39,7 @@ from eomgen.simulation.stepping.states import (
 )
 from eomgen.simulation.stepping.stepper import LaneStepper, times_of_inputs
 from eomgen.simulation.stepping.time_grid import TimeGrid, time_grid
-from eomgen.system.description import component_names
+from eomgen.system.description import WrittenStart, component_names
 from eomgen.toolchain.library import LaneLibrary
 
 #: Rows at which energies are looked at.
@@ -206,7 +206,9 @@ class SideBySide:
             result[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
         return result
 
-    def assembled(self, q: Array, v: Array, parameters: Array) -> ConsistentStates | None:
+    def assembled(
+        self, q: Array, v: Array, parameters: Array, starts: Sequence[WrittenStart]
+    ) -> ConsistentStates | None:
         """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
         None if ``start_of`` has to check each sample, because constraint rows that are redundant at the scene's
         parameters may not be redundant at the sample's."""
@@ -215,7 +217,7 @@ class SideBySide:
             return None
         if not model.multipliers:
             return ConsistentStates(q, v, np.ones(len(q), dtype=bool))
-        return consistent_samples(model, q, v, self.run.grid.start, parameters)
+        return consistent_samples(model, q, v, self.run.grid.start, parameters, starts)
 
     def start_of(self, p: Array, options: Mapping[str, Any], *, changed: bool) -> Array:
         """Return q, v, z, (nq + nv + nz,), from which a run with parameters (np,) starts; errors as of ``simulate``.

@@ -10,7 +10,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector, infix
 from eomgen.formula.prescribed_motion import constant
 from eomgen.scene.joint_types import JOINTS, TYPES, Connection, ConstraintType, JointType, is_own
-from eomgen.system.description import WORLD, Limit, Point, component_names
+from eomgen.system.description import WORLD, Limit, Point, WrittenStart, component_names
 
 #: Surfaces that touch a plane.
 Shape = Literal["disc", "sphere", "ellipsoid", "torus"]
@@ -205,6 +205,7 @@ class Joint:
     stops, friction : at most one each per coordinate. On joints of real coordinates only.
     initial_position : neutral-relative q: 0 to 3 numbers; spherical: quaternion (4); free: quaternion and position (7).
     initial_velocity : 0 to 3, or 6 numbers; angular first, body axes.
+    start : which of both the user wrote; None for neither.
     mimic : the coordinate that the joint's coordinate follows, None for an independent coordinate.
     drive : formulas of time that prescribe the coordinates, one for each; empty for free coordinates.
     """
@@ -222,6 +223,7 @@ class Joint:
     rotor_inertia: Coefficients = ZERO
     initial_position: tuple[float, ...] = ()
     initial_velocity: tuple[float, ...] = ()
+    start: WrittenStart | None = None
     stops: tuple[Stop, ...] = ()
     friction: tuple[Friction, ...] = ()
     second_axis: tuple[float, float, float] = (1.0, 0.0, 0.0)

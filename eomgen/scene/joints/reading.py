@@ -25,7 +25,7 @@ from eomgen.scene.reading.report import Report, check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_orientation
 from eomgen.scene.rotations import frame_about, quaternion_of, rows
-from eomgen.system.description import BASE, WORLD, Point
+from eomgen.system.description import BASE, WORLD, Point, WrittenStart
 
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
@@ -153,6 +153,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         orientation=read_orientation(key, joint.rotation, joint.orientation, values),
         initial_position=start if drive else _initial_position(key, joint, values),
         initial_velocity=speed if drive else _initial_velocity(key, joint, values),
+        start=_written_start(name, joint, values),
         stops=read_stops(key, joint, values),
         friction=read_friction(key, joint, values),
         mimic=_mimic(key, joint, values),
@@ -292,6 +293,17 @@ def _initial_velocity(key: str, joint: written.Joint, values: Values) -> tuple[f
     kind = JOINTS[joint.type]
     size, quantity = kind.v_size, f"the velocity of a {joint.type} joint{_VELOCITY_MEANING.get(kind.group, '')}"
     return tuple(_known(f"{key}.initial.velocity", joint.initial.velocity, size, quantity, values) or [0.0] * size)
+
+
+def _written_start(name: str, joint: written.Joint, values: Values) -> WrittenStart | None:
+    """Return the written parts of the initial state; None for none."""
+    initial = joint.initial
+    position = any(getattr(initial, field) is not None for field in ("position", "orientation", "rotation"))
+    velocity = initial.velocity is not None
+    if initial.hold and not (position or velocity):
+        fault = "no position or velocity is given that could be held"
+        values.report.add(f"{key_of('joints', name)}.initial.hold", fault, "a position or a velocity with it")
+    return WrittenStart(name, position, velocity, initial.hold) if position or velocity else None
 
 
 def read_reaction(

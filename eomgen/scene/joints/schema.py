@@ -81,6 +81,11 @@ class Initial(Table):
         unit=by_component("rad/s", "m/s"),
         shown_default="zeros",
     )
+    hold: bool = key(
+        "refuse a start at which constraints change the position or velocity given here; without it, other joints are"
+        " moved first",
+        False,
+    )
 
 
 class Mimic(Table):

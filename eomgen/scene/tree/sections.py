@@ -285,8 +285,11 @@ class _Frames(Section):
 
 
 def _check_types(entries: Mapping[str, joints.Joint], report: Report) -> None:
-    """Report joints of other distributions' types in absolute coordinates."""
+    """Report joints of other distributions' types, and held coordinates, in absolute coordinates."""
     for name, entry in entries.items():
+        if entry.initial.hold:
+            fault = "absolute coordinates have no coordinates of joints that could be held"
+            report.add(f"{key_of('joints', name)}.initial.hold", fault, 'coordinates = "joint"')
         if not is_own(entry.type):
             fault = f"the joint type {entry.type} of another distribution has no equations between absolute bodies"
             report.add(key_of("joints", name, "type"), fault, 'coordinates = "joint"')

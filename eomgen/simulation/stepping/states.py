@@ -11,8 +11,16 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import of_motion
-from eomgen.compiled.initial_state import CORRECTED, InitialState, corrected_start, initial_state, tells_of_start
+from eomgen.compiled.initial_state import (
+    CORRECTED,
+    InitialState,
+    corrected_start,
+    initial_state,
+    starts_of,
+    tells_of_start,
+)
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.model import consistent as consistent_state
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import turned
 from eomgen.simulation.stepping.inputs import InputSignals
@@ -155,7 +163,8 @@ def start_of(
         state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
         notes = [f"the start at rest: {note}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
-        consistent = model.consistent(state.q, state.v, t, parameters=p)
+        starts = () if equilibrium_start else starts_of(model, initial)
+        consistent = consistent_state(model, state.q, state.v, t, p, starts=starts)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
         changes = corrected_start(consistent, (state.q, state.v), names, units)
         state = InitialState(consistent.q, consistent.v, state.z)

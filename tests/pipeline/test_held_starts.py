@@ -1,0 +1,119 @@
+"""Initial values that the user wrote are kept as far as constraints allow; values that are held are kept or refused."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.compiled.consistent_states import consistent_samples
+from eomgen.compiled.initial_state import starts_of
+
+FOUR_BAR = """
+format = 1
+name = "four_bar"
+bodies.crank = {{ mass = 1, inertia = [0.1, 0.1, 0.1], center_of_mass = [0.5, 0, 0] }}
+bodies.coupler = {{ mass = 2, inertia = [0.1, 0.1, 0.1], center_of_mass = [1, 0, 0] }}
+bodies.rocker = {{ mass = 2, inertia = [0.1, 0.1, 0.1], center_of_mass = [1, 0, 0] }}
+parameters.width = {{ value = 3.0, unit = "m", tunable = true }}
+{coordinates}
+[joints.crank]
+type = "revolute"
+parent = "base"
+child = "crank"
+axis = [0, 1, 0]
+initial = {{ position = -1.2, velocity = 5.236{hold} }}
+[joints.coupler]
+type = "revolute"
+parent = "crank"
+child = "coupler"
+axis = [0, 1, 0]
+position = [1, 0, 0]
+{coupler}
+[joints.rocker]
+type = "revolute"
+parent = "base"
+child = "rocker"
+axis = [0, 1, 0]
+position = ["width", 0, 0]
+{rocker}
+[constraints.loop]
+type = "revolute"
+first = {{ body = "coupler", position = [2.5, 0, 0], axis = [0, 1, 0] }}
+second = {{ body = "rocker", position = [2, 0, 0], axis = [0, 1, 0] }}
+"""
+
+
+def built(*, hold: str = "", coupler: str = "", rocker: str = "", coordinates: str = "") -> Any:
+    text = FOUR_BAR.format(hold=hold, coupler=coupler, rocker=rocker, coordinates=coordinates)
+    return eomgen.build(tomllib.loads(text), profile="quick")
+
+
+def follows(q: Any, v: Any, width: float = 3.0) -> float:
+    """Return how far coupler and rocker are off the circles about the pins, in position and rate: the oracle."""
+    crank, coupler, rocker = q[0], q[0] + q[1], q[2]
+
+    def along(angle: float) -> complex:
+        return complex(np.exp(-1j * angle))  # turning about y brings x to -z
+
+    gap = along(crank) + 2.5 * along(coupler) - width - 2 * along(rocker)
+    rates = v[0] * along(crank) + 2.5 * (v[0] + v[1]) * along(coupler) - 2 * v[2] * along(rocker)
+    return max(abs(gap), abs(rates))
+
+
+def test_written_values_are_kept_and_others_follow() -> None:
+    model = built(rocker="initial = { position = -1.6 }")
+    assert model.initial_v[0] == pytest.approx(5.236, abs=1e-12)
+    assert follows(model.initial_q, model.initial_v) < 1e-9
+    alone = built()
+    assert (alone.initial_q[0], alone.initial_v[0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
+    assert follows(alone.initial_q, alone.initial_v) < 1e-9
+
+
+def test_held_values_are_kept_where_others_are_written_as_well() -> None:
+    model = built(hold=", hold = true", rocker="initial = { position = -1.6 }")
+    assert (model.initial_q[0], model.initial_v[0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
+    assert follows(model.initial_q, model.initial_v) < 1e-9
+
+
+def test_values_that_cannot_be_held_are_refused() -> None:
+    with pytest.raises(eomgen.ModelError, match="no hold of the initial state of crank, rocker"):
+        built(hold=", hold = true", rocker="initial = { position = -1.6, hold = true }")
+    with pytest.raises(
+        eomgen.DescriptionError, match=r"joints.rocker.initial.hold\): no position or velocity is given"
+    ):
+        built(rocker="initial = { hold = true }")
+    with pytest.raises(eomgen.DescriptionError, match="no coordinates of joints that could be held"):
+        built(hold=", hold = true", coordinates='coordinates = "absolute"')
+
+
+def test_starts_of_runs_are_kept_and_held() -> None:
+    model = built(rocker="initial = { position = -1.6 }")
+    run = model.simulate(0.01, 1e-3, initial={"crank": {"position": -1.0, "velocity": 3.0, "hold": True}})
+    assert (run.q[0][0], run.v[0][0]) == pytest.approx((-1.0, 3.0), abs=1e-12)
+    assert follows(run.q[0], run.v[0]) < 1e-9
+    moved = model.simulate(0.01, 1e-3, initial={"crank": -1.0, "rocker": -1.65})
+    assert follows(moved.q[0], moved.v[0]) < 1e-9
+    both = {"crank": {"position": -1.0, "hold": True}, "rocker": {"position": -1.65, "hold": True}}
+    with pytest.raises(eomgen.ModelError, match="no hold of the initial state of crank, rocker"):
+        model.simulate(0.01, 1e-3, initial=both)
+    for wrong in ({"hold": True}, {"velocity": 1.0, "hold": 1}):
+        with pytest.raises(eomgen.UsageError, match=r"could be held|hold is true or false"):
+            model.simulate(0.01, 1e-3, initial={"crank": wrong})
+
+
+def test_samples_start_as_single_runs_do() -> None:
+    model, widths = built(), np.array([[2.9], [3.05], [9.0]])
+    starts = starts_of(model, None)
+    q, v = (np.repeat(np.array(model.library.layout[name])[np.newaxis], 3, axis=0) for name in ("asked_q", "asked_v"))
+    found = consistent_samples(model, q, v, 0.0, widths, starts)
+    assert found.met.tolist() == [True, True, False]
+    for k in (0, 1):
+        run = model.simulate(0.01, 1e-3, parameters=widths[k])
+        assert (run.q[0][0], run.v[0][0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
+        assert follows(run.q[0], run.v[0], float(widths[k, 0])) < 1e-9
+        np.testing.assert_allclose(found.q[k], run.q[0][: model.nq], atol=1e-9)
+        np.testing.assert_allclose(found.v[k], run.v[0], atol=1e-8)
