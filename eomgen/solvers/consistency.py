@@ -134,12 +134,14 @@ def assemble(
     """
     if kept is None:
         return _assembled(system, system, q, v, t)
-    for number, masks in enumerate(kept.ways, 1):
+    # beams that follow joints have to turn with them before they are strained: held values alone are kept there
+    ways = kept.ways if system.beams is None and system.elastic is None else kept.ways[-1:]
+    for number, masks in enumerate(ways, 1):
         for_positions, for_rates = (system.holding(mask) if np.any(mask) else system for mask in masks)
         try:
             return _assembled(for_positions, for_rates, q, v, t)
         except ModelError as error:
-            if number < len(kept.ways):
+            if number < len(ways):
                 continue
             if not kept.names:
                 raise
