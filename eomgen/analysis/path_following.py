@@ -431,7 +431,7 @@ def buckling_loads(
 
 
 def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float, factors: Array) -> str:
-    """Return a warning if there is no load, or another is predicted half way to the lowest load; empty if the
+    """Return a warning without a load, or if another is predicted half way to the lowest load; empty if the
     predictions agree."""
     if not len(factors):
         return (

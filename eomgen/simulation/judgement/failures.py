@@ -26,7 +26,7 @@ from eomgen.simulation.judgement.diagnosis import (
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.instability import own_growth, unbounded_growth, unstable_growth
 from eomgen.simulation.judgement.invariants import FAILED_VIOLATION
-from eomgen.simulation.judgement.singular_positions import beyond_reach, singular_ahead, way_past
+from eomgen.simulation.judgement.singular_positions import beyond_reach, singular_ahead, way_past, without_length
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import ending, parameters_with, without_value
 from eomgen.simulation.stepping.run import Run
@@ -130,6 +130,8 @@ def _fault_of_motion(run: Run, trajectory: Trajectory, last: _LastState, *, fini
     """
     model, step = run.model, run.settings["step"]
     times, positions = trajectory.rows[:, 0], trajectory.rows[:, 1 : 1 + model.nq]
+    if ended := without_length(model, float(times[-1]), last.p, step):
+        return ended
     if finite and (inertia := inertia_warning(model, last.q, last.p, positions[0], step)):
         return Finding(text=inertia.text, hint=inertia.hint)
     if finite and len(times) > 1 and (beyond := beyond_reach(model, float(times[-1]), positions[-1], last.p, step)):

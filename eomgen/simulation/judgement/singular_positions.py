@@ -16,6 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.equations import nonzeros
 from eomgen.errors import ModelError
+from eomgen.formula.evaluate import evaluate_batch
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 from eomgen.results.finding import Finding
@@ -128,6 +129,30 @@ def beyond_reach(model: CompiledModel, t: float, q: Array, p: Array, step: float
         f" that its loop can reach{''.join(at)}"
     )
     return Finding(text=text, hint="a drive that turns back before, or lengths with which the loop reaches farther")
+
+
+def without_length(model: CompiledModel, t: float, p: Array, step: float) -> Finding | None:
+    """Return a finding on a length over time that is 0 or less in the next steps; None if there is none.
+
+    A distance has no direction at length 0, so steps near it fail before the length reaches 0.
+
+    Parameters
+    ----------
+    t : of the last row, s
+    p : (np,) parameters
+    step : s
+    """
+    times = t + step * np.array((0.0, *_BEYOND))
+    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
+    for law in model.description.laws:
+        if law.quantity != "driven distance":
+            continue
+        lengths = evaluate_batch(law.formula, lambda symbol: times if symbol.kind == "time" else values[symbol.name])
+        if np.any(ended := lengths <= 0.0):
+            text = f"the length of {law.where} is {lengths[0]:.3g} m at t = {t:.6g} s and reaches 0 by"
+            text += f" t = {times[ended][0]:.6g} s, at which the distance has no direction"
+            return Finding(text=text, hint="a law whose length stays above 0, or a run that ends before")
+    return None
 
 
 def way_past(method: Method, step: float, *, at_start: bool) -> str:
