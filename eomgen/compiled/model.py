@@ -31,13 +31,13 @@ from eomgen.compiled.functions import DRIVERS, Functions, compiled_or_same
 from eomgen.compiled.terms import Inputs, Parameters, Terms
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.system import notebook
-from eomgen.system.description import Description, WrittenStart
+from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS, Selection
 from eomgen.toolchain.builder import LaneFiles
 from eomgen.toolchain.library import LaneLibrary, Library
 
 if TYPE_CHECKING:
-    from eomgen.solvers.consistency import Assembly
+    from eomgen.solvers.consistency import Assembly, KeptComponents
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.branches import Branches
 
@@ -605,14 +605,14 @@ def consistent(
     t: float,
     parameters: Array,
     held: NDArray[np.bool_] | None = None,
-    starts: Sequence[WrittenStart] = (),
+    kept: KeptComponents | None = None,
 ) -> Assembly:
     """Return the consistent state of a constrained model nearest to a guess, and how far the guess was off.
 
     Parameters
     ----------
     held : components of v, (nv,), that stay as given, with the coordinates that they change
-    starts : written parts of the guess, which are kept as far as constraints allow
+    kept : components that are kept as far as constraints allow, as written values are
 
     Raises
     ------
@@ -621,7 +621,6 @@ def consistent(
     UsageError
         The model was built without the terms that constraints need.
     """
-    from eomgen.compiled.initial_state import kept_components  # noqa: PLC0415  # most models have no constraints
     from eomgen.solvers.consistency import assemble  # noqa: PLC0415  # most models have no constraints
     from eomgen.solvers.constraint_rows import ConstrainedSystem, elastic_components, split_sizes  # noqa: PLC0415
 
@@ -657,7 +656,6 @@ def consistent(
         elastic=elastic_components(model.factors, [item["name"] for item in model.library.layout["slopes"]]),
         beams=beams,
     )
-    kept = kept_components(model.factors, starts)
     result = assemble(equations if held is None else equations.holding(held), q, v, t, kept)
     deviations = (*result.deviations, *model.check_left_out(result.q, result.v, t, parameters))
     return replace(result, q=model.evaluator.followed(result.q, t, parameters), deviations=deviations)

@@ -16,6 +16,7 @@ from eomgen.compiled.initial_state import (
     InitialState,
     corrected_start,
     initial_state,
+    kept_components,
     starts_of,
     tells_of_start,
 )
@@ -163,8 +164,8 @@ def start_of(
         state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
         notes = [f"the start at rest: {note}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
-        starts = () if equilibrium_start else starts_of(model, initial)
-        consistent = consistent_state(model, state.q, state.v, t, p, starts=starts)
+        kept = None if equilibrium_start else kept_components(model.factors, starts_of(model, initial))
+        consistent = consistent_state(model, state.q, state.v, t, p, kept=kept)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
         changes = corrected_start(consistent, (state.q, state.v), names, units)
         state = InitialState(consistent.q, consistent.v, state.z)
