@@ -408,6 +408,7 @@ LATE: dict[str, dict[str, str]] = {
         "scene.bodies.beam_reading": "most scenes have no beams",
         "scene.bodies.cosserat_reading": "likewise",
     },
+    "compiled.initial_state": {"solvers.consistency": "most models have no constraints"},
     "solvers.consistency": {
         "solvers.strain_energy": "SciPy; few loops strain their beams",
         "solvers.rigid_beams": "few models have exact beams",
