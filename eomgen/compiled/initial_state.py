@@ -264,7 +264,7 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
     for start in starts:
         if start.joint in places and not start.held:
             masks[2:, places[start.joint]] = False
-    return KeptComponents(*masks, tuple(held)) if masks.any() else None
+    return KeptComponents(masks[0], masks[1], masks[2], masks[3], tuple(held)) if masks.any() else None
 
 
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:

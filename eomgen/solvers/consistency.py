@@ -531,7 +531,8 @@ def consistent_states(
         result = ConsistentStates(q.copy(), v.copy(), np.zeros(len(q), dtype=bool))
         for masks in kept.ways:
             left = np.flatnonzero(~result.met)
-            nearest = _nearest(*(system.of(left).holding(mask) for mask in masks), q[left], v[left])
+            for_positions, for_rates = (system.of(left).holding(mask) for mask in masks)
+            nearest = _nearest(for_positions, for_rates, q[left], v[left])
             for part, new in zip(result, nearest, strict=True):
                 part[left] = new
         return result
