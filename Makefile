@@ -76,9 +76,9 @@ test: $(VENV)/installed-test browser acados
 test-all: $(VENV)/installed-all browser acados
 	$(BIN)/python -m pytest -n auto -m "slow and not long"
 
-# PyTorch brings gigabytes of libraries of graphics cards on Linux, so that only these tests install it.
+# PyTorch brings gigabytes of libraries of graphics cards on Linux: its tests are in tenth 0, which alone installs it.
 test-long: $(VENV)/installed-all browser
-	$(INSTALL) '.[torch]'
+	$(if $(filter-out 0,$(TENTH)),,$(INSTALL) '.[torch]')
 	$(BIN)/python -m pytest -n auto -m long $(if $(TENTH),--part $(TENTH)/10)
 
 coverage: $(VENV)/installed-test browser

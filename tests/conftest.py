@@ -30,6 +30,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     )
 
 
+def _part(item: pytest.Item) -> int:
+    """Return a number that chooses the part of a test; 0 for all tests with PyTorch, which takes minutes to install."""
+    return 0 if "torch" in item.nodeid else zlib.crc32(item.nodeid.encode())
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Put tests with JAX behind those that fork, and spare hypothesis the search for constants in all of the package:
@@ -40,7 +45,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     """
     if part := config.getoption("--part"):
         number, parts = map(int, part.split("/"))
-        others = [item for item in items if zlib.crc32(item.nodeid.encode()) % parts != number]
+        others = [item for item in items if _part(item) % parts != number]
         config.hook.pytest_deselected(items=others)
         kept_out = set(others)
         items[:] = [item for item in items if item not in kept_out]
