@@ -227,7 +227,7 @@ def campbell(
     def of_oscillations(value: float, before: Linearization | None) -> Linearization:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", f".*{AT_ONE_AZIMUTH}")  # of signals, on which oscillations do not depend
-            warnings.filterwarnings("error", f".*{AT_ONE_INSTANT}")  # frozen eigenvalues are no frequencies
+            warnings.filterwarnings("error", f".*{AT_ONE_INSTANT}")  # frozen eigenvalues are not frequencies
             try:
                 return linearized(value, before)
             except RuntimeWarning:

@@ -52,7 +52,7 @@ def acceleration_partials(
 
     Parameters
     ----------
-    moves : states ahead and behind, as the input blocks q, v and z, and their distance
+    moves : states at both ends, as the input blocks q, v and z, and their distance
     """
     nv = functions.sizes["v"]
     a, multipliers = accelerations(functions, values)

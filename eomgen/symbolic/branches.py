@@ -1,9 +1,9 @@
-"""Derivatives in branches that are not taken are zero, also where values or slopes there are infinite or not numbers.
+"""Derivatives in branches that are not taken are zero, also if values or slopes there are infinite or not numbers.
 
-The derivative of a choice is a choice of derivatives, so no rule multiplies by what is not taken. Products of a
+The derivative of a choice is a choice of derivatives, so no rule multiplies by a branch that is not taken. Products of a
 derivative that a choice has set to zero and an infinite slope, as in sqrt(max(0, q)) below 0 and in adjoints within a
 branch, are selected again: zero times infinity never reaches a result. ``Tape.conditions`` has, for such derivatives,
-a number that is not zero only where the derivative may differ from zero.
+a number that is not zero only if the derivative may differ from zero.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def chosen(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
 
 
 def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
-    """Record a product, which is zero where one of the factors is."""
+    """Record a product, which is zero if one of the factors is."""
     product = tape.mul(factor, derivative)
     known = tape.conditions
     if known and (abs(factor) in known or abs(derivative) in known):
@@ -44,7 +44,7 @@ def times(tape: Tape, factor: Ref, derivative: Ref) -> Ref:
 
 
 def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
-    """Record a sum, which is zero where both terms are."""
+    """Record a sum, which is zero if both terms are."""
     total = tape.add(x, y)
     known = tape.conditions
     if known and abs(x) in known and abs(y) in known:
@@ -53,7 +53,7 @@ def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
 
 
 def guarded(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
-    """Record a product that is zero where the derivative is zero by a choice, also if the slope is infinite there."""
+    """Record a product that is zero if the derivative is zero by a choice, also for an infinite slope."""
     condition = tape.conditions.get(abs(derivative))
     if condition is None:
         return times(tape, slope, derivative)
@@ -80,7 +80,7 @@ def zero_unless(tape: Tape, condition: Ref | None, derivative: Ref) -> Ref:
 
 
 def unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
-    """Return whether a slope may be infinite or not a number where a derivative is zero by a choice."""
+    """Return whether a slope may be infinite or not a number while a derivative is zero by a choice."""
     if abs(derivative) not in tape.conditions:
         return False
     known = tape.unbounded

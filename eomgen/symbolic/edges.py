@@ -1,10 +1,10 @@
-"""Edges of domains: slopes of roots, powers and angles that are infinite where the slope of the operand is zero.
+"""Edges of domains: slopes of roots, powers and angles that are infinite while the slope of the operand is zero.
 
 The chain rule of |v| = sqrt(v^2) at v = 0 is zero times infinity. Its derivative is taken as 0 there, the centre of
 the generalized gradient of norms (Clarke, Optimization and Nonsmooth Analysis, 1983, section 2.2). The divisor is
 selected before the division, so that derivatives of the slope are finite as well.
 
-Where one-sided slopes are infinite with equal signs, as of sign(v) sqrt(abs(v)), that is a choice as well. Other slopes
+If one-sided slopes are infinite with equal signs, as of sign(v) sqrt(abs(v)), that is a choice as well. Other slopes
 at edges are infinite in fact, as of sqrt(q) at q = 0, and stay infinite.
 """
 
@@ -21,7 +21,7 @@ _FIRST_ORDER = frozenset({Op.ABS, Op.MAX, Op.MIN, Op.SQRT})
 
 
 def flat_zero(tape: Tape, x: Ref) -> Ref | None:
-    """Return a number that is zero only where x and all first derivatives of x are zero, or None if none is known.
+    """Return a number that is zero only if x and all first derivatives of x are zero, or None if none is known.
 
     Squares, absolute values, max(0, y) and min(0, y), which are 0 beyond the edge, and sums, products and roots of such
     numbers have one by their structure. The number is never negative.
@@ -81,7 +81,7 @@ def _flat_sum(tape: Tape, node: Ref) -> Ref | None:
 
 
 def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
-    """Record numerator / divisor, 0 where x and its first derivatives are zero; the divisor is zero only with x."""
+    """Record numerator / divisor, 0 if x and its first derivatives are zero; the divisor is zero only with x."""
     flat = flat_zero(tape, x)
     if flat is None:
         return tape.div(numerator, divisor)
@@ -92,7 +92,7 @@ def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
 def power_slope(tape: Tape, x: Ref, exponent: Ref) -> Ref:
     """Record d(x^e)/dx = e x^(e - 1).
 
-    It is 0 at a flat zero of x if e may be below 1, and where an exponent that is no constant is 0: x^(e - 1) may be
+    It is 0 at a flat zero of x if e may be below 1, and if a variable exponent is 0: x^(e - 1) may be
     infinite there.
     """
     number, below = tape.value(exponent), tape.sub(exponent, ONE)
@@ -107,5 +107,5 @@ def power_slope(tape: Tape, x: Ref, exponent: Ref) -> Ref:
 
 
 def logarithm_of_base(tape: Tape, x: Ref) -> Ref:
-    """Record log(x) as a factor of x^e, where 0 log(0) is 0."""
+    """Record log(x) as a factor of x^e, with 0 log(0) = 0."""
     return tape.call(Op.LOG, tape.select(tape.call(Op.ABS, x), x, ONE))

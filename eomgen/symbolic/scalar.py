@@ -191,7 +191,7 @@ class Algebra:
         Returns
         -------
         Scalar
-            Its derivatives have no value at 0, unlike those of a root of squares (``edges``).
+            Its derivatives have no value at 0, unlike a root of squares (``edges``).
         """
         length = self.call(Op.SQRT, dot(x, x))
         self.tape.lengths.add(abs(length.ref))

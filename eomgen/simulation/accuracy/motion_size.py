@@ -215,7 +215,7 @@ class Work(NamedTuple):
 def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     """Return motion and forces at work in a run, by some of its rows; None if runs of the model have no inertia matrix.
 
-    A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is no scale of
+    A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is not a scale of
     that; the range that the energy at work could give it is one, in the units of the component.
     """
     model = run.model

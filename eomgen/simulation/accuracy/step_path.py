@@ -243,7 +243,7 @@ class StepPath:
             return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
 
     def rate_partials(self, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
-        """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) behind to
+        """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) before to
         states ahead, at a distance."""
         model = self.run.model
         if not model.evaluator.multipliers:

@@ -183,7 +183,7 @@ class JetAlgebra:
     def slope_times(self, x: Jet, y: Jet) -> list[Ref]:
         """Return the quotient of a rate x and a number y that is zero at the edge of a domain.
 
-        It is zero where a choice sets the rate to zero, and where y and its rates are zero.
+        It is zero if a choice sets the rate to zero, and if y and its rates are zero.
         """
         if not y:
             return []
@@ -273,7 +273,7 @@ class JetAlgebra:
         return self.slope_times(moment, square)
 
     def _power(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
-        """Return the jet of z = x^e, constant where x and its rates are zero (``flat_zero``)."""
+        """Return the jet of z = x^e, constant if x and its rates are zero (``flat_zero``)."""
         tape, number = self.tape, None if _varies(exponent) else self.tape.value(exponent[0])
         flat = flat_zero(tape, x[0]) if number is None or number < len(x) - 1 else None
         if flat is None:

@@ -5,7 +5,7 @@ Griewank and Walther, Evaluating Derivatives (2008), chapter 3. Input symbols ow
 
 If a function is not smooth, a derivative is chosen: ABS gives sign(x), so 0 at 0; SIGN, LT and LE give 0; MIN and
 MAX take the operand they return, the first one recorded if both are equal; SELECT takes the branch it returns and
-never differentiates its condition. Branches that are not taken have no derivatives, whatever their values, see
+never differentiates its condition. Branches that are not taken have no derivatives for any values, see
 ``branches``; slopes of norms at 0 are 0, see ``edges``. POW with an exponent that varies needs a base of at least 0.
 
 Named intermediates of long recursions may be kept as unknowns. The Jacobian of y = f(x, s(x)) with s given step by step
@@ -34,7 +34,7 @@ __all__ = [
 Seeds = Mapping[Ref | InputSymbol, Mapping[int, Ref]]
 #: Operations that return one of their operands.
 CHOICES = frozenset({Op.SELECT, Op.MIN, Op.MAX})
-#: Operations whose slope may be infinite at the edge of the domain, where the value is finite.
+#: Operations whose slope may be infinite at the edge of the domain, with a finite value.
 WITH_EDGES = frozenset({op for op, row in ELEMENTARY.items() if row.rough} | {Op.POW})
 
 

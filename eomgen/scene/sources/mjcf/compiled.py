@@ -199,7 +199,7 @@ def compiled(text: str, file: str, path: Path | None, elements: Elements) -> tup
 
 
 def _check_assets(spec: Any, path: Path | None) -> None:
-    """Raise FileError for a file of a mesh, texture or height field that is no regular one: MuJoCo would read a named
+    """Raise FileError for a file of a mesh, texture or height field that is not regular: MuJoCo would read a named
     pipe for ever. MuJoCo names missing files itself."""
     if path is None:
         return
