@@ -2,7 +2,7 @@
 
 A record holds digests of all files that were read, and scene and description as JSON. Only numbers, texts, arrays,
 dataclasses and functions of eomgen are in it, so a record runs no code when it is opened; a scene with other objects
-has no record. Functions without a name of their own, such as rules of requirements within functions, are found by their
+has no record. Nested functions, such as rules of requirements, are found by the
 place in the code of their module.
 """
 

@@ -282,7 +282,7 @@ class Tape:
         return self._node(_CURVE, x, known)
 
     def root_slope(self, x: Ref, root: Ref) -> Ref:
-        """Return the slope of the square root of x, 0 where x and its first derivatives are 0."""
+        """Return the slope of the square root of x, 0 if x and its first derivatives are 0."""
         half = self.constant(0.5)
         return self.div(half, root) if root in self.lengths else quotient(self, half, root, x)
 

@@ -117,7 +117,7 @@ def _name_of(file: Path) -> str:
 
 
 @click.command()
-@optional_folder("Folder for NAME.tex, NAME of the scene; without it the document is printed.")
+@optional_folder("Folder for NAME.tex, NAME of the scene; by default the document is printed.")
 @click.option("--symbols", is_flag=True, help="Keep fixed parameters as symbols, too; tunable ones always are.")
 @scene_options
 @json_option

@@ -1,6 +1,6 @@
 """The equations of motion of a System as a LaTeX document: definitions with units, then M, h, b, Q and the constraints.
 
-All terms are read from the tape together, so that an expression that several of them use has one name. Expressions that
+All terms are read from the tape together, so that an expression used several times has one name. Expressions that
 do not fit a line are broken between summands, and long factors are given names.
 """
 
@@ -88,7 +88,7 @@ class Equations:
 
     Attributes
     ----------
-    shared : named expressions in order of evaluation, in symbols and in names before them
+    shared : named expressions in order of evaluation, in symbols and in earlier names
     terms : matrix of each term
     base : law of each component of the base's motion that the terms contain
     definitions : symbols by title of the table

@@ -53,7 +53,7 @@ def unresisted_motions(
     sections : mapping
         The section of each body.
     light : sequence of str
-        Further joints that move nothing with inertia.
+        Further joints that move no inertia.
     """
     with np.errstate(over="ignore", invalid="ignore"):  # masses near the largest double are refused elsewhere
         return _motions(joints, inertias, sections, values, light)
@@ -112,7 +112,7 @@ def _motions(
     if bare:
         names = [joint.name for joint in joints if joint.name in bare]
         note = (
-            f"{UNRESISTED}{', '.join(names)}: nothing beyond has mass or inertia in their motion, so the inertia matrix"
+            f"{UNRESISTED}{', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia matrix"
         )
         note += " is singular and forward dynamics has no answer"
         notes.append(f"{note}; try: lock={names!r}, or terms=['poses', 'inverse_dynamics']")

@@ -322,7 +322,7 @@ class _Actuator:
         acceleration = float(model.actuator_acc0[self.output])
         if acceleration <= 0.0 and min(self.parameters(kind)[2] for kind in ("gain", "bias")) < 0.0:
             self.refuse(
-                "a muscle that accelerates nothing at the start has no force by its scale", "force of the muscle"
+                "a muscle that accelerates no coordinate at the start has no force by its scale", "force of the muscle"
             )
             return ""
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))

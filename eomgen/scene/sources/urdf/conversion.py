@@ -424,7 +424,7 @@ class _Merger:
         if np.linalg.norm(apart) <= _MET * size and np.max(np.abs(turned)) <= _MET:
             self.notes.append(f"the loop {loop.name} is left out: held joints make one body of its ends, which meet")
             return
-        fault = f"held joints make one body of the ends of {loop.name}, which are {np.linalg.norm(apart):.3g} m apart"
+        fault = f"held joints make one body of the ends of {loop.name}, with a gap of {np.linalg.norm(apart):.3g} m"
         angle = float(np.degrees(np.arcsin(min(1.0, float(np.max(np.abs(turned)))))))
         fault += f" and turned by {angle:.3g} degrees" if angle > np.degrees(_MET) else ""
         self.report.add_at(loop.line, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
