@@ -59,8 +59,6 @@ REASONS = {
     "symbolic/calculus/loops.py::_combined_partials": "sums over directions, elements and results; branches are comprehensions",
     "symbolic/calculus/loops.py::_partials_along": "sums over directions, elements and results; branches are comprehensions",
     "symbolic/calculus/loops.py::map_partials": "the choice among three ways to differentiate a loop needs the same counts",
-    "symbolic/calculus/partials.py::weighted_gradient": "one walk backwards over the operations, with one case for loops, choices and the rest",
-    "symbolic/edges.py::flat_zero": "one case for each operation whose result may vanish with its slope",
 }
 
 WORDS = re.compile(r"\b(?:if|for|while|else|except|and|or|assert|case)\b")  # each decision is written with one

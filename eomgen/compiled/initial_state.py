@@ -327,14 +327,8 @@ def corrected_start(
         guess, (consistent.q, consistent.v), names, units, held, strict=True
     ):
         largest = np.maximum(np.abs(before), np.abs(after))[: len(units_of)]  # references of turns have no name
-        arms = [consistent.extent if unit == "rad/s" else 1.0 for unit in units_of]  # of turns that move parts by m/s
-        fastest = float(np.max(largest * arms, initial=0.0))
-        for k, (name, unit) in enumerate(zip(labels, units_of, strict=True)):
-            size = consistent.extent if unit == "m" else 1.0
-            if unit in ("m/s", "rad/s"):
-                size = fastest / arms[k] if arms[k] else 0.0
-            elif unit.endswith("/s"):
-                size = max(largest[index] for index, other in enumerate(units_of) if other == unit)
+        sizes = _sizes_of_units(units_of, largest, consistent.extent)
+        for k, (name, unit, size) in enumerate(zip(labels, units_of, sizes, strict=True)):
             share = abs(after[k] - before[k]) / size if off and size else 0.0
             if share > _TOLD:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
@@ -348,3 +342,18 @@ def corrected_start(
         more = f" and {len(changes) - _LISTED} more" if len(changes) > _LISTED else ""
         sentences += [f"{opening}{', '.join(text for _, text in changes[:_LISTED])}{more}"] if changes else []
     return sentences
+
+
+def _sizes_of_units(units: Sequence[str], largest: Array, extent: float) -> list[float]:
+    """Return the scale of each coordinate or velocity: velocities in m/s and rad/s are compared over the extent."""
+    arms = [extent if unit == "rad/s" else 1.0 for unit in units]
+    fastest = float(np.max(largest * arms, initial=0.0))
+    sizes = []
+    for unit, arm in zip(units, arms, strict=True):
+        size = extent if unit == "m" else 1.0
+        if unit in ("m/s", "rad/s"):
+            size = fastest / arm if arm else 0.0
+        elif unit.endswith("/s"):
+            size = max(value for value, other in zip(largest, units, strict=False) if other == unit)
+        sizes.append(float(size))
+    return sizes

@@ -1,11 +1,7 @@
 """Constraint equations at one configuration: their Jacobian scaled by lengths, which decides their rank, corrections in
 the metric of the kinetic energy, and the lengths (extents of the joined bodies) that scale their violations.
 
-<<<<<<< HEAD
 Geometry alone decides rank: a rotation counts as the displacement of the points that it moves, for all masses.
-=======
-Geometry alone decides rank: a rotation counts as the displacement of the points that it moves; masses have no influence.
->>>>>>> 701f1f8d (Plain words of new docstrings and pages)
 
 No absolute number is a scale here: a row is compared with the sum of magnitudes of its summands, with rounding
 a few digits below, and with its largest possible value, the extent of the joined bodies. So units and the
@@ -363,12 +359,7 @@ class RowsInMetric:
     def correction(self, violation: Array) -> Array:
         """Return M^-1 B^T (B M^-1 B^T)^+ violation of the first rows; rows that vanish are left alone.
 
-<<<<<<< HEAD
         Singular values of B, scaled by lengths, give its range; in this range the correction is of least kinetic size.
-=======
-        Singular vectors span the range of B, scaled by lengths; in this range the correction is of least
-        kinetic size.
->>>>>>> 701f1f8d (Plain words of new docstrings and pages)
         """
         count = len(violation)
         says = self.natural[:count] > self.vanishing[:count]

@@ -1,6 +1,6 @@
 """Derivatives in branches that are not taken are zero, also if values or slopes there are infinite or not numbers.
 
-The derivative of a choice is a choice of derivatives, so no rule multiplies by a branch that is not taken. Products of a
+The derivative of a choice is a choice of derivatives, so no rule multiplies by an untaken branch. Products of a
 derivative that a choice has set to zero and an infinite slope, as in sqrt(max(0, q)) below 0 and in adjoints within a
 branch, are selected again: zero times infinity never reaches a result. ``Tape.conditions`` has, for such derivatives,
 a number that is not zero only if the derivative may differ from zero.

@@ -31,15 +31,7 @@ def flat_zero(tape: Tape, x: Ref) -> Ref | None:
     if op in (Op.ADD, Op.SUB):
         return _flat_sum(tape, node)
     if op is Op.MUL:
-        if a == b:  # a root of a fourth power has second derivatives, which a selected slope would not have
-            return node if tape.op[a] in _FIRST_ORDER or flat_zero(tape, a) is None else None
-        second = flat_zero(tape, b)
-        if tape.op[a] is Op.CONST:
-            return node if second == b and tape.value(a) is not None else second
-        first = flat_zero(tape, a)
-        if first is None or second is None:
-            return second if first is None else first
-        return node if (first, second) == (a, b) else tape.mul(first, second)
+        return _flat_product(tape, node)
     if op is Op.ABS or (op is Op.MAX and ZERO in (a, b)):
         return node
     if op is Op.MIN and ZERO in (a, b):
@@ -55,6 +47,20 @@ def flat_zero(tape: Tape, x: Ref) -> Ref | None:
         then, otherwise = (ONE if ref is None else ref for ref in branches)
         return tape.select(a, then, otherwise)
     return None
+
+
+def _flat_product(tape: Tape, node: Ref) -> Ref | None:
+    """Return ``flat_zero`` of a product."""
+    a, b = tape.a[node], tape.b[node]
+    if a == b:  # a root of a fourth power has second derivatives, which a selected slope would not have
+        return node if tape.op[a] in _FIRST_ORDER or flat_zero(tape, a) is None else None
+    second = flat_zero(tape, b)
+    if tape.op[a] is Op.CONST:
+        return node if second == b and tape.value(a) is not None else second
+    first = flat_zero(tape, a)
+    if first is None or second is None:
+        return second if first is None else first
+    return node if (first, second) == (a, b) else tape.mul(first, second)
 
 
 def _flat_sum(tape: Tape, node: Ref) -> Ref | None:

@@ -810,6 +810,7 @@ def test_starts_of_an_include_have_units_and_their_own_place(tmp_path: Path) -> 
 #: Keys whose texts are no names of entries.
 _PLAIN = {
     "name",
+    "distribution",
     "task_frames",
     "description",
     "indices",

@@ -31,7 +31,7 @@ def test_all_light_joints_are_in_one_note(tmp_path: Path) -> None:
     file.write_text(chain(0.0, 0.0, 0.0, 0.0), encoding="utf-8")
     scene = eomgen.load(file)
     (note,) = (note for note in scene.notes if "inertia" in note and "try" in note)
-    assert note.startswith("no inertia resists j1, j2, j3, j4: nothing beyond has mass")
+    assert note.startswith("no inertia resists j1, j2, j3, j4: no body beyond has mass")
     assert "lock=['j1', 'j2', 'j3', 'j4']" in note
     model = eomgen.build(scene, terms=["poses"], profile="instant")
     angles = np.array([0.3, -0.2, 0.4, 0.1])
@@ -90,7 +90,7 @@ def test_a_loop_within_one_body_is_left_out_if_it_is_met(kind: str, place: str, 
     file.write_text(chain(1.0, 1.0, 1.0, rest=_LOOP.format(kind, "0.6 0.1 0.1")), encoding="utf-8")
     if kind != "planar":
         with pytest.raises(
-            eomgen.DescriptionError, match=r"held joints make one body of the ends of loop, which are 0\.1"
+            eomgen.DescriptionError, match=r"held joints make one body of the ends of loop, with a gap of 0\.1"
         ):
             eomgen.load(file, lock=["j2", "j3"])
 

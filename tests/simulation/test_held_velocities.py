@@ -176,13 +176,13 @@ def test_runs_of_thousands_of_steps_to_a_row_are_examined_in_part(monkeypatch: p
     monkeypatch.setattr(step_path, "_MOST", 400)
     rubbing = model("2*sin(t) - F*tanh(v.x/0.0001)", "F")
     options = {"method": "rk45", "tolerance": 1e-6, "parameters": {"F": 10.0}}
-    run = rubbing.simulate(0.5, 0.05, error_estimate=False, **options)
+    run = rubbing.simulate(0.5, 0.05, **options)
     assert run.stats["own_steps"] > 2000
     (found,) = (finding for finding in run.findings if finding.name == "partly_examined")
     assert found.value == pytest.approx(400 / run.stats["own_steps"], rel=0.02)
     assert f"looked for in {100.0 * found.value:.2g} % of the run only: it has thousands of steps" in run.message
     assert 8 <= len(repeated) <= 16 and max(repeated) <= 52
-    dense = rubbing.simulate(0.5, 0.0005, error_estimate=False, **options)
+    dense = rubbing.simulate(0.5, 0.0005, **options)
     assert "partly_examined" not in names(dense)
 
 

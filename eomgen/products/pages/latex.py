@@ -167,14 +167,7 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
     refs += [laws[place] for place in places]
     given = block_to_sympy(system.tape, refs, (len(refs),), names=names)
     intermediates, column = given if isinstance(given, tuple) else ([], given)
-    inlined: dict[sympy.Symbol, sympy.Expr] = {}
-    naming = _Naming(width)
-    for symbol, value in intermediates:
-        expression = value.xreplace(inlined)
-        # a name for cos(q) or -q is longer than the expression
-        inlined[symbol] = expression if sympy.count_ops(expression) <= 1 else naming.named(expression)
-    entries = [naming.fitted(_shorter(entry.xreplace(inlined))) for entry in column]
-    shared, entries = naming.numbered(entries)
+    shared, entries = _named_entries(intermediates, column, width)
     terms, first = {}, 0
     for name, block in blocks.items():
         rows, columns = (*block.shape, 1)[:2]
@@ -186,6 +179,19 @@ def equations(system: System, described: Description, *, width: int = 96) -> Equ
         (sympy.Symbol(names[InputSymbol("base", place)], real=True) for place in places), entries[first:], strict=True
     )
     return Equations(tuple(shared), terms, tuple(base), _definitions(system, described, names, used))
+
+
+def _named_entries(
+    intermediates: Iterable[tuple[sympy.Symbol, sympy.Expr]], column: Iterable[sympy.Expr], width: int
+) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[Any]]:
+    """Return named expressions, and entries in these names; all fit lines."""
+    inlined: dict[sympy.Symbol, sympy.Expr] = {}
+    naming = _Naming(width)
+    for symbol, value in intermediates:
+        expression = value.xreplace(inlined)
+        # a name for cos(q) or -q is longer than the expression
+        inlined[symbol] = expression if sympy.count_ops(expression) <= 1 else naming.named(expression)
+    return naming.numbered([naming.fitted(_shorter(entry.xreplace(inlined))) for entry in column])
 
 
 def _shorter(expression: sympy.Expr) -> sympy.Expr:

@@ -278,11 +278,15 @@ def check_motion(
     followers = _followers(joints)
     assemblies, carrying = _assemblies(joints)
     sound: set[tuple[object, ...]] = set()
-    for joint in joints:
+
+    def needs_no_inertia(joint: Joint) -> bool:
         if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
-            continue
+            return True
         driven = all(joint.drive or [None])  # M need not be positive definite in directions that a drive prescribes
-        if not absolute and (joint.child in carrying or joint.mimic is not None or joint.child in allowed or driven):
+        return not absolute and (joint.child in carrying or joint.mimic is not None or joint.child in allowed or driven)
+
+    for joint in joints:
+        if needs_no_inertia(joint):
             continue
         fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
         known = alike in sound and not fixed and joint.name not in followers

@@ -162,8 +162,8 @@ def _mended(text: str) -> tuple[str, dict[str, int]]:
     """Return a text of equal lines without faults that other readers pass over, and the first line of each fault."""
     pieces: list[str] = []
     faults: dict[str, int] = {}
-    waiting: list[str] = []  # elements that are open, and how many of each tag
-    counts: dict[str, int] = {}
+    waiting: list[str] = []  # tags of open elements
+    counts: dict[str, int] = {}  # of open elements by tag
     place, line = 0, 1
     while (start := text.find("<", place)) >= 0:
         line += text.count("\n", place, start)
@@ -180,21 +180,25 @@ def _mended(text: str) -> tuple[str, dict[str, int]]:
         elif tag and tag[1] and not counts.get(tag[2]):
             piece, fault = re.sub(r"[^\n]", " ", piece), f"an end </{tag[2][:64]}> of an element that is not open"
         elif tag and tag[1]:
-            closed = ""
-            while closed != tag[2]:  # an element without an end stays a fault
-                closed = waiting.pop()
-                counts[closed] -= 1
+            _close(tag[2], waiting, counts)
         elif tag:
             piece = _TIGHT.sub(r"\1 ", piece)
             fault = "attributes without a blank between them" if piece != tag[0] else ""
-            if not tag[3]:
-                waiting.append(tag[2])
-                counts[tag[2]] = counts.get(tag[2], 0) + 1
+            waiting += [tag[2]] * (not tag[3])
+            counts[tag[2]] = counts.get(tag[2], 0) + (not tag[3])
         if fault:
             faults.setdefault(fault, line)
         line += text.count("\n", start, place)
         pieces.append(piece)
     return "".join([*pieces, text[place:]]), faults
+
+
+def _close(tag: str, waiting: list[str], counts: dict[str, int]) -> None:
+    """Remove an open element and the elements open within; an element without an end stays a fault."""
+    closed = ""
+    while closed != tag:
+        closed = waiting.pop()
+        counts[closed] -= 1
 
 
 def root_tag(text: str) -> str:

@@ -215,8 +215,8 @@ class Work(NamedTuple):
 def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     """Return motion and forces at work in a run, by some of its rows; None if runs of the model have no inertia matrix.
 
-    A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is not a scale of
-    that; the range that the energy at work could give it is one, in the units of the component.
+    A part that rests by symmetry, or between forces in balance, moves by their rounding. Its own range is not a scale
+    of rounding; the range that the energy at work could give it is one, in the units of the component.
     """
     model = run.model
     if not model.nv or not model.functions.of_runs("mass"):

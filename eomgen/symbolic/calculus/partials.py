@@ -17,7 +17,7 @@ the extended system).
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from eomgen.symbolic.branches import chosen, common_condition, guarded, plus, times, unbounded, zero_unless
 from eomgen.symbolic.calculus.configuration import tangent_seeds
@@ -133,20 +133,11 @@ def weighted_gradient(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref]
                 of_maps.setdefault(number, {})[tape.b[node]] = adjoints[node]
             # first recorded result of the Map: all adjoints are complete
             if not pending[number] and number in of_maps:
-                condition = common_condition(tape, of_maps[number].values()) if tape.conditions else None
                 for ref, adjoint in _adjoints_of(tape, number, of_maps[number], reach):
-                    _accumulate(tape, adjoints, ref, zero_unless(tape, condition, adjoint))
-        elif follow and op in CHOICES:
-            condition, *branches = _choice(tape, op, tape.operands(node))
-            for ref, share in zip(branches, ((adjoints[node], ZERO), (ZERO, adjoints[node])), strict=True):
-                if abs(ref) in reach:
-                    _accumulate(tape, adjoints, ref, chosen(tape, condition, *share))
+                    _accumulate(tape, adjoints, ref, adjoint)
         elif follow and op not in LEAVES:
-            operands = tape.operands(node)
-            active = [k for k, ref in enumerate(operands) if abs(ref) in reach]
-            for k, partial in _local_partials(tape, node, op, active):
-                product = guarded if unbounded(tape, partial, adjoints[node]) else times
-                _accumulate(tape, adjoints, operands[k], product(tape, partial, adjoints[node]))
+            for ref, adjoint in _adjoints_of_operands(tape, node, adjoints[node], reach):
+                _accumulate(tape, adjoints, ref, adjoint)
     return [adjoints.get(ref, ZERO) if ref > 0 else tape.mul(-ONE, adjoints.get(-ref, ZERO)) for ref in wrt]
 
 
@@ -172,12 +163,30 @@ def gradient_along(tape: Tape, outputs: Sequence[Ref], weights: Sequence[Ref], s
     return along
 
 
+def _adjoints_of_operands(tape: Tape, node: int, adjoint: Ref, reach: set[int]) -> Iterator[tuple[Ref, Ref]]:
+    """Yield the operands of an operation, each with its share of the adjoint of the result."""
+    operands, op = tape.operands(node), tape.op[node]
+    if op in CHOICES:
+        condition, *branches = _choice(tape, op, operands)
+        for ref, share in zip(branches, ((adjoint, ZERO), (ZERO, adjoint)), strict=True):
+            if abs(ref) in reach:
+                yield ref, chosen(tape, condition, *share)
+        return
+    active = [k for k, ref in enumerate(operands) if abs(ref) in reach]
+    for k, partial in _local_partials(tape, node, op, active):
+        product = guarded if unbounded(tape, partial, adjoint) else times
+        yield operands[k], product(tape, partial, adjoint)
+
+
 def _adjoints_of(tape: Tape, number: int, adjoints: Mapping[int, Ref], reach: set[int]) -> list[tuple[Ref, Ref]]:
     """Return references read by a Map or a call, each with an adjoint, from the adjoints of results."""
     called = tape.maps[number]
     if isinstance(called, Call):
-        return call_adjoints(tape, called, adjoints, [abs(ref) in reach for ref in called.operands])
-    return map_adjoints(tape, number, adjoints, weighted_gradient)
+        pairs = call_adjoints(tape, called, adjoints, [abs(ref) in reach for ref in called.operands])
+    else:
+        pairs = map_adjoints(tape, number, adjoints, weighted_gradient)
+    condition = common_condition(tape, adjoints.values()) if tape.conditions else None
+    return [(ref, zero_unless(tape, condition, adjoint)) for ref, adjoint in pairs]
 
 
 def seeds_by_node(tape: Tape, seeds: Seeds) -> dict[int, Tangent]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TypeVar
 
 import numpy as np
@@ -216,12 +216,7 @@ class _UrdfReader:
                 self.out.links[name] = self.link(name, element)
                 visuals.link(name, element)
                 self.tell_left_over(element, name)
-        ends = [end for element in joints for tag in ("parent", "child") for end in element.named(tag)]
-        if "world" not in self.link_names and any(end.get("link") == "world" for end in ends):
-            line = next(end.line for end in ends if end.get("link") == "world")
-            self.link_names["world"] = "world"
-            self.out.links["world"] = UrdfLink("world", line, NOTHING)
-            self.out.implied_world = True
+        self.add_world(joints)
         for element in joints:
             if name := self.name(element, "joint", self.joint_names):
                 self.out.joints[name] = self.joint(name, element)
@@ -237,6 +232,15 @@ class _UrdfReader:
                 self.out.loops[name] = self.constraint(name, element)
                 self.tell_left_over(element, name)
         return self.out
+
+    def add_world(self, joints: Iterable[Element]) -> None:
+        """Add the link ``world`` if a joint names it and the file has none."""
+        ends = [end for element in joints for tag in ("parent", "child") for end in element.named(tag)]
+        lines = [end.line for end in ends if end.get("link") == "world"]
+        if lines and "world" not in self.link_names:
+            self.link_names["world"] = "world"
+            self.out.links["world"] = UrdfLink("world", lines[0], NOTHING)
+            self.out.implied_world = True
 
     def version(self, root: Element) -> int:
         """Return the minor version; a file that gives none is of version 1.0."""
