@@ -1,4 +1,4 @@
-"""The numbers and formulas of a scene, each with its key, its SI unit and the entry that holds it: one walk over nested
+"""The numbers and formulas of a scene, each with key, SI unit and owner: one walk over nested
 data by the metadata of the keys."""
 
 from __future__ import annotations

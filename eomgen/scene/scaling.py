@@ -120,7 +120,7 @@ class _Factors:
         }
 
     def scaled(self, quantity: Quantity) -> Any:
-        """Return the value of a quantity with its factors."""
+        """Return the value of a quantity with factors."""
         value = quantity.value
         if isinstance(value, str):
             value = _SYMBOL.sub(self.in_own_units, value)
