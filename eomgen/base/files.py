@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
@@ -226,7 +227,7 @@ def nearby(path: Path, otherwise: str = "another path", endings: Collection[str]
 _METADATA = "metadata"
 
 
-def write_arrays(path: Path, arrays: Mapping[str, Array], metadata: Mapping[str, Any], fewer: str = "") -> None:
+def write_arrays(path: Path, arrays: Mapping[str, NDArray[Any]], metadata: Mapping[str, Any], fewer: str = "") -> None:
     """Write arrays and metadata to an ``.npz`` file.
 
     Parameters

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
@@ -133,7 +134,10 @@ class BlockJournal:
         if self._folder is None:
             return
         failed = [{"number": one.number, "reason": one.reason, "values": dict(one.values)} for one in self.failed]
-        arrays = reduction.arrays() | {"parts": np.array(self._parts, dtype=np.int64).reshape(-1, 2)}
+        arrays: dict[str, NDArray[Any]] = {
+            **reduction.arrays(),
+            "parts": np.array(self._parts, np.int64).reshape(-1, 2),
+        }
         write_arrays(self._folder / _REDUCED, arrays, {"done": self.done, "failed": finite(failed)})
 
     def samples(self, done: int, varied: int, columns: int) -> tuple[Array, Array]:

@@ -199,7 +199,8 @@ class Reduction:
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, Array]) -> Reduction:
         """Return the reductions written as ``arrays``."""
-        result = cls(*arrays["count"].shape, int(arrays["chunk"]))
+        columns, times = arrays["count"].shape
+        result = cls(columns, times, int(arrays["chunk"]))
         for name in cls._WRITTEN:
             setattr(result, name, arrays[name.strip("_")])
         result._kept = [arrays["kept"]]
@@ -230,7 +231,7 @@ def _condensed(values: Array, weights: Array) -> tuple[Array, Array]:
             np.bincount(places.ravel(), part.ravel(), _CENTROIDS * len(values)).reshape(shape)
             for part in (weights, weights * known)
         )
-        return sums / sizes, sizes
+        return np.asarray(sums / sizes), np.asarray(sizes, float)
 
 
 def _mean(values: Array, known: NDArray[np.bool_]) -> tuple[Array, Array]:

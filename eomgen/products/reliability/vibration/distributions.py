@@ -169,16 +169,17 @@ def corrected(
         of_form = 0.0 if one is None else float(np.fmin(forms.above[k], forms.below[k]))
         form = None if one is None else one.form
         best = Estimate(np.nan, np.nan, 0)
-        options = {"above": upper, "accuracy": ACCURACY}
         if indices.get(k, np.inf) < _NEAREST:
-            best = corrected_tail(about_mean, form, of_form, threshold, most=_MOST_ABOUT_MEAN, **options)
+            best = corrected_tail(
+                about_mean, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_MOST_ABOUT_MEAN
+            )
         if np.isnan(best.probability):
             points = [point.point for point in ([] if one is None else [one, *others.get(k, ())])]
             if one is not None:
                 points += [*far_branches(one.form, threshold, one.point, of_form, above=upper)]
             centres, draws = all_centres(response, points, threshold, above=upper, seed=seed + k)
             if draws is not None:
-                best = corrected_tail(draws, form, of_form, threshold, most=_MOST, **options)
+                best = corrected_tail(draws, form, of_form, threshold, above=upper, accuracy=ACCURACY, most=_MOST)
             if len(centres) > 1:
                 several.append((k, len(centres)))
         bound = 1.96 * best.standard_error
