@@ -86,15 +86,18 @@ def print_table(
     """
     cells = [[str(cell) for cell in row] for row in rows]
     widest = [max((cell_len(row[index]) for row in cells), default=0) for index in range(len(header))]
-    unfolded = {*numeric, *whole}
-    titles = [_folded(name, widest[index]) if index in unfolded else [name] for index, name in enumerate(header)]
+    out, unfolded = console(), {*numeric, *whole}
+    fits = sum(map(max, widest, map(cell_len, header))) + _GAP * (len(header) - 1) <= out.width
+    titles = [
+        _folded(name, widest[index]) if index in unfolded and not fits else [name] for index, name in enumerate(header)
+    ]
     least = [
         max(widest[index], *map(cell_len, titles[index]))
         if index in unfolded
         else max(min(widest[index], _NAME), *map(cell_len, name.split(" ")))
         for index, name in enumerate(header)
     ]
-    out, kept = console(), list(range(len(header)))
+    kept = list(range(len(header)))
     for index in optional:
         if _GAP * (len(kept) - 1) + sum(least[index] for index in kept) > out.width:
             kept.remove(index)

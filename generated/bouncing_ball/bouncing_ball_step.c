@@ -619,7 +619,7 @@ static bouncing_ball_status bouncing_ball_probe(const bouncing_ball_parameters *
     return bouncing_ball_sample_events(p, to, bouncing_ball_rows_of_part(u_table, share, share, rows), sample);
 }
 
-/* Sign of an event function just after the end of a stretch, where it is zero within the rounding of time: of its rate.
+/* Sign of an event function just after the end of a stretch, if it is zero within the rounding of time: of its rate.
  * A function without a rate there, or with one that is rounding of the rate at the beginning, keeps its sign unless it
  * has reached zero since. */
 static long bouncing_ball_side_after_root(int event, long side, const bouncing_ball_stretch *stretch)
@@ -633,7 +633,7 @@ static long bouncing_ball_side_after_root(int event, long side, const bouncing_b
 
 /* Find the signs of event functions just after the end of a stretch. So a stretch contains its end and not its
  * beginning, and both stretches that meet at a root agree on it. Returns 1 if a function may have passed zero in the
- * stretch: its sign changes, or the cubic through its values and rates comes near zero, as control points tell. */
+ * stretch: its sign changes, or the cubic through its values and rates comes near zero by its control points. */
 static int bouncing_ball_find_sides_after(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
 {
     const real near = bouncing_ball_near_root(stretch->end.t, settings->step, K(1.0));
@@ -996,7 +996,7 @@ static bouncing_ball_status bouncing_ball_take_events(bouncing_ball_parameters *
             status = bouncing_ball_sample_events(p, state, row, &stretch->at_end);
             if (status != BOUNCING_BALL_OK)
                 return status;
-            for (j = 0; j < 4; ++j) /* what another event has changed since does not come again by itself */
+            for (j = 0; j < 4; ++j) /* an event changed by another one does not come again by itself */
                 if (j != i && EG_ABS(stretch->at_end.rate[j] - was.rate[j])
                     > K(64.0) * bouncing_ball_EVENT_EPSILON * EG_ABS(was.rate[j]))
                     state->event_state.alone[j] = 0;
@@ -1081,8 +1081,8 @@ static bouncing_ball_status bouncing_ball_locate_first(const bouncing_ball_param
     return status;
 }
 
-/* Update the signs of event functions at the end of a stretch that is no event of theirs: some have passed zero in the
- * direction that does not count, or have left a root. */
+/* Update the signs of event functions at the end of a stretch that is not an event of theirs: some have passed zero in
+ * the direction that does not count, or have left a root. */
 static void bouncing_ball_note_sides(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
 {
     long *side = stretch->from.event_state.side;

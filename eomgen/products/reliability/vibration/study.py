@@ -4,7 +4,7 @@ and by samples."""
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Unpack
 
@@ -350,7 +350,8 @@ class _VibrationStudy:
         model, variables = self.response.model, self.response.variables
         if not (cut := cut_processes(model)):
             return
-        with self._counted("truncation"):
+        # some methods have no derivatives in all rows of inputs: then the shares of the processes are noted
+        with self._counted("truncation"), suppress(UsageError):
             self.lost_variance = lost_variance(cut, *self.response.by_inputs(), variables, form.gradient)
         if np.isnan(self.lost_variance):
             self.notes += truncated_processes(model, variables, form.gradient)
