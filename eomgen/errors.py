@@ -164,6 +164,8 @@ class UsageError(EomgenError):
         Everything that is wrong with the call.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 2
@@ -179,6 +181,8 @@ class DescriptionError(EomgenError):
         Everything that is wrong with the description.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 3
@@ -194,6 +198,8 @@ class ModelError(EomgenError):
         Everything that cannot work.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 4
@@ -209,6 +215,8 @@ class ToolchainError(EomgenError):
         Missing or failed parts of the toolchain.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 5
@@ -224,6 +232,8 @@ class NumericalError(EomgenError):
         The computation, its place and time.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 6
@@ -239,6 +249,8 @@ class FileError(EomgenError):
         The file, and why it cannot be read or written.
     hint : str, optional
         Remedy, if ``problems`` is one text.
+    code : str, optional
+        Code of the message, if ``problems`` is one text.
     """
 
     exit_code = 7
