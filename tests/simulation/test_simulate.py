@@ -160,7 +160,7 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
 
 def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
     builder = eomgen.SceneBuilder("roller").body("wheel", 3.0, inertia=[0.02, 0.04, 0.02])
-    start = {"position": [0, 0, 0.2], "velocity": [0, 5, 0, 1, 0, 0]}
+    start = {"position": [0, 0, 0.25], "velocity": [0, 5, 0, 1, 0, 0]}
     builder.joint("wheel", "free", "base", "wheel", initial=start)
     ground = {"type": "sliding", "first": {"body": "base", "axis": [0, 0, 1]}, "second": {"body": "wheel"}}
     ground |= {"shape": "sphere", "radius": 0.2, "surface": "0.05 * cos(60 * x)"}
