@@ -209,6 +209,18 @@ def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> N
     assert solution.events.t[0] == pytest.approx(0.1, abs=1e-9)
 
 
+@pytest.mark.parametrize("name", ["rk4", "rk45"])
+def test_a_parameter_that_moves_an_event_over_zero_between_steps_is_an_event_there(name: str) -> None:
+    simulator = model('[events.soft]\nwhen = "(stiffness - 30) * (2 + sin(q.x))"\naction = "record"\n').start(
+        method=name, step=0.004
+    )
+    simulator.step(n=10)
+    simulator.set_parameter("stiffness", 20.0)
+    simulator.step()
+    (event,) = simulator.events
+    assert event.name == "soft" and event.t == pytest.approx(0.04, abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
