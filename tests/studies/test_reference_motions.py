@@ -13,7 +13,7 @@ from eomgen.lie.product import Factor
 from eomgen.products.studies.tuning import judge as under_test
 from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, under, verified
 from eomgen.products.studies.work_precision.observation import ErrorSize, Observation
-from eomgen.products.studies.work_precision.running import REACHED
+from eomgen.products.studies.work_precision.running import REACHED, ComparedRun
 from eomgen.simulation.accuracy.motion_size import Components
 
 T = np.linspace(0.0, 1.0, 11)
@@ -53,8 +53,8 @@ class Runner:
         self.given = given
         error = self.errors[configuration](number)
         if error is None:
-            return SimpleNamespace(ended="stopped", observation=None, said=f"{configuration} stopped", seconds=0.0)
-        return SimpleNamespace(ended=REACHED, observation=motion(error), said="", seconds=self.seconds)
+            return ComparedRun("stopped", f"{configuration} stopped")
+        return ComparedRun(REACHED, "", motion(error), seconds=self.seconds)
 
 
 def judge_of(runner: Runner, *candidates: Any, error: float = 1e-4, seconds: float = 1e9) -> Judge:
