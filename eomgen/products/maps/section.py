@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import math
 from collections.abc import Mapping, Sequence
 from importlib import import_module
@@ -14,7 +15,7 @@ from pydantic import Field
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
-from eomgen.base.files import open_file
+from eomgen.base.files import read_bytes
 from eomgen.base.messages import counted, key_of, listed, shown
 from eomgen.formula.units.parser import dimension_of, read_unit
 from eomgen.products.maps.surface import Surface
@@ -254,18 +255,17 @@ def _is_number(title: str) -> bool:
 
 def _opened(path: Path) -> Any:
     """Return an open NetCDF file, with scaled and masked variables."""
-    with open_file(path) as file:
-        start = file.read(len(_HDF5))
-    if start == _HDF5:
+    data = read_bytes(path, path.stat().st_size)  # whose digest tells whether a kept reading is still right
+    if data.startswith(_HDF5):
         try:
-            return import_module("netCDF4").Dataset(path)
+            return import_module("netCDF4").Dataset(path.name, memory=data)
         except ImportError:
             fault = "files of NetCDF 4 are read by the package netCDF4, which is not installed"
             hint = "pip install 'eomgen[netcdf]', or the classic format (nccopy -k classic)"
             raise TableError(path.name, fault, hint) from None
     from scipy.io import netcdf_file  # noqa: PLC0415  # few maps are NetCDF
 
-    return netcdf_file(path, mmap=False, maskandscale=True)
+    return netcdf_file(io.BytesIO(data), mmap=False, maskandscale=True)
 
 
 def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
