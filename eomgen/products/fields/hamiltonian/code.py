@@ -24,7 +24,7 @@ from eomgen.lie.product import Factor
 from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian, Parameter
 from eomgen.products.fields.hamiltonian.methods import Method, krylov
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
-from eomgen.symbolic.operations import InputSymbol
+from eomgen.symbolic.operations import InputSymbol, Op
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Block, Facts, Function, Quantity, System
@@ -69,6 +69,7 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     for term in document.terms:
         parts[term.dependence] += recorded(f"{document.name} (hamiltonian.{term.name})", term.formula)
     whole = reduce(lambda left, right: left + right, parts.values())
+    tape.lengths |= _divisors(tape, whole.ref)
     states = [item.ref for item in (*q, *v)]
     slopes = gradient(tape, whole.ref, states)
     along: dict[Ref | InputSymbol, Ref] = dict(zip(states, (item.ref for item in (*dq, *dv)), strict=True))
@@ -106,6 +107,22 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
             _function("kick", "rates of momenta, -dV/dq", ("p", "q"), Block("pdot", (n,), _negative(slopes[:n]))),
         ]
     return _system(document, tape, functions)
+
+
+def _divisors(tape: Tape, energy: Ref) -> set[int]:
+    """Return divisors in sums and products of an energy, which has no finite value where one of them is 0."""
+    divisors, seen, pending = set[int](), set[int](), [abs(energy)]
+    while pending:
+        node = pending.pop()
+        if node in seen:
+            continue
+        seen.add(node)
+        if tape.op[node] in (Op.ADD, Op.SUB, Op.MUL):
+            pending += map(abs, tape.operands(node))
+        elif tape.op[node] is Op.DIV:
+            pending.append(abs(tape.a[node]))
+            divisors.add(abs(tape.b[node]))
+    return divisors
 
 
 def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) -> System:
