@@ -172,6 +172,7 @@ typedef struct bouncing_ball_event_state {
     long side[4]; /* signs of the event functions: 1, -1, 0 on a root */
     long count[4];
     eomgen_real time[4]; /* time of the last event of each kind, s */
+    eomgen_real beyond[4]; /* values beyond zero by rounding at the last step's end */
     long alone[4]; /* 1: no other event has changed the rate since */
     long last; /* number of the last event */
     eomgen_real mode[1]; /* values of the modes */

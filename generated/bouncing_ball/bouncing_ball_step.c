@@ -619,6 +619,29 @@ static bouncing_ball_status bouncing_ball_probe(const bouncing_ball_parameters *
     return bouncing_ball_sample_events(p, to, bouncing_ball_rows_of_part(u_table, share, share, rows), sample);
 }
 
+/* Let functions that have changed their sign since the end of the last step, as by a sample or by a parameter, fall to
+ * zero at the beginning of a stretch: the sign is not kept, since the value is beyond zero by more than rounding. */
+static void bouncing_ball_note_jumps(const bouncing_ball_settings *settings, bouncing_ball_stretch *stretch)
+{
+    int i;
+    for (i = 0; i < 4; ++i) {
+        const real s = (real)stretch->from.event_state.side[i], value = stretch->at_seen.value[i];
+        if (-s * value > K(2.0) * stretch->from.event_state.beyond[i]
+            + bouncing_ball_near_root(stretch->from.t, settings->step, stretch->at_seen.rate[i])) {
+            stretch->at_seen.value[i] = K(0.0);
+            stretch->at_seen.rate[i] = value / settings->step;
+        }
+    }
+}
+
+/* Store by how much functions are beyond zero at the end of a step, in spite of their signs. */
+static void bouncing_ball_note_rounding(const bouncing_ball_event_sample *sample, bouncing_ball_state *state)
+{
+    int i;
+    for (i = 0; i < 4; ++i)
+        state->event_state.beyond[i] = bouncing_ball_above(-(real)state->event_state.side[i] * sample->value[i]);
+}
+
 /* Sign of an event function just after the end of a stretch, if it is zero within the rounding of time: of its rate.
  * A function without a rate there, or with one that is rounding of the rate at the beginning, keeps its sign unless it
  * has reached zero since. */
@@ -1174,6 +1197,8 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
             bouncing_ball_rows_of_part(u_table, K(0.0), K(0.0), rows), &stretch.from);
     if (status != BOUNCING_BALL_OK)
         return status;
+    if (state->event_state.known)
+        bouncing_ball_note_jumps(settings, &stretch);
     stretch.end = stretch.from;
     status = bouncing_ball_take_step(p, settings, &stretch.end, work, u_table);
     statistics = stretch.end.statistics;
@@ -1241,14 +1266,17 @@ static bouncing_ball_status bouncing_ball_step_with_events(const bouncing_ball_p
         return status;
     }
     whole.end.event_state = stretch.from.event_state;
+    bouncing_ball_note_rounding(&whole.at_end, &whole.end);
     whole.end.statistics = statistics;
     if (ever) { /* the values from here on, for the next step */
         bouncing_ball_state behind = whole.end;
         const real *row = bouncing_ball_rows_of_part(u_table, K(1.0), K(1.0), rows);
         behind.t = origin + settings->step * (real)(count + 1);
-        if (bouncing_ball_initialize(p, settings, &behind, work, row) == BOUNCING_BALL_OK)
+        if (bouncing_ball_initialize(p, settings, &behind, work, row) == BOUNCING_BALL_OK
+            && bouncing_ball_sample_events(p, &behind, row, &whole.at_end) == BOUNCING_BALL_OK) {
+            bouncing_ball_note_rounding(&whole.at_end, &behind);
             whole.end = behind;
-        else /* tables may end here; the next step, if any, evaluates the values after the event */
+        } else /* tables may end here; the next step, if any, evaluates the values after the event */
             whole.end.step = -settings->step;
         whole.end.statistics = statistics;
         whole.end.t = origin + settings->step * (real)(count + 1);
