@@ -67,6 +67,7 @@ RESULTS = {
     "StepEvent": "eomgen.simulation.simulator",
     "SimulatorState": "eomgen.simulation.checkpoint",
     "StrainedStart": "eomgen.solvers.beams",
+    "WrittenStart": "eomgen.system.description",
     "Critical": "eomgen.analysis.equilibrium_path",
     "Sparsity": "eomgen.compiled.argument_derivatives",
     "Reference": "eomgen.linear.linearization",

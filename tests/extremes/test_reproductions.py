@@ -191,11 +191,13 @@ def test_12_a_length_of_zero_at_the_run_is_refused() -> None:
 @pytest.mark.parametrize("step", [2e-4, 2e-5, 4e-6])
 def test_13_constrained_motions_in_single_precision_hold_or_say_what_is_rounding(step: float) -> None:
     scene = EXAMPLES / "slider_crank_spatial" / "scene.toml"
-    exact = eomgen.build(scene).simulate(0.1, 2.5e-5, method="rk4_partitioned")
+    exact = eomgen.build(scene).simulate(0.1, 2.5e-5, method="rk4_partitioned", record_every=4000)
     run = eomgen.build(scene, real="float").simulate(0.1, step, record_every=round(0.1 / step))
     assert np.abs(run.q[-1] - exact.q[-1]).max() < 2e-3
-    rounded = re.search(r"up to (\S+) % of the multipliers is rounding, which grows as 1/step\^2", run.message)
-    assert (rounded is not None) is (step < 1e-5)
+    off = np.abs(run.multipliers[-1] - exact.multipliers[-1]).max() / np.abs(exact.multipliers).max()
+    assert off < 0.01 or re.search(
+        r"up to (\S+) % of the multipliers is rounding, which grows as 1/step\^2", run.message
+    )
 
 
 def limp(stiffness: float) -> dict[str, Any]:

@@ -67,5 +67,5 @@ def test_a_warning_is_one_line_without_python(
     out = tmp_path / "out"
     assert main(["simulate", str(scene), "--out", str(out), "--t-end", "0.01", "--no-plots"]) == 0
     first, *rest = capsys.readouterr().err.splitlines()
-    assert first.startswith(f"warning: the cache {scene} cannot be written (File exists); building in ")
+    assert first.startswith(f"warning: the cache {scene} cannot be written (Not a directory); building in ")
     assert len(rest) == 2

@@ -153,7 +153,7 @@ FAILURES = [
         "An attribute of Python",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): unknown quantity 'motor' (column 1); try: one of q,"
-        " v, a, position, velocity, acceleration, rotation, angular_velocity and 13 more",
+        " v, a, position, velocity, acceleration, rotation, angular_velocity and 14 more",
         old='effort = "motor"',
         new='effort = "motor.__class__"',
     ),

@@ -17,7 +17,7 @@ FAILURES = [
         3,
         "description error: scene.toml:14 (bodies.upper.inertia): the principal moments 0.002, 0.01, 0.03 violate the"
         " triangle inequality: the largest exceeds the sum of the other two; try: the values of upper about its centre"
-        " of mass, in its own axes",
+        " of mass, in its own axes, or check_inertia = false if these are meant",
         old="inertia = [0.03, 0.03, 0.002]",
         new="inertia = [0.03, 0.01, 0.002]",
     ),
