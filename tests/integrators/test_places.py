@@ -42,7 +42,7 @@ def test_a_loop_moves_far_away_as_near_by(method: str) -> None:
     near = motion(method, 0.0)
     for place in (1e2, 1e4, 1e6 * LENGTH, 1e8 * LENGTH):
         far, rounding = motion(method, place), EPSILON * place / LENGTH
-        assert far.difference(near, ("q",)) <= 0.1 * rounding
+        assert far.difference(near, ("q",)) <= 0.1 * rounding + STEPS["four_bar"] * NEWTON
         assert far.difference(near, ("v",)) <= 0.1 * rounding + NEWTON
         assert far.difference(near, ("vdot", "lam")) <= 10.0 * rounding + 10.0 * NEWTON
 

@@ -360,7 +360,8 @@ class _Rates:
         kicks = np.abs(np.diff(np.where(np.isfinite(a), a, 0.0), axis=0)) * np.diff(t)[:, np.newaxis]
         with np.errstate(all="ignore"):
             kicks = np.nan_to_num(kicks / size, nan=0.0, posinf=0.0)
-        turned = v[1:] * v[:-1] <= 0.0  # laws are steep at rest
+        # laws are steep at rest, which stages of a step may pass although its end does not
+        turned = (v[1:] * v[:-1] <= 0.0) | (self._reached()[:-1] * v[:-1] <= 0.0)
         order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_STEPS]
         places = [(float(kicks[row, j]), int(row), j) for j in range(v.shape[1]) for row in order[:, j]]
         places.sort(reverse=True)
@@ -368,13 +369,18 @@ class _Rates:
         chosen += [one for one in places if not turned[one[1], one[2]]][:_STEPS]
         return [(row, j) for kick, row, j in chosen if kick > 0.0]
 
+    def _reached(self) -> Array:
+        """Return the velocities one step after each row at the accelerations of the row, (n, nv)."""
+        reached: Array = self._states.v + self._run.settings["step"] * np.nan_to_num(self._states.a)
+        return reached
+
     def _within(self, step: int, column: int) -> tuple[Rate, Rate, Rate]:
         """Return the decay to a level that holds the velocity, the growth, and the steepest slope within a step."""
         none, v = Rate.none(), self._states.v
         if self._left < _HALVINGS:
             return none, none, none
-        ends = float(v[step, column]), float(v[step + 1, column])
-        levels = max(abs(ends[0]), abs(ends[1])) * np.ldexp(1.0, -np.arange(_HALVINGS))
+        ends = float(v[step, column]), float(v[step + 1, column]), float(self._reached()[step, column])
+        levels = max(map(abs, ends)) * np.ldexp(1.0, -np.arange(_HALVINGS))
         levels = np.array(sorted({*ends, 0.0, *levels.tolist(), *(-levels).tolist()}))
         levels = levels[(levels >= min(ends)) & (levels <= max(ends))]
         way = self._way(step, column)
