@@ -163,7 +163,7 @@ def test_the_run_without_variations_decides_for_all_samples(monkeypatch: pytest.
         return original(*args, **options)
 
     monkeypatch.setattr(unseen_laws, "_Examination", examination)
-    options: dict[str, Any] = {"method": "rk45", "parameters": given, "error_estimate": False, "columns": ["q.x"]}
+    options: dict[str, Any] = {"method": "rk45", "parameters": given, "columns": ["q.x"]}
     varied = sliders().simulate_many(1.5, 0.1, vary={"v.x": "normal(1, 0.05)"}, samples=6, workers=1, **options)
     of_pilot = len(examined)
     assert of_pilot <= 4 and "the steps are at most" not in " ".join(varied.notes)

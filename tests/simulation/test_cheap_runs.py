@@ -79,9 +79,9 @@ def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, 
 @pytest.mark.parametrize(
     ("name", "method", "success", "message", "with_estimate"),
     [
-        ("symmetric_top", "taylor", 317, 682, 1600),
+        ("symmetric_top", "taylor", 317, 682, 1620),
         ("symmetric_top", "rk4", 344, 980, 3350),
-        ("robot_arm", "generalized_alpha", 340, 890, 3030),
+        ("robot_arm", "generalized_alpha", 340, 890, 3060),
         ("four_bar", "generalized_alpha", 490, 894, 4540),  # 5 ask for options without an effect
     ],
 )
@@ -179,7 +179,8 @@ def test_what_is_evaluated_later_is_what_is_evaluated_at_once(name: str, method:
     np.testing.assert_array_equal(later.q, at_once.q)
     assert later.success == at_once.success and later.message == at_once.message
     assert later.findings == at_once.findings
-    of_time = ("wall_time", "max_constraint")  # the latter is looked at between pieces of a run, too
+    # the last three depend on the pieces of a run: rounding is related to the forces of a piece
+    of_time = ("wall_time", "max_constraint", "max_rounding", "max_impulse_rate")
     known = ({key: value for key, value in run.stats.items() if key not in of_time} for run in (later, at_once))
     assert next(known) == next(known)
     assert max(run.stats.get("max_constraint", 0.0) for run in (later, at_once)) < 1e-13

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -150,9 +151,10 @@ def test_an_explicit_method_says_which_states_are_too_fast_for_it() -> None:
     model = eomgen.build(builder.build())
     assert "decay" not in model.simulate(0.1, 1e-3, method="rk4").message
     fast = model.simulate(0.1, 1e-3, method="rk4", parameters={"T": 2e-4})
-    assert fast.message.endswith(
-        "internal states decay at up to 5e+03 1/s at t = 0 s, too fast for an explicit method at this step; "
-        "try: generalized_alpha, or a step below 0.00056 s"
+    assert re.search(
+        r"internal states decay at up to 5e\+03 1/s at t = \S+ s, too fast for an explicit method at this step; "
+        r"try: generalized_alpha, or a step below 0\.00056 s$",
+        fast.message,
     )
     assert "decay" not in model.simulate(0.1, 1e-3, parameters={"T": 2e-4}).message
 

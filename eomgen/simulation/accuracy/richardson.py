@@ -314,7 +314,8 @@ class _Rates:
     def fastest(self) -> FastestRates:
         model, count = self._model, len(self._states.t)
         needed = NEEDED if model.multipliers else ("forward_dynamics",)
-        moves = bool(model.nv) and all(map(model.functions.of_runs, needed))  # no other function is compiled for this
+        resisted = model.functions.library.layout["facts"]["velocity_forces"]  # else no velocity decays or grows
+        moves = bool(model.nv) and resisted and all(map(model.functions.of_runs, needed))  # compiles no other function
         decay = growth = passed = Rate.none()
         for step, column in self._steepest() if moves else ():
             held, grows, passes = self._within(step, column)
