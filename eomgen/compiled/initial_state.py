@@ -250,21 +250,19 @@ def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool)
 
 
 def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -> KeptComponents | None:
-    """Return the components of v whose initial coordinates or velocities are written; None if there are none."""
+    """Return the components of v whose initial coordinates or velocities are held; None if there are none."""
     from eomgen.solvers.consistency import KeptComponents  # noqa: PLC0415  # most models have no constraints
 
     places = {factor.name: factor.v for factor in factors}
     masks = np.zeros((4, sum(factor.v_size for factor in factors)), dtype=bool)
-    for start in starts:
+    held = [start for start in starts if start.held]
+    for start in held:
         component = places.get(start.joint)
         for mask, kept in zip(masks, (start.position, start.velocity) * 2, strict=True):
             if component is not None and kept:
                 mask[component] = True
-    held = [start.joint for start in starts if start.held]
-    for start in starts:
-        if start.joint in places and not start.held:
-            masks[2:, places[start.joint]] = False
-    return KeptComponents(masks[0], masks[1], masks[2], masks[3], tuple(held)) if masks.any() else None
+    names = tuple(start.joint for start in held)
+    return KeptComponents(masks[0], masks[1], masks[2], masks[3], names) if masks.any() else None
 
 
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:

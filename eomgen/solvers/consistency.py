@@ -452,7 +452,8 @@ class _Rows:
         machine = machine[:, np.newaxis]
         self.extent = np.where(extent > CONTRADICTION * machine, extent, machine)
         self.angular = system.angular
-        finite = [np.isfinite(part.reshape(len(q), -1)).all(axis=1) for part in (self.B, mass, self.size, self.extent)]
+        parts = (self.B, mass, self.size, self.extent)
+        finite = [np.isfinite(part).all(axis=tuple(range(1, part.ndim))) for part in parts]
         self.defined: NDArray[np.bool_] = np.logical_and.reduce(finite)
         mass[~self.defined], self.B[~self.defined] = np.eye(mass.shape[-1]), 0.0
         touched = np.where((self.B != 0.0) & self.lengths[:, np.newaxis], self.extent[:, :, np.newaxis], 0.0)

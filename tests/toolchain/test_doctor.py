@@ -92,7 +92,7 @@ def test_a_cache_in_the_place_of_which_there_is_a_file(tmp_path: Path) -> None:
     file = tmp_path / "the cache"
     file.write_text("mine", encoding="utf-8")
     where = environment(file)
-    assert_mended("cache", where, "the cache cannot be written: File exists", f"mv '{file}' '{file}'.old")
+    assert_mended("cache", where, "the cache cannot be written: Not a directory", f"mv '{file}' '{file}'.old")
     assert (tmp_path / "the cache.old").read_text(encoding="utf-8") == "mine"
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call, names_of
 from eomgen.compiled.arguments import check_name, count_of, number_of
-from eomgen.compiled.initial_state import InitialState, check_initial, initial_state
+from eomgen.compiled.initial_state import InitialState, check_initial, initial_state, starts_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
@@ -314,6 +314,9 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
 def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial: Mapping[str, Any] | None) -> None:
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
+    if held := [start.joint for start in starts_of(model, initial) if start.held]:
+        fault = f"the start holds {', '.join(held)}, and corrections that hold components have no derivatives here"
+        raise UsageError(Problem("initial", fault, "consistent values without hold"))
     _check_jumps(layout, chosen.method)
     if _in_index_3(layout, chosen.method) and chosen.settings.get("perturb", 1.0):
         fault = f"{chosen.name} starts with velocities off the constraints, which have no derivatives here"
