@@ -33,6 +33,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults
+from eomgen.base.limits import Limit
 from eomgen.compiled.constraints import NEEDED
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.errors import EomgenError
@@ -245,19 +246,20 @@ def _so_far(array: Array) -> Array:
     return result
 
 
-#: Rows with eigenvalues, steps with slopes, and halvings of velocities towards zero within a step, at most.
-_ROWS, _STEPS, _HALVINGS = 6, 8, 24
+#: Places along a run, of each kind, at which rates are looked for at most.
+_PLACES = 8
 #: Part of the evaluations of a run, one for each step, that its judgement may take.
 _BUDGET = 0.5
-#: Part of the change of an acceleration in a step from which a steep piece of it matters.
-_NOTICED = 0.1
-#: Difference step of velocities, relative to their size, and relative to the velocity that covers the coordinates in a
-#: step.
-_DIFFERENCE, _OF_REACH = 1e-7, 1e-10
-#: Multiple of the changes of other velocities in a step by which these may change along with one velocity.
-_ALONG = 2.0
-#: Singular values of B below this part of the largest belong to redundant rows.
-_RANK = 1e-10
+STEEP_PART = Limit(
+    0.1,
+    "1",
+    "change of an acceleration by a steep law, in parts of the change in a step",
+    "a choice: the part from which a force is seen in a plot",
+)
+#: Halvings of a velocity down to half of the digits of doubles, and the last part: differences of accelerations over
+#: smaller ones are rounding; singular values of B that are smaller belong to redundant rows.
+_HALVINGS = np.finfo(np.float64).nmant // 2
+_HALF_OF_DIGITS = math.ldexp(1.0, -_HALVINGS)
 
 
 class Rate(NamedTuple):
@@ -320,7 +322,7 @@ class _Rates:
         for step, column in self._steepest() if moves else ():
             held, grows, passes = self._within(step, column)
             decay, growth, passed = max(decay, held), max(growth, grows), max(passed, passes)
-        spread = sorted(set(np.linspace(0, count - 1, min(count, _ROWS)).astype(int).tolist()))
+        spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
         if moves:
             decay = max([decay, *filter(None, map(self._at_row, spread))])
         states = max([Rate.none(), *map(self._of_states, spread)]) if model.nz else Rate.none()
@@ -362,12 +364,13 @@ class _Rates:
         with np.errstate(all="ignore"):
             kicks = np.nan_to_num(kicks / size, nan=0.0, posinf=0.0)
         # laws are steep at rest, which stages of a step may pass although its end does not
-        turned = (v[1:] * v[:-1] <= 0.0) | (self._reached()[:-1] * v[:-1] <= 0.0)
-        order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_STEPS]
+        sign = np.sign(v[:-1])
+        turned = (np.sign(v[1:]) * sign <= 0.0) | (np.sign(self._reached()[:-1]) * sign <= 0.0)
+        order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_PLACES]
         places = [(float(kicks[row, j]), int(row), j) for j in range(v.shape[1]) for row in order[:, j]]
         places.sort(reverse=True)
-        chosen = [one for one in places if turned[one[1], one[2]]][:_STEPS]
-        chosen += [one for one in places if not turned[one[1], one[2]]][:_STEPS]
+        chosen = [one for one in places if turned[one[1], one[2]]][:_PLACES]
+        chosen += [one for one in places if not turned[one[1], one[2]]][:_PLACES]
         return [(row, j) for kick, row, j in chosen if kick > 0.0]
 
     def _reached(self) -> Array:
@@ -387,9 +390,6 @@ class _Rates:
         way = self._way(step, column)
         if len(levels) < 2 or way is None:
             return none, none, none
-        apart = np.abs(v[step + 1] - v[step])
-        if np.any(np.abs(way) * apart[column] > _ALONG * np.maximum(apart, _RANK * np.abs(v).max())):
-            return none, none, none  # of a joint that hardly moves in such a loop
         there = v[step] + (levels - ends[0])[:, np.newaxis] * way
         a = self._accelerations(step, there)[:, column]
         change = np.diff(a)
@@ -402,8 +402,8 @@ class _Rates:
         span = float(np.sum(np.abs(change)))
         steep = {sign: sign * slopes * h > 1.0 for sign in (1.0, -1.0)}
         parts = {sign: float(np.sum(np.abs(change[where]))) for sign, where in steep.items()}
-        growth = float(slopes.max()) if parts[1.0] > _NOTICED * span else 0.0
-        decay = float(-slopes.min()) if parts[-1.0] > _NOTICED * span else 0.0
+        growth = float(slopes.max()) if parts[1.0] > STEEP_PART * span else 0.0
+        decay = float(-slopes.min()) if parts[-1.0] > STEEP_PART * span else 0.0
         holds = a[0] > 0.0 > a[-1]
         if decay and holds:
             low, high = self._accelerations(step + 1, there[[0, -1]])[:, column]
@@ -418,7 +418,7 @@ class _Rates:
         """Return the change of velocities, (nv,), along with one of them, on the tangent; None if it is held."""
         basis = self._tangent(row)
         way: Array = basis @ basis[column]
-        return way / way[column] if way[column] > _RANK else None
+        return way / way[column] if way[column] > _HALF_OF_DIGITS else None
 
     # -- eigenvalues at rows ---------------------------------------------------------------------------------------
 
@@ -446,7 +446,7 @@ class _Rates:
         blocks = model.evaluate("constraint_jacobian", states.q[row], **given)
         jacobian = np.atleast_2d(next(iter(blocks.values())))
         _, sizes, directions = np.linalg.svd(jacobian)
-        free: Array = directions[int(np.sum(sizes > _RANK * sizes.max(initial=0.0))) :].T
+        free: Array = directions[int(np.sum(sizes > _HALF_OF_DIGITS * sizes.max(initial=0.0))) :].T
         return free
 
     def _partials(self, row: int, basis: Array) -> Array | None:
@@ -465,9 +465,9 @@ class _Rates:
 
     def _differences(self, row: int, basis: Array) -> Array:
         v = self._states.v[row]
-        reach = reach_of(self._model, self._states.q[row])
-        least = _OF_REACH * np.where(reach > 0.0, reach, 1.0) / self._run.settings["step"]
-        sizes = np.maximum(least, _DIFFERENCE * np.abs(v)) @ np.abs(basis)
+        fastest = np.abs(self._states.v).max(axis=0)
+        reach = reach_of(self._model, self._states.q) / float(np.ptp(self._states.t))
+        sizes = _HALF_OF_DIGITS * (np.where(fastest > 0.0, fastest, np.where(reach > 0.0, reach, 1.0)) @ np.abs(basis))
         ways = sizes[:, np.newaxis] * basis.T
         both = self._accelerations(row, np.concatenate([v + ways, v - ways]))
         slopes = (both[: len(ways)] - both[len(ways) :]) / (2.0 * sizes[:, np.newaxis])

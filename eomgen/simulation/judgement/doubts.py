@@ -18,7 +18,13 @@ from eomgen.results.error_estimate import NOTICED, ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
-from eomgen.simulation.judgement.invariants import FAILED_ENERGY, REPORTED_ENERGY, momentum_drift
+from eomgen.simulation.judgement.invariants import (
+    FAILED_ENERGY,
+    REPORTED_ENERGY,
+    REPORTED_MOMENTUM,
+    REPORTED_VIOLATION,
+    momentum_drift,
+)
 from eomgen.simulation.judgement.invariants import FAILED_VIOLATION as BROKEN
 from eomgen.simulation.judgement.singular_positions import nearest_singular, way_through
 
@@ -26,19 +32,24 @@ LARGE_ERROR = Limit(0.1, "1", "error in parts of the motion", "a tenth of a moti
 DOUBTFUL_ERROR = Limit(
     LARGE_ERROR / 1.5, "1", "estimated error in parts of the motion", "errors are up to 1.5 times their estimate"
 )
-#: The same limit for velocities, as a part of the largest velocity (for a beam, of its largest velocity): over one
-#: step, velocities are some three times less accurate.
-WRONG_VELOCITY = 0.3
+WRONG_VELOCITY = Limit(
+    0.3,
+    "1",
+    "estimated error of a velocity in parts of the largest velocity, for a beam of its own largest velocity",
+    "over one step, velocities are some three times less accurate than coordinates",
+)
 #: Error target of hints, and largest error that follows powers of the step, relative to the motion.
 AIM, FOLLOWED = 0.01, 0.5
-#: Least ratio of a motion to its estimated error.
-HIDDEN = 3.0
-#: Estimated errors below this many quanta of a rounded value are due to rounding.
-FEW_QUANTA = 6.0
+HIDDEN = Limit(3.0, "1", "motion in parts of its estimated error", "98 % of stated errors are within a factor of three")
+FEW_QUANTA = Limit(
+    6.0,
+    "1",
+    "estimated error of a rounded state in quanta",
+    "runs differ by up to 2 quanta, estimates are up to twice a difference, errors up to 1.5 times an estimate",
+)
 #: The method whose multipliers have the least rounding.
 ROUNDING_LEAST = "generalized_alpha"
-#: Largest relative rounding error of multipliers.
-ROUNDED = 0.01
+ROUNDED = Limit(0.01, "1", "rounding in parts of the multipliers", "a choice: the error at which hints aim")
 
 
 def _halved_steps(run: FinishedRun) -> Iterator[Finding]:
@@ -266,18 +277,34 @@ _DOUBTS = (
         _discretisation_error,
         unless=FAULTS,
         continues=", and ",
-        limits=(LARGE_ERROR, DOUBTFUL_ERROR),
+        limits=(LARGE_ERROR, DOUBTFUL_ERROR, WRONG_VELOCITY, FEW_QUANTA),
     ),
-    Check("unresolved_coordinate", _unresolved_coordinate, unless=FAULTS, continues=", and "),
-    Check("energy_balance", _energy_balance, severity=FAILURE, fails=_energy_gained, unless=FAULTS, continues=", and "),
-    Check("momentum_drift", _momentum_drift, unless=FAULTS, continues=", and "),
+    Check("unresolved_coordinate", _unresolved_coordinate, unless=FAULTS, continues=", and ", limits=(HIDDEN,)),
+    Check(
+        "energy_balance",
+        _energy_balance,
+        severity=FAILURE,
+        fails=_energy_gained,
+        unless=FAULTS,
+        continues=", and ",
+        limits=(REPORTED_ENERGY, FAILED_ENERGY),
+    ),
+    Check("momentum_drift", _momentum_drift, unless=FAULTS, continues=", and ", limits=(REPORTED_MOMENTUM,)),
     Check(
         "constraint_violation",
         _constraint_violation,
         unless=FAULTS,
         continues=", and ",
+        limits=(REPORTED_VIOLATION, BROKEN),
     ),
-    Check("multiplier_rounding", _multiplier_rounding, ("complete", "constraints"), unless=FAULTS, continues=", and "),
+    Check(
+        "multiplier_rounding",
+        _multiplier_rounding,
+        ("complete", "constraints"),
+        unless=FAULTS,
+        continues=", and ",
+        limits=(ROUNDED,),
+    ),
 )
 _FOUND = tuple(check.name for check in _DOUBTS)
 ROWS = (

@@ -221,7 +221,13 @@ ROWS = (
     Check("checkpoint", _checkpoint, needs=("checkpoint",), severity=NOTE),
     Check("unstable", _unstable, needs=("complete", "fixed steps"), severity=FAILURE),
     Check("infinite_energy", _infinite_energy, severity=FAILURE, unless=("unstable",)),
-    Check("broken_constraint", _broken_constraint, severity=FAILURE, unless=("unstable", "infinite_energy")),
+    Check(
+        "broken_constraint",
+        _broken_constraint,
+        severity=FAILURE,
+        unless=("unstable", "infinite_energy"),
+        limits=(FAILED_VIOLATION,),
+    ),
 )
 #: Failures of runs that reached their end without following the equations.
 FAULTS = ("unstable", "infinite_energy", "broken_constraint")

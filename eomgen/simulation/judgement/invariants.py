@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.compiled.equations import nonzeros
 from eomgen.lie import numeric
 from eomgen.lie.groups import group_named
@@ -31,9 +32,15 @@ if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
 
 
-#: Share of the energies at work above which the balance of a run is reported, and share above which a run that gained
-#: energy without work has failed. Without power, a total energy that grows fiftyfold gains 49 % at least.
-REPORTED_ENERGY, FAILED_ENERGY = 0.01, 0.49
+REPORTED_ENERGY = Limit(
+    0.01, "1", "imbalance in parts of the energies at work", "a choice: the error at which hints aim"
+)
+FAILED_ENERGY = Limit(
+    0.49,
+    "1",
+    "energy gained without work, in parts of the energies at work",
+    "without power, a total energy that grows fiftyfold gains 49 % at least",
+)
 #: Reason for an unknown balance if rows do not resolve the power between them.
 APART = "the rows are too widely spaced for the work in between"
 #: Rows that the integral of a power needs.
@@ -179,8 +186,9 @@ def _is_pulse(off: Array) -> bool:
     return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
 
 
-#: Drift, as a part of the momenta of the bodies, above which the drift is reported.
-REPORTED_MOMENTUM = 0.05
+REPORTED_MOMENTUM = Limit(
+    0.05, "1", "drift of a momentum in parts of the momenta of the bodies", "a choice: half of a large error"
+)
 #: Wrenches below this part of the largest generalized force are rounding, and so is the sum of such wrenches over a
 #: run.
 _ROUNDING = 1e-9
@@ -315,8 +323,12 @@ def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
     return free, len({parents[factor.name] for factor in free}) == 1
 
 
-#: Parts of the machine, or rad, by which a constraint may be off: the first is reported, the second fails the run.
-REPORTED_VIOLATION, FAILED_VIOLATION = 1e-6, 1e-3
+REPORTED_VIOLATION = Limit(
+    1e-6, "1", "violation of a constraint in parts of the machine, or in rad", "a choice: 1 um in 1 m"
+)
+FAILED_VIOLATION = Limit(
+    1e-3, "1", "violation of a constraint in parts of the machine, or in rad", "a choice: 1 mm in 1 m"
+)
 #: Rounding of a constraint row, in last places of the sum of its terms' magnitudes.
 _LAST_PLACES = 1e3
 #: Number of examined rows of a run, spread over the run.

@@ -23,7 +23,7 @@ from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.results.finding import FAILURE, NOTE, Finding
-from eomgen.simulation.accuracy.richardson import Rate
+from eomgen.simulation.accuracy.richardson import STEEP_PART, Rate
 from eomgen.simulation.judgement.doubts import LARGE_ERROR, STEP_OF_GROWTH, passes_growth
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.fast_motions import fast_laws
@@ -466,7 +466,7 @@ ROWS = (
     Check("steep_law", _steep_law, ()),
     Check("exchanged_times", _exchanged_times, ("begun",)),
     Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False),
-    Check("unresolved_damping", _unresolved_damping, ("explicit",), alike=True),
+    Check("unresolved_damping", _unresolved_damping, ("explicit",), alike=True, limits=(STEEP_PART,)),
     Check("unresolved_states", _unresolved_states, ("explicit",), alike=True),
     Check(
         "passed_growth",
@@ -474,6 +474,6 @@ ROWS = (
         ("complete", "fixed steps"),
         unless=("unresolved_damping",),
         alike=True,
-        limits=(STEP_OF_GROWTH,),
+        limits=(STEP_OF_GROWTH, STEEP_PART),
     ),
 )

@@ -22,6 +22,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
+from eomgen.base.limits import Limit
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
 from eomgen.solvers.quadrature import gauss_legendre
@@ -302,11 +303,17 @@ INVERSIONS: Mapping[str, Callable[[Forms, ArrayLike], Tails]] = {
 _BLOCK = 4096
 #: Least number of samples for the correction of a probability.
 FEWEST = 200
-#: Probability of a far branch of a form, relative to the probability of the form, that corrections may leave out, and
-#: largest number of branches with samples.
-_UNSEEN, _BRANCHES = 1e-3, 3
-#: Least number of samples by the square of their skewness.
-_COCHRAN = 25.0
+UNSEEN = Limit(
+    1e-3, "1", "probability beyond a point that is left out, in parts of the whole", "a hundredth of the accuracy"
+)
+#: Largest number of branches with samples.
+_BRANCHES = 3
+LEAST_FOR_SKEWNESS = Limit(
+    25.0,
+    "1",
+    "samples in parts of the square of their skewness",
+    "95 % intervals hold at least 94 %: Cochran, Sampling Techniques (1977), 2.15",
+)
 #: Cosine of the angle to the most probable point above which samples about this point see a branch.
 _SEEN = 0.5
 
@@ -424,7 +431,7 @@ def far_branches(form: QuadraticForm, threshold: float, point: Array, probabilit
     places = np.concatenate([(-slope[back] - root) / bend[back], (-slope[back] + root) / bend[back]])
     points = places[:, np.newaxis] * np.tile(vectors[:, back].T, (2, 1))
     distance = np.abs(places)
-    likely = special.ndtr(-distance) > _UNSEEN * probability
+    likely = special.ndtr(-distance) > UNSEEN * probability
     seen = points @ point > _SEEN * distance * np.linalg.norm(point)
     chosen = np.flatnonzero(likely & ~seen)
     nearest: Array = points[chosen[np.argsort(distance[chosen])[:_BRANCHES]]]
@@ -496,7 +503,7 @@ def _is_normal(parts: Array) -> bool:
     """Return whether the mean of parts (m,) is so nearly normal that 95 % intervals hold at least 94 %."""
     off = parts - parts.mean()
     variance = float(np.mean(off**2))
-    return not variance > 0.0 or len(parts) * variance**3 >= _COCHRAN * float(np.mean(off**3)) ** 2
+    return not variance > 0.0 or len(parts) * variance**3 >= LEAST_FOR_SKEWNESS * float(np.mean(off**3)) ** 2
 
 
 def _mean(parts: Array, known: float, typical: float) -> Estimate:

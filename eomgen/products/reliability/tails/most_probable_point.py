@@ -16,7 +16,7 @@ from scipy import special
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError
-from eomgen.products.reliability.tails.distribution import FEWEST, Draws
+from eomgen.products.reliability.tails.distribution import FEWEST, UNSEEN, Draws
 from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm, Response
 
 #: The first step along the curve of most probable points, and the longest step, in standard deviations; steps grow if
@@ -406,12 +406,8 @@ def descended(
 
 #: Samples about the points for each one about the mean, at least.
 _ABOUT_POINTS = 4
-#: Searches from samples at most; share of a sample in the probability from which on it starts one; points of a ray.
-_SEARCHES, _NOTABLE, _ALONG = 8, 0.02, 16
-#: Ratio of the deviations of samples, one after the other, that look for a first passage.
-_FARTHER = 1.5
-#: Probability beyond a point, relative to all, that is left out, and distance of two points, in standard deviations.
-_UNSEEN, _APART = 1e-3, 1.0
+#: Share of a sample in the probability from which on it starts a search for another point.
+_NOTABLE = 0.02
 
 
 def draws_about(run: Callable[[Array], tuple[Array, ...]], centres: Array, seed: int) -> Draws:
@@ -433,7 +429,7 @@ def all_centres(
 ) -> tuple[Array, Draws | None]:
     """Return points (c, n) about which the response passes a threshold, and samples about all of them.
 
-    The samples are None if none of them passes it.
+    The samples are None if none of them passes it. Searches end as those of ``further_design_points`` do.
 
     Parameters
     ----------
@@ -458,12 +454,12 @@ def all_centres(
         order = np.argsort(-parts)
         new: Array | None = None
         for k in order[(parts[order] > _NOTABLE * total) & (own[order] < 0.5)].tolist():
-            if searches == _SEARCHES:
+            if searches == _STARTS or _unseen(searches, len(centres)) <= 0.5:
                 break
             searches += 1
             nearest = _nearest(response, z[k], threshold, above=above)
-            likely = special.ndtr(-np.linalg.norm(nearest)) > _UNSEEN * total / len(z)
-            if likely and np.linalg.norm(centres - nearest, axis=1).min() > _APART:
+            likely = special.ndtr(-np.linalg.norm(nearest)) > UNSEEN * total / len(z)
+            if likely and np.linalg.norm(centres - nearest, axis=1).min() > 1.0:
                 new = nearest
                 break
         if new is None:
@@ -481,14 +477,15 @@ def _first_centre(response: Response, threshold: float, *, above: bool, seed: in
         if len(passed):
             first = passed[np.argmin(np.linalg.norm(passed, axis=1))]
             return _nearest(response, first, threshold, above=above)[np.newaxis]
-        reach *= _FARTHER
+        reach *= 2.0
     return np.empty((0, response.size))
 
 
 def _nearest(response: Response, point: Array, threshold: float, *, above: bool) -> Array:
     """Return a point near the mean that passes the threshold, from one that does: the most probable one if a search
     comes to it, else the first one of the ray from the mean."""
-    ray = np.linspace(0.0, 1.0, _ALONG + 1)[1:, np.newaxis] * point
+    parts = 1 + int(np.linalg.norm(point) / _STRIDE)
+    ray = np.linspace(0.0, 1.0, parts + 1)[1:, np.newaxis] * point
     y = response.values(ray)
     first = int(np.argmax((y > threshold) == above))
     begin: Array = ray[first]
@@ -516,6 +513,6 @@ def searched_points(
     points: list[MostProbablePoint] = []
     for begin in np.concatenate([directions, -directions]):
         point = descended(response, begin, threshold, points)
-        if point is not None and all(np.linalg.norm(point.point - other.point) > _APART for other in points):
+        if point is not None and all(np.linalg.norm(point.point - other.point) > 1.0 for other in points):
             points.append(point)
     return sorted(points, key=lambda one: float(np.linalg.norm(one.point)))

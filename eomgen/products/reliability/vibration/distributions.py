@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 from scipy import special
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.products.reliability.tails import (
     INVERSIONS,
     JUMPING,
@@ -28,22 +29,28 @@ from eomgen.products.reliability.tails import (
     hohenbichler_rackwitz,
     importance_sampling,
 )
+from eomgen.products.reliability.tails.distribution import FEWEST
 from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
-#: Samples about the mean at least.
-_FEW = 200
 #: Accuracy of probabilities that samples correct, relative; samples about a most probable point and about the mean at
 #: most. A form that is good needs 200.
 ACCURACY, _MOST, _MOST_ABOUT_MEAN = 0.1, 4000, 8000
 #: Largest distance of a most probable point from the mean for an estimate by samples about the mean.
 _NEAREST = 1.5
-#: Counted samples for a probability at least.
-_FEWEST_SEEN = 10
-#: Probability of samples about the mean below which the samples contradict a probability.
-_CHANCE = 1e-4
-#: Standard errors of samples, and share of the probability, by which a form may be off.
-_SURE, _LIKE = 3.0, 0.2
+FEWEST_SEEN = Limit(
+    10.0, "1", "samples in a region that give its probability", "standard error of a count: 1 / sqrt(10) of it"
+)
+_CHANCE = Limit(
+    1e-4,
+    "1",
+    "chance of samples about the mean by which these contradict a probability",
+    "one false contradiction in 100 runs with 100 thresholds",
+)
+_SURE = Limit(3.0, "1", "difference of a form and samples in standard errors", "chance of 0.3 %")
+_LIKE = Limit(
+    2.0 * ACCURACY, "1", "difference of a form and samples in parts of the probability", "twice the accuracy of samples"
+)
 _NONE: Array = np.zeros(0)
 
 
@@ -195,7 +202,7 @@ def corrected(
 
 def _is_upper(about_mean: Draws, threshold: float) -> bool:
     """Return whether most samples about the mean do not exceed a threshold."""
-    return bool(np.nanmedian(about_mean.first(_FEW)[1]) <= threshold)
+    return bool(np.nanmedian(about_mean.first(FEWEST)[1]) <= threshold)
 
 
 def _notes_on_regions(thresholds: Array, several: Sequence[tuple[int, int]], unknown: Sequence[int]) -> list[str]:
@@ -218,7 +225,7 @@ def _counted(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float
     """Return a probability and its bounds by counts of samples about the mean; not numbers if few are counted."""
     _, y, *_ = about_mean.first(_MOST_ABOUT_MEAN)
     seen = int(np.count_nonzero((y > threshold) == above))
-    if np.isnan(y).any() or seen < _FEWEST_SEEN:
+    if np.isnan(y).any() or seen < FEWEST_SEEN:
         return np.nan, np.nan, np.nan
     low, high = _bounds(seen, len(y))
     return seen / len(y), float(low), float(high)
@@ -227,7 +234,7 @@ def _counted(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float
 def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws) -> tuple[Distribution, list[str]]:
     """Replace probabilities of a corrected distribution by counts of samples about the mean if the counts contradict
     the probabilities; return the distribution and notes."""
-    z, y, *_ = about_mean.first(_FEW)
+    z, y, *_ = about_mean.first(FEWEST)
     count, notes = len(z), []
     below, above, low, high = (
         part.copy() for part in (distribution.below, distribution.above, distribution.low, distribution.high)

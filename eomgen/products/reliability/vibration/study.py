@@ -30,6 +30,7 @@ from eomgen.products.reliability.tails import (
     searched_points,
 )
 from eomgen.products.reliability.vibration.distributions import (
+    FEWEST_SEEN,
     against_samples,
     at_points,
     corrected,
@@ -71,7 +72,7 @@ from eomgen.products.reliability.vibration.run_response import (
     not_normal,
     rows_at,
 )
-from eomgen.results.error_estimate import SampleErrors
+from eomgen.results.error_estimate import NOTICED, SampleErrors
 from eomgen.simulation.option_types import SensitivityOptions
 
 if TYPE_CHECKING:
@@ -82,10 +83,6 @@ if TYPE_CHECKING:
 _TRIED, _MISSED, _CORRECTING = 32, 0.1, 400
 #: Samples about the mean that check first passages.
 _OF_LEVELS = 1000
-#: Least number of passing samples for an estimate of a probability of passage.
-_FEW_PASSED = 10
-#: Errors of steps above this fraction of the output's standard deviation give a note.
-_OF_STEPS = 0.03
 #: Random directions, and their opposites, in which a most probable point off the curve from the mean is looked for.
 _DIRECTIONS = 2
 #: Distributions that are samples' own.
@@ -338,7 +335,7 @@ class _VibrationStudy:
         with self._counted("check"):
             self.about_mean.first(_TRIED)
         off = self.error.columns.get(f"output.{output}", float("nan"))
-        if off > _OF_STEPS * deviation > 0.0:
+        if off > NOTICED * deviation > 0.0:
             self.notes.append(
                 f"the steps put the output off by up to {off:.2g}, {100.0 * off / deviation:.2g} % of its standard"
                 f" deviation; try: a step smaller than {self.response.span[1]:.3g} s"
@@ -376,7 +373,7 @@ class _VibrationStudy:
                 continue
             counts = passed, len(highest)
             values["preferred"], note = judged_passage(level, values["crossing_rate"], *counts, normal=not bent)
-            if not note and bent and passed < _FEW_PASSED:
+            if not note and bent and passed < FEWEST_SEEN:
                 note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent}"
             self.notes += [note] if note else []
 
