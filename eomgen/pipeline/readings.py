@@ -2,8 +2,7 @@
 
 A record holds digests of all files that were read, and scene and description as JSON. Only numbers, texts, arrays,
 dataclasses and functions of eomgen are in it, so a record runs no code when it is opened; a scene with other objects
-has no record. Nested functions, such as rules of requirements, are found by the
-place in the code of their module.
+has no record. Functions are stored by name.
 """
 
 from __future__ import annotations
@@ -13,12 +12,12 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from functools import cache, cached_property, partial, reduce
+from collections.abc import Callable, Iterable, Mapping
+from functools import cached_property, partial, reduce
 from importlib import import_module
 from inspect import getattr_static
 from pathlib import Path
-from types import BuiltinFunctionType, CellType, CodeType, FunctionType, MethodType
+from types import BuiltinFunctionType, FunctionType, MethodType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -260,10 +259,6 @@ def to_text(value: Any) -> str:
             return {"method": [written(item.__self__), item.__name__]}
         if kind in _FUNCTIONS and "<" not in item.__qualname__ and _object(_name(item)) is item:
             return {"function": _name(item)}
-        if kind is FunctionType and item.__module__.startswith("eomgen.") and item.__kwdefaults__ is None:
-            number = _codes(item.__module__).index(item.__code__)
-            cells = [written(cell.cell_contents) for cell in item.__closure__ or ()]
-            return {"code": [item.__module__, number, item.__qualname__, written(item.__defaults__), cells]}
         if id(item) in known:
             return {"same": known[id(item)]}
         if not is_dataclass(kind) or _object(_name(kind)) is not kind:
@@ -335,34 +330,6 @@ def _method(value: Any, read: Callable[[Any], Any]) -> Any:
     return bound
 
 
-def _of_code(value: Any, read: Callable[[Any], Any]) -> Any:
-    module, number, name, defaults, cells = value
-    if not module.startswith("eomgen."):
-        raise NoRecordError(module)
-    code, last = _codes(module)[number], name.rpartition(".")[2]
-    if code.co_qualname != name:
-        raise NoRecordError(name)
-    closure = tuple([CellType(read(cell)) for cell in cells])
-    function = FunctionType(code, vars(import_module(module)), last, read(defaults), closure)
-    function.__qualname__ = name
-    return function
-
-
-@cache
-def _codes(module: str) -> tuple[CodeType, ...]:
-    """Return the code of all functions of a module of eomgen, in the order of the text."""
-    loader = import_module(module).__spec__
-    whole = loader.loader.get_code(module) if loader is not None and loader.loader is not None else None  # type: ignore[attr-defined]
-
-    def within(code: CodeType) -> Iterator[CodeType]:
-        for item in code.co_consts:
-            if isinstance(item, CodeType):
-                yield item
-                yield from within(item)
-
-    return tuple(within(whole)) if whole is not None else ()
-
-
 _READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
     "map": lambda value, read: {read(key): read(part) for key, part in value},
     "bytes": lambda value, _: bytes.fromhex(value),
@@ -370,7 +337,6 @@ _READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
     "array": lambda value, _: _array(value),
     "function": lambda value, _: _function(value),
     "method": _method,
-    "code": _of_code,
 }
 
 

@@ -288,10 +288,6 @@ def test_a_model_of_a_record_is_derived_if_there_is_no_library(arm: Path) -> Non
     assert model.library.digest == expected.library.digest
 
 
-#: Examples whose scenes have functions that no record can hold.
-_WITHOUT = {"bouncing_ball"}
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/scene.toml")), ids=lambda path: path.parent.name)
 def test_examples_are_taken_from_records(path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -300,9 +296,7 @@ def test_examples_are_taken_from_records(path: Path, tmp_path: Path, monkeypatch
     if not isinstance(first, Scene):
         return
     stored = stored_scene(path, DEFAULTS)
-    if stored is None:
-        assert path.parent.name in _WITHOUT
-        return
+    assert stored is not None
     assert same(stored.scene, first)
     from eomgen.mechanics.describe import describe
 

@@ -175,9 +175,9 @@ def test_files_that_are_damaged_or_none_say_so(saved: Path, elsewhere: Path) -> 
 @pytest.mark.parametrize(
     "path",
     ["examples/bouncing_ball/scene.toml", "examples/duffing_random_excitation/system/oscillator.toml"],
-    ids=["rule_within_a_function", "method_of_an_entry"],
+    ids=["rule_with_data", "method_of_an_entry"],
 )
-def test_functions_of_eomgen_without_a_name_of_their_own_are_kept(path: str, tmp_path: Path) -> None:
+def test_functions_of_rules_and_entries_are_kept(path: str, tmp_path: Path) -> None:
     model = eomgen.build(path, profile="instant")
     again = eomgen.load_model(model.save(tmp_path / "model.eomgen"))
     runs = [item.simulate(0.02, 1e-3, error_estimate=False) for item in (model, again)]

@@ -11,9 +11,10 @@ import pytest
 from eomgen.compiled.arguments import Requirements
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.describe import describe
+from eomgen.pipeline.readings import from_text, to_text
 from eomgen.scene.joints.moved_inertia import MovableInertia
 from eomgen.scene.load import from_data
-from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, bound_of
+from eomgen.scene.reading.requirements import BOUNDS, RELATIONS, UNBOUNDED, Row, bound_of
 from eomgen.scene.sections import bounds_of, own_sections
 from tests.scene.every_value import Path, key_at, number_at, parameter_keys, places, scene_with, without_value
 
@@ -53,6 +54,24 @@ def test_values_out_of_bounds_are_refused_and_those_within_are_not(key: str) -> 
     flags = row.broken([np.array([1e-9, 0.0, -1e-9])])
     np.testing.assert_array_equal(flags, [False, zero, negative])
     assert "{" not in row.fault([-0.5])[0] and row.fault([-0.5])[1]
+
+
+@pytest.mark.parametrize("row", [*ALL_BOUNDS.values(), *RELATIONS.values()], ids=lambda row: row.keys[0])
+def test_files_store_rules_by_name(row: Row) -> None:
+    """A lambda, or a function within another one, has no name by which a file could store it."""
+    again = from_text(to_text(row))
+    assert again == row
+    numbers = [-0.5] * (6 if row.keys == ("bodies.inertia",) else 3 if row.keys == ("beams.rotary_inertia",) else 2)
+    numbers = numbers[: 1 if row.stage == 0 or (len(row.keys) == 1 and len(numbers) == 2) else None]
+    assert again.fault(numbers) == row.fault(numbers) and again.broken(numbers) == row.broken(numbers)
+
+
+def test_files_store_rules_of_sections() -> None:
+    """Rules that sections make of several parts, by one place of each key."""
+    there = {key_at(place): place for place in OF_RUNS}
+    kept = [from_data(scene_with(place, formula_at(place, "N * X"))).requirements for place in there.values()]
+    text = to_text(tuple(kept))
+    assert any(kept) and to_text(from_text(text)) == text
 
 
 def refusal_at_build(place: Path, formula: str, X: float) -> set[str]:

@@ -2,7 +2,8 @@
 
 A row is a rule for one value (``BOUNDS``, by key) or a relation between several (``RELATIONS``). Readers apply it to
 formulas: at the default parameters at once and, if a formula has tunable parameters, by a ``Requirement`` that the
-scene keeps.
+scene keeps. Files of scenes and models store the functions of a row by name, so none of them is nested in another
+function or a lambda: a function with data is an instance of a dataclass.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ class Row:
     Attributes
     ----------
     keys : of the values: without names of entries and places in lists, ``joints.limits.lower``
-    breaks : returns whether values, numbers or arrays, break the rule
+    breaks : returns whether values, numbers or arrays, break the rule; of a module
     words : the fault, with ``{0}``, ``{1}`` ... for the values, or a function of the values
     hint : the remedy
     stage : 0 for a rule for a single value, 1 for a relation
@@ -57,6 +58,14 @@ def _negative(number: Numbers) -> Flags:
 
 def _zero(number: Numbers) -> Flags:
     return number == 0.0
+
+
+def _not_below_one(number: Numbers) -> Flags:
+    return np.greater_equal(number, 1.0)
+
+
+def _no_speed(number: Numbers) -> Flags:
+    return np.logical_or(np.less_equal(number, 0.0), np.greater(number, FASTEST))
 
 
 def _not_both_positive(first: Numbers, second: Numbers) -> Flags:
@@ -101,15 +110,40 @@ def not_below_zero(quantity: str) -> Bound:
 
 def from_zero_to_one(quantity: str, above: str) -> Bound:
     """Return the rule of a share; ``above`` gives the meaning of more than 1."""
-    return _no_share, lambda number: _share_fault(quantity, above, number), "a number from 0 to 1"
+    return Outside(0.0, 1.0), ShareFault(quantity, above), "a number from 0 to 1"
 
 
-def _no_share(number: Numbers) -> Flags:
-    return np.logical_or(np.less(number, 0.0), np.greater(number, 1.0))
+@dataclass(frozen=True)
+class Outside:
+    """Test for numbers outside a closed interval."""
+
+    lower: float
+    upper: float
+
+    def __call__(self, number: Numbers) -> Flags:
+        """Return whether numbers lie outside."""
+        return np.logical_or(np.less(number, self.lower), np.greater(number, self.upper))
 
 
-def _share_fault(quantity: str, above: str, number: float) -> str:
-    return f"{quantity} is {number:.6g}, {above}" if number > 1.0 else f"{quantity} is {number:.6g}"
+@dataclass(frozen=True)
+class ShareFault:
+    """Words for a number that is no share.
+
+    Attributes
+    ----------
+    quantity : str
+        Name of the quantity.
+    above : str
+        Meaning of more than 1.
+    """
+
+    quantity: str
+    above: str
+
+    def __call__(self, number: float) -> str:
+        """Return the fault of a number."""
+        fault = f"{self.quantity} is {number:.6g}"
+        return f"{fault}, {self.above}" if number > 1.0 else fault
 
 
 _PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'
@@ -126,7 +160,7 @@ _OF_SECTIONS: Mapping[str, Bound] = {
     **{f"section.{size}": above_zero(f"the {size} of a section") for size in ("width", "height", "diameter")},
     "section.thickness": above_zero("the thickness of a wall"),
     "section.poisson_ratio": (
-        lambda number: np.logical_or(np.less(number, 0.0), np.greater(number, 0.5)),
+        Outside(0.0, 0.5),
         "Poisson's ratio is {0}",
         "0 to 0.5, or shear_modulus",
     ),
@@ -164,7 +198,7 @@ _BOUNDS: Mapping[str, Bound] = {
     **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
     **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor") for kind in _DEFORMATIONS},
     "inputs.road.speed": (
-        lambda number: np.logical_or(np.less_equal(number, 0.0), np.greater(number, FASTEST)),
+        _no_speed,
         f"the speed {{0}} m/s is not between 0 and {FASTEST:.0f}",
         "a speed such as 20",
     ),
@@ -230,7 +264,27 @@ def _limits(unit: str) -> Row:
     return Row(("joints.limits.lower", "joints.limits.upper"), operator.ge, words, "lower below upper")
 
 
-def _thin(moments: Sequence[Numbers]) -> Flags:
+def _not_of_a_body(*entries: Numbers) -> Flags:
+    return not_physical(entries, 0.05, rotors=True)
+
+
+def _not_positive_inertia(*entries: Numbers) -> Flags:
+    return not_positive(entries)
+
+
+def _impossible_inertia(*entries: float) -> str:
+    return impossible(0.0, tensor(entries))
+
+
+def _not_of_a_section(*moments: Numbers) -> Flags:
+    return not_physical([*moments, 0.0, 0.0, 0.0])
+
+
+def _thicker_than_the_radius(thickness: Numbers, diameter: Numbers) -> Flags:
+    return np.greater(np.multiply(2.0, thickness), diameter)
+
+
+def _thin(*moments: Numbers) -> Flags:
     """Return whether one of several moments of inertia, all above 0, is negligible compared with the other moments."""
     positive = np.logical_and.reduce(np.broadcast_arrays(*(np.greater(moment, 0.0) for moment in moments)))
     return np.logical_and(positive, singular([*moments, 0.0, 0.0, 0.0]))
@@ -241,14 +295,14 @@ def _thin(moments: Sequence[Numbers]) -> Flags:
 RELATIONS: Mapping[str, Row] = {
     "inertia": Row(  # moments of measured and rounded inertias exceed the sum of the others by a few parts in a hundred
         ("bodies.inertia",),
-        lambda *entries: not_physical(entries, 0.05, rotors=True),
-        lambda *entries: impossible(0.0, tensor(entries)),
+        _not_of_a_body,
+        _impossible_inertia,
         "the values of {0} about its centre of mass, in its own axes, or check_inertia = false if these are meant",
     ),
     "inertia without its check": Row(
         ("bodies.inertia",),
-        lambda *entries: not_positive(entries),
-        lambda *entries: impossible(0.0, tensor(entries)),
+        _not_positive_inertia,
+        _impossible_inertia,
         "the values of {0} about its centre of mass, in its own axes",
     ),
     "limits in rad": _limits("rad"),
@@ -285,26 +339,26 @@ RELATIONS: Mapping[str, Row] = {
     ),
     "wall of a tube": Row(
         ("beams.section.thickness", "beams.section.diameter"),
-        lambda thickness, diameter: np.greater(np.multiply(2.0, thickness), diameter),
+        _thicker_than_the_radius,
         "the wall of {0} m is thicker than half of the diameter {1} m",
         "a thinner wall, or a circle",
     ),
     "rotary inertia": Row(
         ("beams.rotary_inertia",),
-        lambda *entries: not_physical([*entries, 0.0, 0.0, 0.0]),
+        _not_of_a_section,
         "no section has the rotary inertia {0} about x with {1} about y and {2} about z: one exceeds the sum of the"
         " others",
         "[polar, about y, about z], of which the first is the sum of the others",
     ),
     "length at rest": Row(
         ("beams.prestrain.stretch",),
-        lambda stretch: np.greater_equal(stretch, 1.0),
+        _not_below_one,
         "a beam that is stretched by {0} of its length at the start has no length at rest",
         "a number below 1: the length at rest is (1 - stretch) times the length of the initial shape",
     ),
     "thin section": Row(
         ("beams.rotary_inertia",),
-        lambda *entries: _thin(entries),
+        _thin,
         "sections with a rotary inertia of {0} kg m about x, {1} about y and {2} about z have none about some axis:"
         f" it is below {NO_INERTIA:g} of the largest",
         "a section that is less thin",

@@ -101,6 +101,10 @@ def _length(*ends: Numbers) -> Numbers:
     return sum((last - first) ** 2 for first, last in zip(ends[:3], ends[3:], strict=True)) ** 0.5
 
 
+def _at_one_place(*ends: Numbers) -> Flags:
+    return np.equal(_length(*ends), 0.0)
+
+
 def _too_long(*numbers: Numbers) -> Flags:
     *ends, wet = numbers
     length = _length(*ends)
@@ -115,7 +119,7 @@ def _told_too_long(*numbers: float) -> str:
 #: Of a hull's ends, and of the length that moves water.
 _APART = Row(
     ("hulls.end",),
-    lambda *ends: np.equal(_length(*ends), 0.0),
+    _at_one_place,
     "both ends are at the same place, so it has no axis",
     "ends at two places",
 )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
 from eomgen.scene.formula.scope import PARAMETERS
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _LEVEL = 1e-9
 
 
+@dataclass(frozen=True)
 class LevelWater:
     """Rule for the three components of gravity, m/s^2, in scenes with water: the surface at rest is level, of constant
     z, with air above."""
@@ -88,11 +90,15 @@ class _Waves(Section):
         return {"parts": {"waves": tuple(reading.items["waves"].values())}}
 
 
+def _no_height(height: Numbers) -> Flags:
+    return np.less_equal(height, 0.0)
+
+
 WAVES = _Waves(
     key="waves",
     entry="eomgen.products.waves.section.schema:SeaWaves",
     method="waves",
-    bounds={"spectrum.height": (lambda height: np.less_equal(height, 0.0), "the height {0} is not positive", "3")},
+    bounds={"spectrum.height": (_no_height, "the height {0} is not positive", "3")},
     after=("random",),
     before=("bodies",),
     documentation="""
