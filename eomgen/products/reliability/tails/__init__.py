@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from eomgen.products.reliability.tails.distribution import (
+    FEWEST,
     INVERSIONS,
     Draws,
     Estimate,
@@ -38,6 +39,7 @@ from eomgen.products.reliability.tails.quadratic_form import (
 )
 
 __all__ = [
+    "FEWEST",
     "INVERSIONS",
     "JUMPING",
     "Draws",

@@ -11,6 +11,7 @@ from scipy import special
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
 from eomgen.products.reliability.tails import (
+    FEWEST,
     INVERSIONS,
     JUMPING,
     Draws,
@@ -29,7 +30,6 @@ from eomgen.products.reliability.tails import (
     hohenbichler_rackwitz,
     importance_sampling,
 )
-from eomgen.products.reliability.tails.distribution import FEWEST
 from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
