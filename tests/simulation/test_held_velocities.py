@@ -192,6 +192,18 @@ def test_a_force_that_begins_at_zero_is_no_jump() -> None:
     assert "2 times the step" in str(run.error) and run.error.order == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.parametrize(("method", "step"), [("rk4", 0.04305), ("generalized_alpha", 0.01382)])
+def test_a_jump_that_accelerations_of_one_sign_go_through_is_no_growth_that_steps_pass(
+    method: str, step: float
+) -> None:
+    p = {"F": 2.0, "c": 0.75, "w": 0.2, "k": 0.0}
+    run = windowed().simulate(2.0, step, method=method, initial={"v": [0.0]}, parameters=p)
+    true = through_window(p, run.t, 0.0)
+    errors = np.abs(np.hstack([run.q, run.v]) - true).max(axis=0)
+    assert not run.findings
+    assert np.all(errors < 3.0 * np.array([run.error.q_at.max(), run.error.v_at.max()]))
+
+
 @pytest.mark.slow
 def test_errors_of_windows_of_velocity_are_stated() -> None:
     """Places of jumps in their steps are chance, so that one run of many may be understated."""

@@ -13,7 +13,10 @@ does not, runs at h, 2h and h/2 may be wrong alike. For x' = lambda x,
   equations hold from both sides (Filippov: Differential Equations with Discontinuous Righthand Sides, 1988, 4), and
   the force there is an average that the law does not give;
 - an implicit method reproduces a growth h lambda below 1 alone: at 2 it has a pole, beyond it growth turns into decay
-  (IV.3), so that a falling characteristic is passed over, and the run stays on the wrong branch;
+  (IV.3), so that a falling characteristic is passed over, and the run stays on the wrong branch. There are branches
+  if the acceleration has both signs within the step. If it has one, every motion goes through the law with the same
+  v(t) but for a shift of time, and differences of v grow by the ratio of the accelerations after and before, in all
+  runs alike;
 - a law that is passed in one step, h |lambda| above 1 within the step and below 1 at an end of it, is a jump for the
   steps: errors are of first order with a factor that depends on its place in the step.
 
@@ -281,7 +284,7 @@ class FastestRates(NamedTuple):
     Attributes
     ----------
     decay : of velocities at the rows, and about levels that hold a velocity
-    growth : of velocities in a law that a step passes
+    growth : of velocities in a law that a step passes, with accelerations of both signs
     passed : the steepest law that a step passes, of either sign
     states : decay of internal states at the rows
     """
@@ -402,7 +405,7 @@ class _Rates:
         span = float(np.sum(np.abs(change)))
         steep = {sign: sign * slopes * h > 1.0 for sign in (1.0, -1.0)}
         parts = {sign: float(np.sum(np.abs(change[where]))) for sign, where in steep.items()}
-        growth = float(slopes.max()) if parts[1.0] > STEEP_PART * span else 0.0
+        rise = float(slopes.max()) if parts[1.0] > STEEP_PART * span else 0.0
         decay = float(-slopes.min()) if parts[-1.0] > STEEP_PART * span else 0.0
         holds = a[0] > 0.0 > a[-1]
         if decay and holds:
@@ -410,8 +413,8 @@ class _Rates:
             holds = bool(low > 0.0 > high)
         return (
             Rate(decay if holds else 0.0, time, name),
-            Rate(growth, time, name),
-            Rate(max(decay, growth), time, name),
+            Rate(rise if a.min() < 0.0 < a.max() else 0.0, time, name),
+            Rate(max(decay, rise), time, name),
         )
 
     def _way(self, row: int, column: int) -> Array | None:
