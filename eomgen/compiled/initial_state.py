@@ -269,7 +269,7 @@ def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[
     """Return the written parts of the initial state of a run: of the caller for joints that the caller names, else of
     the scene; none if the caller gives whole arrays."""
     given = initial or {}
-    if "q" in given or "v" in given or model.description.joints:
+    if "q" in given or "v" in given:
         return ()
     own = {start.joint: start for start in model.description.starts}
     for name, value in given.items():
@@ -290,9 +290,9 @@ CORRECTED = "corrected onto the constraints: "
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
 #: are listed.
 _TOLD, _LISTED = 1e-6, 6
-#: Beginning of the sentence on values that were asked for, and the part by which these may change: digits of a scene.
-NOT_KEPT = "initial values are not kept by the constraints: "
+#: Part by which a value may change that was asked for: digits of a scene.
 _KEPT = 0.01
+_HOLD = "; try: hold = true to keep "
 
 
 def tells_strain(sentence: str) -> bool:
@@ -302,8 +302,8 @@ def tells_strain(sentence: str) -> bool:
 
 def tells_of_start(sentence: str) -> bool:
     """Return whether a sentence on a start belongs into the message of a run: strained beams, and initial values that
-    are not kept."""
-    return tells_strain(sentence) or sentence.startswith(NOT_KEPT)
+    are lost although the constraints leave as many free."""
+    return tells_strain(sentence) or _HOLD in sentence
 
 
 def corrected_start(
@@ -311,35 +311,42 @@ def corrected_start(
     guess: tuple[Array, Array],
     names: tuple[Sequence[str], Sequence[str]],
     units: tuple[Sequence[str], Sequence[str]],
+    *,
+    freedoms: int,
+    starts: Sequence[WrittenStart] = (),
 ) -> list[str]:
-    """Return a sentence on the largest changes from a guess to a consistent state, and one on changes of values that
-    are not zero, so that someone has asked for them; none if changes are small.
+    """Return a sentence on the largest changes from a guess to a consistent state; none if changes are small.
+
+    Values of which no more are given than can be chosen were asked for; if there are more, these are guesses of a
+    position of a loop.
 
     Parameters
     ----------
     guess, names, units : of q and of v
+    freedoms : velocities that the constraints leave free
+    starts : joints with written values, which are fewer than the components of bodies in absolute coordinates
     """
-    changed, lost = [], []
+    changed: list[tuple[bool, float, str, str]] = []
     held = (consistent.violations, {**consistent.violations, **consistent.rate_violations})
-    for before, after, labels, units_of, off in zip(
-        guess, (consistent.q, consistent.v), names, units, held, strict=True
+    written = [sum(start.position for start in starts), sum(start.velocity for start in starts)]
+    for before, after, labels, units_of, off, joints in zip(
+        guess, (consistent.q, consistent.v), names, units, held, written, strict=True
     ):
         largest = np.maximum(np.abs(before), np.abs(after))[: len(units_of)]  # references of turns have no name
         sizes = _sizes_of_units(units_of, largest, consistent.extent)
+        given = int(np.count_nonzero(before[: len(units_of)]))
+        asked = 0 < min(given, joints or given) <= freedoms
         for k, (name, unit, size) in enumerate(zip(labels, units_of, sizes, strict=True)):
             share = abs(after[k] - before[k]) / size if off and size else 0.0
             if share > _TOLD:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
                 words = f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"
-                changed.append((share, words))
-                if before[k] and share > _KEPT:
-                    lost.append((share, words))
-    sentences = []
-    for opening, changes in ((CORRECTED, changed), (NOT_KEPT, lost)):
-        changes.sort(key=lambda change: -change[0])
-        more = f" and {len(changes) - _LISTED} more" if len(changes) > _LISTED else ""
-        sentences += [f"{opening}{', '.join(text for _, text in changes[:_LISTED])}{more}"] if changes else []
-    return sentences
+                changed.append((bool(asked and before[k] and share > _KEPT), share, words, name))
+    changed.sort(key=lambda change: (not change[0], -change[1]))
+    more = f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
+    lost = [name for asked_for, _, _, name in changed[:_LISTED] if asked_for]
+    hold = f"{_HOLD}{', '.join(lost)}" if lost else ""
+    return [f"{CORRECTED}{', '.join(words for _, _, words, _ in changed[:_LISTED])}{more}{hold}"] if changed else []
 
 
 def _sizes_of_units(units: Sequence[str], largest: Array, extent: float) -> list[float]:

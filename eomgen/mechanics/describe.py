@@ -116,9 +116,7 @@ def describe(scene: Scene) -> Description:
         contacts=tuple(_contacts(scene)),
         linear_parameters=linear_parameters(scene),
         drawing=_drawing(scene),
-        starts=tuple(
-            joint.start for joint in scene.leading_joints if joint.start is not None and scene.coordinates != "absolute"
-        ),
+        starts=tuple(joint.start for joint in scene.leading_joints if joint.start is not None),
         simulation=scene.simulation,
         places={key: location for key, location in scene.source.items() if key.startswith("simulation")},
     )

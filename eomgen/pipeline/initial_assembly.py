@@ -73,7 +73,11 @@ def with_initial_assembly(
     sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
     units = coordinate_units(system.factors, description.coordinates if description is not None else ())
     guess = np.array(system.initial_q), np.array(system.initial_v)
-    corrections = [*assembly.corrections(), *corrected_start(assembly, guess, coordinate_names(system.factors), units)]
+    freedoms = system.nv - len(system.multipliers) + len(rows.dependent)
+    starts = () if description is None else description.starts
+    names = coordinate_names(system.factors)
+    changes = corrected_start(assembly, guess, names, units, freedoms=freedoms, starts=starts)
+    corrections = [*assembly.corrections(), *changes]
     if rows.dependent:  # a small contradiction to other rows no longer prevents the solution of the rows
         assembly = assemble(equations.without(rows.dependent), assembly.q, assembly.v, kept=kept)
     left_out = _left_out(system, equations, assembly.q, rows)

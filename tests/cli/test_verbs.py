@@ -58,7 +58,7 @@ def test_simulate_says_what_the_constraints_made_of_the_start(
     assert re.fullmatch(
         r"corrected onto the constraints: (q\.e 0 -> -\S+ rad|q\.h 0\.6 -> \S+ rad|v\.e 0 -> -\S+ rad/s|v\.h 1 -> \S+"
         r" rad/s"
-        r"|, ){7}",
+        r"|, ){7}; try: hold = true to keep (q\.h, v\.h|v\.h, q\.h)",
         told,
     ), told
     assert main(run) == 0

@@ -1,4 +1,4 @@
-"""Initial values that the user wrote are kept as far as constraints allow; values that are held are kept or refused."""
+"""Initial values that are held are kept or refused; runs say which others they lose that could have been held."""
 
 from __future__ import annotations
 
@@ -64,13 +64,29 @@ def follows(q: Any, v: Any, width: float = 3.0) -> float:
     return max(abs(gap), abs(rates))
 
 
-def test_written_values_are_kept_and_others_follow() -> None:
-    model = built(rocker="initial = { position = -1.6 }")
-    assert model.initial_v[0] == pytest.approx(5.236, abs=1e-12)
-    assert follows(model.initial_q, model.initial_v) < 1e-9
-    alone = built()
-    assert (alone.initial_q[0], alone.initial_v[0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
-    assert follows(alone.initial_q, alone.initial_v) < 1e-9
+def test_lost_values_that_could_be_held_are_in_the_message() -> None:
+    model = built()  # one freedom: one position and one velocity are given
+    run = model.simulate(0.01, 1e-3)
+    assert abs(run.v[0][0] - 5.236) > 0.05 and follows(run.q[0], run.v[0]) < 1e-9
+    assert "; corrected onto the constraints: " in run.message and "v.crank 5.236 -> " in run.message
+    assert run.message.endswith("; try: hold = true to keep v.crank, q.crank") or run.message.endswith(
+        "; try: hold = true to keep q.crank, v.crank"
+    )
+    held = built(hold=", hold = true").simulate(0.01, 1e-3)
+    assert (held.q[0][0], held.v[0][0]) == pytest.approx((-1.2, 5.236), abs=1e-12)
+    assert "hold" not in held.message
+
+
+def test_guesses_of_a_loop_are_no_lost_values() -> None:
+    """Two positions choose one of the two ways to close the loop: the run says nothing."""
+    model = built(rocker="initial = { position = -1.6 }", coupler="initial = { position = 1.5 }")
+    message = model.simulate(0.01, 1e-3, initial={"crank": {"position": -1.2, "velocity": 0.0}}).message
+    assert "hold" not in message
+
+
+def test_lost_velocities_of_bodies_in_absolute_coordinates_are_in_the_message() -> None:
+    message = built(coordinates='coordinates = "absolute"').simulate(0.01, 1e-3).message
+    assert "; corrected onto the constraints: " in message and "hold = true to keep " in message
 
 
 def test_held_values_are_kept_where_others_are_written_as_well() -> None:
@@ -95,8 +111,6 @@ def test_starts_of_runs_are_kept_and_held() -> None:
     run = model.simulate(0.01, 1e-3, initial={"crank": {"position": -1.0, "velocity": 3.0, "hold": True}})
     assert (run.q[0][0], run.v[0][0]) == pytest.approx((-1.0, 3.0), abs=1e-12)
     assert follows(run.q[0], run.v[0]) < 1e-9
-    moved = model.simulate(0.01, 1e-3, initial={"crank": -1.0, "rocker": -1.65})
-    assert follows(moved.q[0], moved.v[0]) < 1e-9
     both = {"crank": {"position": -1.0, "hold": True}, "rocker": {"position": -1.65, "hold": True}}
     with pytest.raises(eomgen.ModelError, match="no hold of the initial state of crank, rocker"):
         model.simulate(0.01, 1e-3, initial=both)
@@ -106,7 +120,7 @@ def test_starts_of_runs_are_kept_and_held() -> None:
 
 
 def test_samples_start_as_single_runs_do() -> None:
-    model, widths = built(), np.array([[2.9], [3.05], [9.0]])
+    model, widths = built(hold=", hold = true"), np.array([[2.9], [3.05], [9.0]])
     starts = starts_of(model, None)
     q, v = (np.repeat(np.array(model.library.layout[name])[np.newaxis], 3, axis=0) for name in ("asked_q", "asked_v"))
     found = consistent_samples(model, q, v, 0.0, widths, starts)

@@ -155,6 +155,7 @@ PIN: dict[str, Any] = {
             "parent": "slider",
             "child": "pin",
             "axis": [0, 0, 1],
+            "initial": {"position": 0.07},
         },
     },
     "points": {"tip": {"body": "pin"}},

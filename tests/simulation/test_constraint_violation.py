@@ -45,7 +45,7 @@ def test_iterations_that_end_too_early_are_doubted_and_worse_ones_fail(four_bar:
     start = {"q": four_bar.initial_q, "v": four_bar.initial_v}  # on the constraints
     tight, loose, wrong = (
         four_bar.simulate(0.1, 5e-3, initial=start, settings={"rtol": tolerance, "atol": tolerance})
-        for tolerance in (1e-12, 0.01, 1.0)
+        for tolerance in (1e-12, 0.01, 0.3)
     )
     assert tight.message == "reached t = 0.1 s in 20 steps"
     off = r"the constraint rocker_pin: origins meet along [xyz] is off by \S+ m at t = \S+ s"

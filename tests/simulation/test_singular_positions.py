@@ -158,9 +158,7 @@ def test_a_drive_beyond_the_reach_of_its_loop_is_named(coordinates: str) -> None
     limit = np.pi - np.arccos((0.3**2 + 0.4**2 - 0.45**2) / (2 * 0.3 * 0.4))
     assert run.t[-1] == pytest.approx((2.0 - limit) / 0.8, abs=1.1e-3)
     at = ", at 1.7704 rad" if coordinates == "joint" else ""
-    message, _, corrected = run.message.partition("; initial values are not kept by the constraints: ")
-    assert ("q.drive 0.5 -> " in corrected) == (coordinates == "joint")  # guesses that fit no drive of the rocker
-    assert message.endswith(
+    assert run.message.endswith(
         "; after t = 0.287 s no position meets the constraints: the drive of support leaves the range that its loop can"
         f" reach{at}; try: a drive that turns back before, or lengths with which the loop reaches farther"
     )

@@ -164,10 +164,13 @@ def start_of(
         state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
         notes = [f"the start at rest: {note}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
-        kept = None if equilibrium_start else kept_components(model.factors, starts_of(model, initial))
+        starts = () if equilibrium_start else starts_of(model, initial)
+        kept = kept_components(model.factors, starts)
         consistent = consistent_state(model, state.q, state.v, t, p, kept=kept)
         names, units = (model.q_names, model.v_names), (model.q_units, model.v_units)
-        changes = corrected_start(consistent, (state.q, state.v), names, units)
+        freedoms = model.nv - len(model.multipliers)
+        guess = (state.q, state.v)
+        changes = corrected_start(consistent, guess, names, units, freedoms=freedoms, starts=starts)
         state = InitialState(consistent.q, consistent.v, state.z)
         sentences += [*consistent.corrections(), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
