@@ -255,7 +255,7 @@ def _is_number(title: str) -> bool:
 
 def _opened(path: Path) -> Any:
     """Return an open NetCDF file, with scaled and masked variables."""
-    data = read_bytes(path, path.stat().st_size)  # their digest decides whether a kept reading is still right
+    data = read_bytes(path, path.stat().st_size)  # for the digest of the file, by which readings are kept
     if data.startswith(_HDF5):
         try:
             return import_module("netCDF4").Dataset(path.name, memory=data)

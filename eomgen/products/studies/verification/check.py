@@ -37,6 +37,7 @@ from eomgen.products.studies.verification.differences import (
     EntrySizes,
     NonSmoothOperations,
     Remarks,
+    between_sides,
     complex_steps,
     differences,
     non_smooth_entries,
@@ -99,12 +100,13 @@ def judged(
         sided = non_smooth if claim.sided else np.zeros_like(non_smooth)
         with np.errstate(all="ignore"):
             apart = finite & ~sided & (np.abs(exact - value) > sizes.exact)
-            known = non_smooth | (np.abs(by_differences.best - value) <= allowed)
-        for k in np.flatnonzero((apart & known).any(axis=(-2, -1))):
-            ties = operations.ties({name: array[k] for name, array in state.items()})
-            sided[k] |= bool(ties) & apart[k] & known[k]
-            for operation in ties:
-                remarks.add(names[k], "not smooth", operation)
+            smoothly = ~non_smooth & (np.abs(by_differences.best - value) <= allowed)
+        if apart.any():
+            between = between_sides(claim, engine, tape, state, value, sizes) | smoothly
+            for k in np.flatnonzero((apart & between).any(axis=(-2, -1))):
+                for remark, at_edge in operations.edges({name: array[k] for name, array in state.items()}):
+                    sided[k] |= apart[k] & between[k]
+                    remarks.add(names[k], remark, at_edge)
         smooth &= ~sided.any(axis=(-2, -1))
         failures += _worst(claim, names, finite & ~sided, value, exact, sizes.exact, "complex step")
         undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(by_differences.bar)).any())

@@ -16,7 +16,8 @@ arguments on the closed form: that is measured, and is the condition. Comparison
 by 1e-7 and 1e-9 besides, and by 10 error bars.
 
 At kinks and jumps, a derivative on one side is the common value of complex steps and the closed form there, and these
-must agree; if operands of a choice are equal, each may take a side, and differences decide as far as they can.
+must agree; if operands of a choice are equal, or a derivative is unbounded, each may take a side: the closed form must
+then lie between the derivatives on both sides, or agree with differences.
 """
 
 from __future__ import annotations
@@ -154,13 +155,23 @@ def combined(claim: Claim, engine: Engine, state: Blocks, by_direction: Array) -
     return derivatives if claim.combine is None else claim.combine(engine, state, derivatives)
 
 
-def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks) -> Array:
-    """Return the derivatives of a claim's source by complex steps on the tape, (S, R, C)."""
+def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks, *, offset: float = 0.0) -> Array:
+    """Return the derivatives of a claim's source by complex steps on the tape, (S, R, C), at a real offset from the
+    states."""
     assert claim.source is not None and claim.directions is not None  # as above
     rates, around = claim.directions(state), spread(state)
     with np.errstate(all="ignore"):
-        values = claim.source(tape, moved(tape, around, rates, 1j * COMPLEX_STEP))
+        values = claim.source(tape, moved(tape, around, rates, offset + 1j * COMPLEX_STEP))
         return combined(claim, engine, state, values.imag / COMPLEX_STEP)
+
+
+def between_sides(claim: Claim, engine: Engine, tape: Engine, state: Blocks, value: Array, sizes: EntrySizes) -> Array:
+    """Return the entries (S, R, C) that lie between the derivatives on both sides of a state, or equal one of them."""
+    sides = [complex_steps(claim, engine, tape, state, offset=step) for step in (-_CLOSE, _CLOSE)]
+    with np.errstate(all="ignore"):
+        return np.asarray(
+            (value >= np.minimum(*sides) - sizes.differences) & (value <= np.maximum(*sides) + sizes.differences)
+        )
 
 
 EXACT, EXACT_OF_LARGEST, CONDITION = 1e-11, 1e-13, 100.0
@@ -399,17 +410,17 @@ class NonSmoothOperations:
                 orders.append(len(call.columns) + 1 - exact)
         return float(np.finfo(float).eps) ** (1.0 / (max(orders) + 2.0)) if max(orders) else 0.0
 
-    def ties(self, state: Blocks) -> list[str]:
-        """Return the choices whose operands are equal at a state, as text: complex steps and closed forms take a side
-        in each of them, and sides of several may not belong together."""
+    def edges(self, state: Blocks) -> list[tuple[str, str]]:
+        """Return remarks and operations on edges: choices between operands that are equal at a state, and functions
+        with an unbounded derivative there."""
         nodes = [(node, op) for node, op in self._live() if op in (Op.ABS, Op.SIGN) or op in _BY_ORDER]
         tape = self.system.tape
         result = [
-            f"{_BY_SIGN.get(op) or _BY_ORDER[op]} in {tape.label(node) or 'the scene'}"
+            ("not smooth", f"{_BY_SIGN.get(op) or _BY_ORDER[op]} in {tape.label(node) or 'the scene'}")
             for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True)
             if _decision(op, operands, None) == 0.0
         ]
-        return list(dict.fromkeys(result))
+        return list(dict.fromkeys([*result, *(("unbounded derivative", text) for text in self.singular(state))]))
 
     def kinks_and_jumps(self) -> list[str]:
         """Return the operations that have a kink or jump somewhere, near a state or not, as text; without curves."""
