@@ -10,7 +10,7 @@ from eomgen.base.products import Product, named, products
 
 COMMAND = "python -m tests.product_names eomgen/products/offered.py"
 #: Registers whose rows have no names for users.
-_UNNAMED = ("eomgen.info", "eomgen.keys_elsewhere", "eomgen.notes")
+_UNNAMED = ("eomgen.ensemble_notes", "eomgen.info", "eomgen.keys_elsewhere", "eomgen.notes")
 #: Attributes by which rows of registers are called by users.
 _KEYS = ("key", "name", "kind")
 

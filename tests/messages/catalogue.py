@@ -109,14 +109,18 @@ def _rules(source: Source) -> Iterable[Site]:
             if not isinstance(node, ast.Tuple) or len(node.elts) != 3:
                 continue
             test, words, hint = node.elts
-            tested = isinstance(test, ast.Lambda) or (isinstance(test, ast.Name) and _is_test(source, test.id, module))
+            name = called(test.func if isinstance(test, ast.Call) else test)
+            tested = isinstance(test, ast.Lambda) or (bool(name) and _is_test(source, name, module))
             if tested and isinstance(words, ast.Constant | ast.JoinedStr | ast.Lambda | ast.Name):
                 yield _site(source, node, source.owner.get(node), module, "d", words, hint, places=True)
 
 
 def _is_test(source: Source, name: str, module: Module) -> bool:
+    if not module.name.startswith(("eomgen.scene", "eomgen.products")):
+        return False
     rules = source.modules.get("eomgen.scene.reading.requirements")
-    return rules is not None and name in rules.functions and module.name.startswith(("eomgen.scene", "eomgen.products"))
+    own = any(called(one.returns) == "Flags" for one in module.functions.get(name, ()) if one.returns is not None)
+    return own or name == "Outside" or (rules is not None and name in rules.functions)
 
 
 def _notes(source: Source) -> Iterable[Site]:

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.products import LateRow, named, rows_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError
 from eomgen.products.ensembles.samples import SampleRunner
@@ -62,8 +63,7 @@ class EnsembleJudgement:
         errors, of_samples = sample_errors(work, nominal, examined=estimates and not interrupted)
         given = work.options.common.get("inputs") or {}
         unresolved = unresolved_processes(work.model, nominal, given) if estimates else []
-        before, after = self._other_notes
-        return errors, tuple(filter(None, (*before, *unresolved, _doubts(nominal), *of_samples, *after)))
+        return errors, tuple(filter(None, (*unresolved, _doubts(nominal), *of_samples)))
 
     @property
     def error(self) -> SampleErrors:
@@ -71,13 +71,32 @@ class EnsembleJudgement:
         return self._evaluated[0]
 
     @property
-    def notes(self) -> tuple[str, ...]:
-        """Notes on the design, the starts, the processes that steps do not resolve, and on doubtful samples."""
+    def of_steps(self) -> tuple[str, ...]:
+        """Notes on processes that steps do not resolve, and on doubtful samples."""
         return self._evaluated[1]
+
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """Notes on the design, the starts, the steps, and on outputs that lose variance of processes."""
+        work, nominal, estimates, interrupted = self._asked
+        before, after = self._other_notes
+        further = _further_doubts(work, nominal) if estimates and not interrupted else []
+        return tuple(filter(None, (*before, *self.of_steps, *further, *after)))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the results alone, since another process has no compiled model."""
-        return {"_evaluated": self._evaluated}
+        return {"_evaluated": self._evaluated, "notes": self.notes}
+
+
+def _further_doubts(work: SampleRunner, nominal: Solution) -> list[str]:
+    """Return notes of products on as many outputs as samples pay for."""
+    outputs = [name.removeprefix("output.") for name in work.columns if name.startswith("output.")]
+    chosen = outputs[: work.design.samples // _FOR_EACH]
+    varied = [item.name.partition(".")[2] if item.block == "process" else item.name for item in work.options.items]
+    span = float(nominal.metadata["t_end"]), float(nominal.metadata["settings"]["step"])
+    rows = rows_of("eomgen.ensemble_notes", LateRow) if chosen else ()
+    options = {**work.options.common, **work.options.rest}
+    return [note for row in rows for note in named(row.target)(work.model, chosen, varied, span, options)]
 
 
 def _doubts(nominal: Solution) -> str:

@@ -9,6 +9,9 @@ PRODUCT = Product(
     names={name: f"eomgen.products.reliability.vibration:{name}" for name in ("RandomVibration", "random_vibration")},
     rows={
         "eomgen.sections": (LateRow("random", "eomgen.products.reliability.section.reading:RANDOM", behind="inputs"),),
+        "eomgen.ensemble_notes": (
+            LateRow("truncation", "eomgen.products.reliability.vibration.study:judge_truncated_outputs"),
+        ),
         "eomgen.info": ("eomgen.products.reliability.command:PROCESSES",),
         "eomgen.verbs": (
             Verb(

@@ -13,7 +13,7 @@ from eomgen.scene.formula.scope import EVERYTHING, Scope
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading import report
-from eomgen.scene.reading.requirements import Row, from_zero_to_one
+from eomgen.scene.reading.requirements import Outside, Row
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.events import mode_parameter
@@ -26,10 +26,20 @@ if TYPE_CHECKING:
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
 #: Keys by the action to which they belong; each action requires its keys.
 _KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
+
+
+def _restitution_fault(number: float) -> str:
+    if number > 1.0:
+        return f"the restitution is {number:.6g}, and every impact would add energy"
+    return f"the restitution is {number:.6g}"
+
+
 #: Of a restitution that parameters decide.
 _RESTITUTION = Row(
     ("events.restitution",),
-    *from_zero_to_one("the restitution", "and every impact would add energy"),
+    Outside(0.0, 1.0),
+    _restitution_fault,
+    "a number from 0 to 1",
     stage=0,
 )
 _EXAMPLES = {

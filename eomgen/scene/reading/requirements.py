@@ -108,11 +108,6 @@ def not_below_zero(quantity: str) -> Bound:
     return _negative, f"{quantity} is {{0}}", "0 or more"
 
 
-def from_zero_to_one(quantity: str, above: str) -> Bound:
-    """Return the rule of a share; ``above`` gives the meaning of more than 1."""
-    return Outside(0.0, 1.0), ShareFault(quantity, above), "a number from 0 to 1"
-
-
 @dataclass(frozen=True)
 class Outside:
     """Test for numbers outside a closed interval."""
@@ -123,27 +118,6 @@ class Outside:
     def __call__(self, number: Numbers) -> Flags:
         """Return whether numbers lie outside."""
         return np.logical_or(np.less(number, self.lower), np.greater(number, self.upper))
-
-
-@dataclass(frozen=True)
-class ShareFault:
-    """Words for a number that is no share.
-
-    Attributes
-    ----------
-    quantity : str
-        Name of the quantity.
-    above : str
-        Meaning of more than 1.
-    """
-
-    quantity: str
-    above: str
-
-    def __call__(self, number: float) -> str:
-        """Return the fault of a number."""
-        fault = f"{self.quantity} is {number:.6g}"
-        return f"{fault}, {self.above}" if number > 1.0 else fault
 
 
 _PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'

@@ -91,7 +91,7 @@ class RunResponse:
     def examined(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
         """Return ``samples``, with estimated errors of a few samples and notes on steps."""
         result = self._run_many(points, error_estimate=True)
-        return self._of_column(result), result.error, result.notes
+        return self._of_column(result), result.error, result.judgement.of_steps
 
     def _run_many(self, points: Array, *, error_estimate: bool) -> Ensemble:
         self.spend(len(points))

@@ -3,10 +3,10 @@ and by samples."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from functools import cached_property
-from typing import TYPE_CHECKING, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import with_options_of
 from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
-from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
 from eomgen.products.derivatives.crossings import CrossedJump
 from eomgen.products.derivatives.linearise import sensitivities
 from eomgen.products.reliability.tails import (
@@ -221,6 +221,52 @@ def random_vibration(
     )
 
 
+def judge_truncation(response: RunResponse, gradient: Array, *, linear: bool) -> tuple[float, list[str]]:
+    """Return the share of an output's variance that is lost with the modes left out, NaN if unknown, and notes.
+
+    Parameters
+    ----------
+    gradient : (n,), of the output in the variables, about the mean
+    linear : whether the output is linear in the variables
+    """
+    cut, lost = cut_processes(response.model), float("nan")
+    # some methods have no derivatives in all rows of inputs: then the shares of the processes are noted
+    with suppress(UsageError):
+        lost = lost_variance(cut, *response.by_inputs(), response.variables, gradient)
+    if np.isnan(lost):
+        return lost, truncated_processes(response.model, response.variables, gradient)
+    return lost, doubts_of_truncation(lost, cut, linear=linear)
+
+
+def judge_truncated_outputs(
+    model: Model, outputs: Sequence[str], varied: Collection[str], span: tuple[float, float], options: Mapping[str, Any]
+) -> list[str]:
+    """Return notes of an ensemble on outputs that lose variance with the modes left out of random processes.
+
+    Parameters
+    ----------
+    outputs : names of components, ``tip[0]``
+    varied : names of varied variables and processes
+    span : t_end and step, s
+    options : of the run about the mean
+    """
+    if not cut_processes(model):
+        return []
+    processes, variables = processes_of(model)
+    if not {*variables, *(one.name for one in processes)}.intersection(varied):
+        return []
+    given = {name: value for name, value in options.items() if name in SensitivityOptions.__annotations__}
+    values = model.parameter_array(options.get("parameters")).tolist()
+    given |= {"parameters": dict(zip(model.parameters, values, strict=True)), "record_every": 1}
+    notes = []
+    for output in outputs:
+        response = RunResponse(model, variables, output, span, given)
+        with suppress(EomgenError):  # a run about the mean without derivatives
+            gradient = response.gradient(np.zeros(response.size))[1]
+            notes += [f"output {output}: {note}" for note in judge_truncation(response, gradient, linear=False)[1]]
+    return notes
+
+
 @dataclass
 class _VibrationStudy:
     """Results of the study, step by step.
@@ -344,16 +390,11 @@ class _VibrationStudy:
 
     def check_truncation(self, form: QuadraticForm) -> None:
         """Evaluate the share of the output's variance that is lost by truncation, and note a share that matters."""
-        model, variables = self.response.model, self.response.variables
-        if not (cut := cut_processes(model)):
+        if not cut_processes(self.response.model):
             return
-        # some methods have no derivatives in all rows of inputs: then the shares of the processes are noted
-        with self._counted("truncation"), suppress(UsageError):
-            self.lost_variance = lost_variance(cut, *self.response.by_inputs(), variables, form.gradient)
-        if np.isnan(self.lost_variance):
-            self.notes += truncated_processes(model, variables, form.gradient)
-        else:
-            self.notes += doubts_of_truncation(self.lost_variance, cut, linear=form.linear)
+        with self._counted("truncation"):
+            self.lost_variance, notes = judge_truncation(self.response, form.gradient, linear=form.linear)
+        self.notes += notes
 
     def check_passages(self, passage: dict[float, dict[str, float]], normal: QuadraticForm | None) -> None:
         """Compare probabilities of first passages by rates of crossings with samples, and choose."""
