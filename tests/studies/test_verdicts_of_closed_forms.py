@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,6 +15,7 @@ from eomgen.products.studies.verification.differences import LADDER
 
 CLAIM = cast(Any, SimpleNamespace(rows=("force", "lift"), columns=("q.a", "q.b", "q.c")))
 STATES = ("start", "later")
+MISALIGNED = Path(__file__).parents[2] / "examples" / "misaligned_four_bar" / "scene.toml"
 
 
 def test_entries_are_named_by_row_and_column() -> None:
@@ -73,3 +75,9 @@ def test_errors_over_steps_fall_with_their_order_down_to_rounding() -> None:
     bent = errors.copy()
     bent[1] = bent[0]  # a bend that the largest steps go over
     assert check._best(bent)[2] == pytest.approx(2.0, abs=0.02)
+
+
+@pytest.mark.parametrize("seed", [0, 3])
+def test_sums_of_large_accelerations_are_known_to_the_rounding_of_their_summands(seed: int) -> None:
+    """Near a singular position accelerations are 1e13 times the sum B a + g of them."""
+    assert check.check(MISALIGNED, only=["constraint_acceleration"], seed=seed, profile="quick").passed

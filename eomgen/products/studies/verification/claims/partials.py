@@ -78,10 +78,16 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
     along_q, along_v = space.along["q"], space.along["v"]
     motion = along_motion(("q", "v"))
 
+    def beside(state: Blocks) -> dict[str, Array]:
+        return _violating(space, state, "v")
+
+    def pushed(state: Blocks) -> dict[str, Array]:
+        return _violating(space, state, "a")
+
     def of_reactions(engine: Engine, state: Blocks) -> Array:
         return np.asarray(np.swapaxes(_by_multipliers(engine, state), -1, -2) @ along_v.matrix)
 
-    rows, claims = space.rows["lam"], []
+    rows, claims, of_velocities = space.rows["lam"], [], ("velocity_partials", "Z", "v")
     if first:
         claims.append(
             Claim(
@@ -103,12 +109,12 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
                 "constraint_velocity.w",
                 "d Phi / dt",
                 CONSTRAINTS,
-                lambda engine, state: column(engine("constraint_velocity", _beside(state))["w"][..., :first]),
+                lambda engine, state: column(engine("constraint_velocity", beside(state))["w"][..., :first]),
                 source=output("constraint", "Phi"),
-                directions=lambda state: motion(_beside(state)),
+                directions=lambda state: motion(beside(state)),
                 rows=rows[:first],
                 functions=("constraint",),
-                size=_before_cancelling("constraint_jacobian", "B"),
+                size=lambda engine, state: _before_cancelling(engine, beside(state), ("constraint_jacobian", "B", "v")),
             )
         )
     claims.append(
@@ -136,7 +142,7 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
             directions=motion,
             rows=rows,
             functions=("constraint_velocity",),
-            size=_before_cancelling("velocity_partials", "Z"),
+            size=lambda engine, state: _before_cancelling(engine, state, of_velocities),
         )
     )
     if "constraint_acceleration" in engine:
@@ -145,36 +151,42 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
                 "constraint_acceleration.w_dot",
                 "d w / dt",
                 CONSTRAINTS,
-                lambda engine, state: column(engine("constraint_acceleration", _pushed(state))["w_dot"]),
+                lambda engine, state: column(engine("constraint_acceleration", pushed(state))["w_dot"]),
                 source=output("constraint_velocity", "w"),
-                directions=lambda state: along_motion(("q", "v"), ("v", "a"))(_pushed(state)),
+                directions=lambda state: along_motion(("q", "v"), ("v", "a"))(pushed(state)),
                 rows=rows,
                 functions=("constraint_velocity",),
-                size=_before_cancelling("velocity_partials", "Z"),
+                size=lambda engine, state: _before_cancelling(
+                    engine, pushed(state), of_velocities, ("constraint_jacobian", "B", "a")
+                ),
             )
         )
     claims.append(jacobian(space, CONSTRAINTS, "velocity_partials", "Z", ("constraint_velocity", "w"), "q", rows))
     return claims
 
 
-def _pushed(state: Blocks) -> dict[str, Array]:
-    """Return the state with accelerations that violate the constraints."""
-    return {**state, "a": state["a"] + 1.0}
+def _violating(space: Space, state: Blocks, block: str) -> dict[str, Array]:
+    """Return the state with velocities or accelerations that violate the constraints, unless the rates of the rows
+    vanish: the numbers of a block are changed by their own sizes and by the scale of the block."""
+    return {**state, block: state[block] + np.abs(state[block]) + _scale(space, block)}
 
 
-def _beside(state: Blocks) -> dict[str, Array]:
-    """Return the state with velocities that violate the constraints, unless the rates of the rows vanish."""
-    return {**state, "v": state["v"] + 1.0}
+def _scale(space: Space, block: str) -> Array:
+    """Return the scale of each component of a block, (size,)."""
+    return np.asarray(np.abs(space.along[block].matrix).max(axis=1))
 
 
-def _before_cancelling(function: str, entry: str) -> Value:
-    """Return the size of a matrix of the rows times v before the terms cancel, as on the constraints."""
+def _before_cancelling(engine: Engine, state: Blocks, *products: tuple[str, str, str]) -> Array:
+    """Return the size of a sum of matrices times blocks before the summands cancel, as on the constraints.
 
-    def size(engine: Engine, state: Blocks) -> Array:
-        matrix = engine(function, state)[entry]
-        return np.asarray(np.max(np.abs(matrix) @ np.abs(state["v"])[..., np.newaxis], axis=(-2, -1)))
-
-    return size
+    Parameters
+    ----------
+    products : function and entry of a matrix, and block
+    """
+    sizes = [
+        np.abs(engine(function, state)[entry]) @ np.abs(state[of])[..., np.newaxis] for function, entry, of in products
+    ]
+    return np.asarray(np.max(np.sum(sizes, axis=0), axis=(-2, -1)))
 
 
 def _by_multipliers(engine: Engine, state: Blocks) -> Array:
@@ -201,7 +213,8 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
             if same[block.name][0] in engine and block.refs
         ]
         claims += [
-            _same(f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]]) for name in names
+            _same(space, f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]])
+            for name in names
         ]
     if "iteration" in engine:
         sources = {
@@ -224,12 +237,14 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
     return claims
 
 
-def _same(name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
+def _same(space: Space, name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
     """Return the claim of rows that two functions give, compared off the motion, unless the rows vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
-        away = moved(engine, state, {"q": np.full(state["v"].shape, 0.1)}, 1.0)
-        return away | {name: state[name] + 1.0 for name in ("v", "a", "lam") if name in state}
+        away = moved(engine, state, {"q": np.broadcast_to(_scale(space, "q"), state["v"].shape)}, 0.1)
+        for block in ("v", "a", "lam"):
+            away = _violating(space, away, block) if block in state else away
+        return away
 
     def of(function: str) -> Value:
         return lambda engine, state: column(engine(function, beside(engine, state))[entry])
