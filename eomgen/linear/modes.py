@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass
+from eomgen.errors import Problem, UsageError
 from eomgen.linear.freedom import times
 from eomgen.linear.notebook import modes_html
 from eomgen.linear.plots import plot_modes
@@ -157,12 +158,20 @@ class Modes:
         list of tuple of str and complex
             Name and part of each coordinate, the largest first; left-trivialised, 1 for the largest.
 
+        Raises
+        ------
+        UsageError
+            A number of no mode.
+
         Examples
         --------
         >>> modes = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).modes()
         >>> [name for name, part in modes.dominant(1)]
         ['wheel', 'body']
         """
+        if mode not in range(len(self)):
+            numbers = f"numbers from 0 to {len(self) - 1}"
+            raise UsageError(Problem("mode", f"there is no mode {mode!r}", numbers))
         sizes = self.weights * np.abs(self.shapes[:, mode])
         order = np.argsort(-sizes, kind="stable")[:count]
         largest = np.max(sizes, initial=0.0)

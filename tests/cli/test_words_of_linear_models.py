@@ -285,3 +285,9 @@ def test_coordinates_of_little_energy_are_not_named() -> None:
     })  # fmt: skip  # four lines
     assert made.dominant(0) == [("b", 1.0), ("c", 0.6j), ("e", 0.3)]
     assert [name for name, _ in made.dominant(0, 5)] == ["b", "c", "e", "d"]
+
+
+def test_the_coordinates_of_a_mode_beyond_the_last_are_refused() -> None:
+    for number in (2, -1):
+        with pytest.raises(UsageError, match=f"there is no mode {number}; try: numbers from 0 to 1"):
+            shown([1.0, 2.0]).dominant(number)

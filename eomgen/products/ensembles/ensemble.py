@@ -506,7 +506,7 @@ def _scatter(ensemble: Ensemble) -> Any:
         row[0].set_ylabel(_label(ensemble, result))
     for axes, name in zip(grid[-1], varied, strict=True):
         axes.set_xlabel(_label(ensemble, name))
-    thinned = f", each {stride}th sample" if stride > 1 else ""
+    thinned = f", one sample of each {stride}" if stride > 1 else ""
     figure.suptitle(f"{ensemble.scene}: results against varied quantities{thinned}", fontsize="medium")
     return figure
 
