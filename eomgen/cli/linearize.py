@@ -230,7 +230,7 @@ _POINTS = 600
     "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
 )
 @click.option(
-    "--campbell", "diagram", default=None, metavar="NAME=FROM:TO:N", help="Frequencies over a speed, critical speeds."
+    "--campbell", "diagram", default=None, metavar="NAME=FROM:TO:N", help="Damped frequencies over a speed, critical speeds."
 )
 @click.option(
     "--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed: 1,2 or 1P,2P."
@@ -430,7 +430,7 @@ class _Request:
         from eomgen.results.shapes import draw_modes  # noqa: PLC0415  # matplotlib comes with it
 
         shown = np.flatnonzero(modes.oscillating)
-        titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz" for k in shown]
+        titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz undamped" for k in shown]
         p = self.model.parameter_array(self.parameters)
         shapes = modes.shapes[:, shown].real
         if lin.multiblade is not None:
@@ -479,7 +479,7 @@ def _print(lin: Linearization, name: str) -> None:
     about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
     print_table(
         about,
-        ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"),
+        ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"),
         rows,
         numeric=(0, 1, 2, 3),
     )

@@ -205,7 +205,7 @@ class _Drawing:
         self._labels_at_the_top()
         self._crossings()
         axis.set_xlabel(axis_label(self.diagram.parameter, self.unit))
-        axis.set_ylabel("frequency, Hz")
+        axis.set_ylabel("damped frequency, Hz")
         axis.grid(True, **_GRID)
         axis.set_axisbelow(True)
         if senses:

@@ -69,7 +69,7 @@ class Crossing:
     Attributes
     ----------
     order : frequency over speed
-    speed, frequency : rad/s, both: ``Campbell.frequencies`` are in Hz
+    speed, frequency : rad/s, both, the frequency damped: ``Campbell.frequencies`` are in Hz
     mode : column of ``Campbell.eigenvalues``
     whirl : ``forward``, ``backward``, or empty
     """
@@ -139,12 +139,12 @@ class Campbell:
 
     @property
     def angular_frequencies(self) -> Array:
-        """(n, modes), rad/s as speeds are, damped: imaginary parts of the eigenvalues."""
+        """(n, modes), rad/s as speeds are: damped frequencies, imaginary parts of the eigenvalues."""
         return np.asarray(self.eigenvalues.imag)
 
     @property
     def frequencies(self) -> Array:
-        """(n, modes), Hz: ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
+        """(n, modes), Hz: damped frequencies, ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
         return self.angular_frequencies / (2.0 * np.pi)
 
     @property
@@ -160,7 +160,7 @@ class Campbell:
     @property
     def headings(self) -> tuple[str, ...]:
         """Headings of ``rows``."""
-        return ("order", f"{self.parameter}, rad/s", "1/min", "frequency, Hz", "mode", "whirl")
+        return ("order", f"{self.parameter}, rad/s", "1/min", "damped frequency, Hz", "mode", "whirl")
 
     @property
     def rows(self) -> list[tuple[str, ...]]:

@@ -73,7 +73,7 @@ class Floquet:
 
     @property
     def frequencies(self) -> Array:
-        """(ns,) Hz, from 0 to half of 1 / period; a measured frequency is one of k / period + and - this frequency."""
+        """(ns,) Hz, damped, from 0 to half of 1 / period; a measured frequency is one of k / period + and - this frequency."""
         return np.abs(self.exponents.imag) / (2.0 * np.pi)
 
     @property
@@ -88,7 +88,7 @@ class Floquet:
     @property
     def headings(self) -> tuple[str, ...]:
         """Headings of ``rows``."""
-        return ("multiplier", "magnitude", "uncertainty", "growth, 1/s", "frequency, Hz")
+        return ("multiplier", "magnitude", "uncertainty", "growth, 1/s", "damped frequency, Hz")
 
     @property
     def rows(self) -> list[tuple[str, ...]]:

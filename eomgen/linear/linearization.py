@@ -279,7 +279,7 @@ class Linearization:
         Returns
         -------
         Modes
-            Eigenvalues in 1/s, frequencies in Hz, damping ratios and complex shapes, slowest first.
+            Eigenvalues in 1/s, undamped and damped frequencies in Hz, damping ratios and complex shapes, slowest first.
 
         Examples
         --------

@@ -55,8 +55,8 @@ class Modes:
     Attributes
     ----------
     eigenvalues : (n,) complex, 1/s, imaginary parts not negative
-    angular_frequency : (n,) |eigenvalue|, rad/s; of an oscillation that without damping
-    frequency : (n,) the same in Hz
+    angular_frequency : (n,) |eigenvalue|, rad/s, undamped: of an oscillation that without damping
+    frequency : (n,) undamped, |eigenvalue| / 2 pi, Hz; ``damped_frequency`` is of the oscillation as it is seen
     damping_ratio : (n,) -Re / |eigenvalue|: 1 for decay without oscillation, -1 for growth without oscillation, 0 for a
         zero eigenvalue
     uncertainty : (n,) of the eigenvalues by rounding; smaller eigenvalues are zero
@@ -87,7 +87,7 @@ class Modes:
     def __repr__(self) -> str:
         oscillating = [f"{value:.4g}" for value in self.frequency[self.oscillating][:6]]
         more = ", ..." if int(np.sum(self.oscillating)) > len(oscillating) else ""
-        heard = f": {', '.join(oscillating)}{more} Hz" if oscillating else ""
+        heard = f": {', '.join(oscillating)}{more} Hz undamped" if oscillating else ""
         return f"<Modes: {len(self)}, {self.stability}{heard}>"
 
     def _repr_html_(self) -> str:
@@ -118,6 +118,16 @@ class Modes:
         2
         """
         return plot_modes(self, axes)
+
+    @property
+    def undamped_frequency(self) -> Array:
+        """(n,) Undamped frequencies |eigenvalue| / 2 pi, Hz: ``frequency`` by its full name."""
+        return self.frequency
+
+    @property
+    def damped_frequency(self) -> Array:
+        """(n,) Damped frequencies |Im eigenvalue| / 2 pi, Hz: of the oscillation in time; 0 without oscillation."""
+        return np.asarray(np.abs(self.eigenvalues.imag) / (2.0 * np.pi))
 
     @property
     def oscillating(self) -> NDArray[np.bool_]:

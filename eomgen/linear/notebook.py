@@ -72,7 +72,7 @@ def linearization_html(kind: str, t: float, coordinates: Sequence[str], modes: S
 
 
 def modes_html(modes: ShownModes) -> str:
-    """Return frequency, damping ratio, eigenvalue and the largest part of each mode, and whether all decay."""
+    """Return undamped frequency, damping ratio, eigenvalue and the largest part of each mode, and whether all decay."""
     rows = (
         (
             k + 1,
@@ -85,7 +85,7 @@ def modes_html(modes: ShownModes) -> str:
         )
         for k in range(len(modes))
     )
-    headings = ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly")
+    headings = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly")
     return page(f"{len(modes)} modes, {modes.stability}", table(headings, rows))
 
 

@@ -147,11 +147,11 @@ def degrees(value: complex) -> int:
 
 
 def caption(modes: DrawnModes, k: int) -> str:
-    """Return a mode in a few words: frequency and damping, the rate at which the mode decays or
+    """Return a mode in a few words: undamped frequency and damping, the rate at which the mode decays or
     grows, or no stiffness, for an eigenvalue that is zero within its uncertainty."""
     value = modes.eigenvalues[k]
     if modes.oscillating[k]:
-        return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz, damping ratio {_rounded(modes.damping_ratio[k])}"
+        return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz undamped, damping ratio {_rounded(modes.damping_ratio[k])}"
     if abs(value) <= modes.uncertainty[k]:
         return f"mode {k + 1}: no stiffness"
     return f"mode {k + 1}: {'decays' if value.real < 0.0 else 'grows'} with {abs(value.real):.4g} 1/s"

@@ -56,6 +56,8 @@ def _mode(modes: Modes, k: int) -> dict[str, Any]:
     return {
         "eigenvalue": [value.real, value.imag],
         "frequency": float(modes.frequency[k]),
+        "undamped_frequency": float(modes.undamped_frequency[k]),
+        "damped_frequency": float(modes.damped_frequency[k]),
         "angular_frequency": float(modes.angular_frequency[k]),
         "damping_ratio": float(modes.damping_ratio[k]),
         "oscillating": bool(modes.oscillating[k]),
@@ -96,13 +98,12 @@ def described_ride(table: RideTable) -> list[dict[str, Any]]:
 
 def write_modes(modes: Modes, path: Path) -> Path:
     """Write modes as a table, one row each; shapes as real and imaginary parts by coordinate."""
-    names = ["frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
+    names = ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
     names += [f"{name} {part}" for name in modes.coordinates for part in ("real", "imaginary")]
     shapes = np.stack([modes.shapes.real, modes.shapes.imag], axis=1).reshape(2 * len(modes.coordinates), len(modes))
     values = modes.eigenvalues
-    write_table(
-        path, names, np.stack([modes.frequency, modes.damping_ratio, values.real, values.imag, *shapes], axis=1)
-    )
+    columns = [modes.frequency, modes.damped_frequency, modes.damping_ratio, values.real, values.imag, *shapes]
+    write_table(path, names, np.stack(columns, axis=1))
     return path
 
 
@@ -138,11 +139,11 @@ def write_root_locus(locus: RootLocus, path: Path) -> Path:
 
 
 def write_campbell(diagram: Campbell, path: Path) -> Path:
-    """Write a Campbell diagram as a table: the parameter, then frequency, damping and whirl of each mode."""
+    """Write a Campbell diagram as a table: the parameter, then damped frequency, damping and whirl of each mode."""
     names = [diagram.parameter]
     columns = [diagram.values]
     for k in range(diagram.eigenvalues.shape[1]):
-        names += [f"mode{diagram.number(k)} {part}" for part in ("frequency [Hz]", "damping_ratio", "whirl")]
+        names += [f"mode{diagram.number(k)} {part}" for part in ("damped frequency [Hz]", "damping_ratio", "whirl")]
         columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
     write_table(path, names, np.stack(columns, axis=1))
     return path

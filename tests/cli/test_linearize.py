@@ -194,7 +194,7 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert described["names"]["states"] == ["wheel", "body", "v.wheel", "v.body"]
 
     header, *rows = csv.reader((folder / "modes.csv").open())
-    assert header[:5] == ["frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]", "wheel real"]
+    assert header[:6] == ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]", "wheel real"]
     assert [float(row[0]) for row in rows] == modes.frequency.tolist()
 
     header, *rows = csv.reader((folder / "root_locus.csv").open())
@@ -330,7 +330,7 @@ spin = { type = "revolute", parent = "middle", child = "disc", axis = [0, 0, 1] 
         assert item["speed"] == pytest.approx(speed, rel=1e-9)
     with (folder / "campbell.csv").open(encoding="utf-8") as file:
         header, *rows = list(csv.reader(file))
-    assert header[:4] == ["spin", "mode3 frequency [Hz]", "mode3 damping_ratio", "mode3 whirl"]
+    assert header[:4] == ["spin", "mode3 damped frequency [Hz]", "mode3 damping_ratio", "mode3 whirl"]
     assert [float(row[0]) for row in rows] == [10.0, 155.0, 300.0] and float(rows[0][3]) == -1.0
     assert (folder / "campbell.png").stat().st_size > 10_000
     assert main(["linearize", str(path), *words[:-1]]) == 0

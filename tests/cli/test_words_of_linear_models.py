@@ -268,8 +268,8 @@ def shown(frequencies: list[float], decay: float = -0.1) -> Modes:
 
 
 def test_modes_at_a_prompt_are_six_frequencies() -> None:
-    assert repr(shown([2.0 * math.pi] * 6)) == f"<Modes: 6, stable: {', '.join(['1'] * 6)} Hz>"
-    assert repr(shown([2.0 * math.pi] * 7)).endswith("1, ... Hz>")
+    assert repr(shown([2.0 * math.pi] * 6)) == f"<Modes: 6, stable: {', '.join(['1'] * 6)} Hz undamped>"
+    assert repr(shown([2.0 * math.pi] * 7)).endswith("1, ... Hz undamped>")
     assert shown([0.05]).oscillating.tolist() == [False] and shown([0.0501]).oscillating.tolist() == [True]
     assert [shown([1.0], decay).stability for decay in (-0.05, -0.0501, 0.05, 0.0501)] == [
         "marginal", "stable", "marginal", "unstable",

@@ -168,7 +168,7 @@ def test_it_draws_on_axes_of_the_caller(overhung: eomgen.Model) -> None:
     axis = Figure().subplots()
     diagram = overhung.campbell("spin", [0.0, 100.0], orders=(1, 2), whirl=[("x", "y")])
     assert diagram.plot(axis) == [axis]
-    assert axis.get_xlabel() == "spin, rad/s" and axis.get_ylabel() == "frequency, Hz"
+    assert axis.get_xlabel() == "spin, rad/s" and axis.get_ylabel() == "damped frequency, Hz"
     assert {text.get_text() for text in axis.get_legend().get_texts()} == {"forward", "backward"}
     assert {text.get_text() for text in axis.texts} >= {"1x", "2x"}
 

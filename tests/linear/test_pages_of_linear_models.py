@@ -66,7 +66,7 @@ def test_modes_are_listed_without_parts_that_are_rounding() -> None:
     html = modes_html(modes_of())
     assert heading(html) == "5 modes, unstable"
     assert cells(html) == [
-        ["mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly"],
+        ["mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly"],
         ["1", "0.125", "0.25", "-0.5 ± 2j", "c0, d"], ["2", "0.25", "0", "± 3j", "c1, d"],
         ["3", "", "1", "-0.25", "c2, d"], ["4", "", "", "0", "c3, d"], ["5", "", "-1", "4", "c4, d"],
     ]  # fmt: skip

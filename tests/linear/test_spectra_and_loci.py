@@ -100,7 +100,7 @@ DIAGRAM = Campbell(
 
 
 def test_campbell_diagrams_have_rows_in_hertz_and_turns_per_minute() -> None:
-    assert DIAGRAM.headings == ("order", "spin, rad/s", "1/min", "frequency, Hz", "mode", "whirl")
+    assert DIAGRAM.headings == ("order", "spin, rad/s", "1/min", "damped frequency, Hz", "mode", "whirl")
     assert DIAGRAM.rows == [
         ("1", "3", f"{90.0 / math.pi:.9g}", f"{1.5 / math.pi:.9g}", "1", "forward"),
         ("2", "21", f"{630.0 / math.pi:.9g}", f"{21.0 / math.pi:.9g}", "2", ""),

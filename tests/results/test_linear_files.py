@@ -78,7 +78,8 @@ def test_crossings_name_the_first_mode_one() -> None:
 def test_modes_are_rows_with_real_and_imaginary_parts_of_each_coordinate(tmp_path: Path) -> None:
     columns = columns_of(linear_files.write_modes(MODES, tmp_path / "modes.csv"))
     assert columns == {
-        "frequency [Hz]": MODES.frequency.tolist(),
+        "undamped frequency [Hz]": MODES.frequency.tolist(),
+        "damped frequency [Hz]": (np.abs(MODES.eigenvalues.imag) / (2.0 * math.pi)).tolist(),
         "damping_ratio": MODES.damping_ratio.tolist(),
         "real [1/s]": [-0.5, -0.2, 0.1],
         "imaginary [rad/s]": [0.0, 3.0, 7.0],
@@ -131,7 +132,7 @@ def test_roots_and_diagrams_are_columns_over_the_parameter(tmp_path: Path) -> No
     columns = columns_of(linear_files.write_campbell(diagram, tmp_path / "diagram.csv"))
     assert columns["speed"] == [10.0, 20.0]
     assert (columns["mode1 whirl"], columns["mode2 whirl"]) == ([1.0, 0.0], [-1.0, 1.0])
-    np.testing.assert_allclose(columns["mode2 frequency [Hz]"], [2.0 / math.pi, 4.0 / math.pi], rtol=1e-15)
+    np.testing.assert_allclose(columns["mode2 damped frequency [Hz]"], [2.0 / math.pi, 4.0 / math.pi], rtol=1e-15)
     np.testing.assert_allclose(columns["mode1 damping_ratio"], [5**-0.5, 5 / 61**0.5], rtol=1e-15)
 
 

@@ -420,7 +420,7 @@ def _modes(model: CompiledModel) -> str:
                 ", ".join(most),
             )
         )
-    headings = ("mode", "frequency, Hz", "damping ratio", "eigenvalue, 1/s", "largest coordinates")
+    headings = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "largest coordinates")
     about = f"{repr(linear).strip('<>').partition(':')[0]}: {modes.stability}"
     return _section("Modes", f"<p>{_text(about)}</p>", _table(headings, rows))
 
