@@ -6,8 +6,9 @@ with w and x of the quaternion, and n its squared length, the body-frame rotatio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
 
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
@@ -52,6 +53,37 @@ def no_array(name: str, value: object) -> UsageError:
     )
 
 
+class FactorRun(NamedTuple):
+    """Factors of one group that follow one another in a configuration: arrays have an axis for these.
+
+    Attributes
+    ----------
+    group : ``R``, ``SO3`` or ``SE3``
+    count : number of factors
+    q, v : of all factors together
+    """
+
+    group: str
+    count: int
+    q: slice
+    v: slice
+
+    def each(self, values: Array) -> Array:
+        """Return values (..., size) of the run as (..., count, size of one factor)."""
+        return values.reshape((*values.shape[:-1], self.count, values.shape[-1] // self.count))
+
+    def together(self, values: Array) -> Array:
+        """Return values (..., count, size of one factor) as (..., size)."""
+        return values.reshape((*values.shape[:-2], self.count * values.shape[-1]))
+
+
+def factor_runs(factors: Sequence[Factor]) -> Iterator[FactorRun]:
+    """Yield runs of factors of one group, in the order of the configuration."""
+    for group, members in itertools.groupby(factors, lambda factor: factor.group):
+        run = list(members)
+        yield FactorRun(group, len(run), slice(run[0].q.start, run[-1].q.stop), slice(run[0].v.start, run[-1].v.stop))
+
+
 def left_trivialised(arrays: Any, factors: Sequence[Factor], q: Array, dq: Array) -> Array:
     """Return the left-trivialised tangent (..., nv) of a change dq (..., nq) at q (..., nq).
 
@@ -60,17 +92,19 @@ def left_trivialised(arrays: Any, factors: Sequence[Factor], q: Array, dq: Array
     arrays : ``jax.numpy`` or ``torch``
     """
     parts = []
-    for factor in factors:
-        of_q, of_dq = q[..., factor.q], dq[..., factor.q]
-        if factor.group == "R":
-            parts.append(of_dq)
+    for run in factor_runs(factors):
+        if run.group == "R":
+            parts.append(dq[..., run.q])
             continue
+        of_q, of_dq = run.each(q[..., run.q]), run.each(dq[..., run.q])
         w, x, dw, dx = of_q[..., :1], of_q[..., 1:4], of_dq[..., :1], of_dq[..., 1:4]
         cross = arrays.linalg.cross
-        parts.append(2.0 * (w * dx - dw * x - cross(x, dx)) / (w * w + (x * x).sum(-1)[..., None]))
-        if factor.group == "SE3":
+        velocity = 2.0 * (w * dx - dw * x - cross(x, dx)) / (w * w + (x * x).sum(-1)[..., None])
+        if run.group == "SE3":
             turned = of_dq[..., 4:7]
-            parts.append(turned - 2.0 * w * cross(x, turned) + 2.0 * cross(x, cross(x, turned)))
+            moved = turned - 2.0 * w * cross(x, turned) + 2.0 * cross(x, cross(x, turned))
+            velocity = arrays.concatenate([velocity, moved], -1)
+        parts.append(run.together(velocity))
     return arrays.concatenate(parts, -1)
 
 
@@ -84,18 +118,19 @@ def gradient_in_components(arrays: Any, factors: Sequence[Factor], q: Array, gra
     arrays : ``jax.numpy`` or ``torch``
     """
     parts = []
-    for factor in factors:
-        of_q, of_v = q[..., factor.q], gradient[..., factor.v]
-        if factor.group == "R":
-            parts.append(of_v)
+    for run in factor_runs(factors):
+        if run.group == "R":
+            parts.append(gradient[..., run.v])
             continue
+        of_q, of_v = run.each(q[..., run.q]), run.each(gradient[..., run.v])
         w, x, g = of_q[..., :1], of_q[..., 1:4], of_v[..., :3]
         cross = arrays.linalg.cross
         length = w * w + (x * x).sum(-1)[..., None]
-        parts += [-2.0 * (x * g).sum(-1)[..., None] / length, 2.0 * (w * g + cross(x, g)) / length]
-        if factor.group == "SE3":
+        components = [-2.0 * (x * g).sum(-1)[..., None] / length, 2.0 * (w * g + cross(x, g)) / length]
+        if run.group == "SE3":
             moved = of_v[..., 3:6]
-            parts.append(moved + 2.0 * w * cross(x, moved) + 2.0 * cross(x, cross(x, moved)))
+            components.append(moved + 2.0 * w * cross(x, moved) + 2.0 * cross(x, cross(x, moved)))
+        parts.append(run.together(arrays.concatenate(components, -1)))
     return arrays.concatenate(parts, -1)
 
 

@@ -25,6 +25,7 @@ from eomgen.products.optimisers.arguments import (
     arguments_of,
     bracket,
     check_model,
+    factor_runs,
     gradient_in_components,
     left_trivialised,
     no_array,
@@ -403,6 +404,49 @@ class JaxFunctions:
             rows, columns = unpacked_places(functions.library.layout["patterns"][f"{name}{ending}"])
             return rows, columns
 
+        @functools.cache
+        def products() -> tuple[Array, ...]:
+            """Return the products of which changes of the nonzeros of the Jacobian are sums: rows and columns of the
+            nonzeros; then for each product the nonzero, the entry of the Hessian and the component of the direction.
+
+            A Hessian of a row has entries of columns alone on which the row depends, factors of rotation as wholes.
+            """
+            rows, columns = pattern("_derivatives")
+            columns, (low, high) = place[columns], (place[index] for index in pattern("_hessian"))
+            off = np.flatnonzero(low != high)
+            touched, others = np.concatenate([low, high[off]]), np.concatenate([high, low[off]])
+            entries, order = np.concatenate([np.arange(len(low)), off]), np.argsort(touched, kind="stable")
+            firsts, ends = (np.searchsorted(touched[order], columns, side) for side in ("left", "right"))
+            counts = ends - firsts
+            of_change = np.repeat(np.arange(len(rows)), counts)
+            taken_from = order[np.arange(len(of_change)) + np.repeat(firsts - np.cumsum(counts) + counts, counts)]
+            group = np.arange(len(taken))
+            for factor in turning:
+                group[factor.v] = factor.v.start
+            depends = rows * len(taken) + group[columns]
+            kept = np.isin(rows[of_change] * len(taken) + group[others[taken_from]], depends)
+            taken_from = taken_from[kept]
+            return rows, columns, of_change[kept], entries[taken_from], others[taken_from]
+
+        @functools.cache
+        def turns() -> list[tuple[Any, ...]]:
+            """Return for each run of turning factors the nonzeros of its columns, (m,): the places of the factor's
+            nonzeros in the same row, (m, size), the number of the factor and the column in it, (m,)."""
+            rows, columns = products()[:2]
+            places = {entry: k for k, entry in enumerate(zip(rows.tolist(), columns.tolist(), strict=True))}
+            result = []
+            for run in (run for run in factor_runs(self._factors) if run.group != "R"):
+                size = (run.v.stop - run.v.start) // run.count
+                within = np.flatnonzero((columns >= run.v.start) & (columns < run.v.stop))
+                number, column = np.divmod(columns[within] - run.v.start, size)
+                firsts = (columns[within] - column).tolist()
+                row = [
+                    [places.get((i, first + k), len(rows)) for k in range(size)]
+                    for i, first in zip(rows[within].tolist(), firsts, strict=True)
+                ]
+                result.append((run, within, np.array(row, int).reshape(-1, size), number, column))
+            return result
+
         def directions(arguments: Sequence[Array], along: Sequence[Array]) -> Array:
             """Return tangents of all arguments as one vector, q left-trivialised."""
             parts = [
@@ -418,19 +462,14 @@ class JaxFunctions:
             """
             nonzeros = jacobian(*arguments)
             d = directions(arguments, along)
-            rows, columns = pattern("_derivatives")
-            low, high = (place[index] for index in pattern("_hessian"))
-            off = np.flatnonzero(low != high)
-            second = self._jax.vmap(lambda w: hessian(*arguments, w))
-            lower = second(jnp.eye(height, self._weights))
-            change = jnp.zeros((height, len(taken))).at[:, low].add(lower * d[high])
-            change = change.at[:, high[off]].add(lower[:, off] * d[low[off]])
-            if turning:
-                whole = jnp.zeros((height, len(taken))).at[rows, place[columns]].set(nonzeros)
-                for factor in turning:
-                    of_v = factor.v  # q is the first argument
-                    change = change.at[:, of_v].add(0.5 * whole[:, of_v] @ bracket(jnp, d[of_v]))
-            return nonzeros, change[rows, place[columns]]
+            rows, _, of_change, entries, others = products()
+            second = self._jax.vmap(lambda w: hessian(*arguments, w))(jnp.eye(height, self._weights))
+            change = jnp.zeros(len(rows)).at[of_change].add(second[rows[of_change], entries] * d[others])
+            padded = jnp.append(nonzeros, 0.0)
+            for run, within, row, number, column in turns():
+                brackets = bracket(jnp, run.each(d[run.v]))
+                change = change.at[within].add(0.5 * (padded[row] * brackets[number, :, column]).sum(-1))
+            return nonzeros, change
 
         def along_values(arguments: Sequence[Array], along: Sequence[Array]) -> tuple[Array, Array]:
             rows, columns = pattern("_derivatives")
