@@ -120,10 +120,13 @@ def _short(value: float | None) -> str:
 _COLUMNS = (
     ("step_operations", "flops of a step's terms", 1.0, ".0f"),
     ("c_bytes", "C, kB", 1e-3, ".1f"),
-    ("build_seconds", "build, s", 1.0, ".2f"),
-    ("step_seconds", "step, us", 1e6, ".3f"),
-    ("observed_seconds", "observed step, us", 1e6, ".3f"),
+    ("build_seconds", "build, s", 1.0, ".2g"),
+    ("step_seconds", "step, us", 1e6, ".2g"),
+    ("observed_seconds", "observed step, us", 1e6, ".2g"),
 )
+
+#: Costs that are measured times.
+_TIMES = ("build_seconds", "step_seconds", "observed_seconds")
 
 _of_savings = arguments_of("eomgen.products.studies.savings:savings")
 
@@ -168,7 +171,7 @@ def savings(
 
 
 def _print_costs(study: Savings) -> None:
-    title = f"{study.scene}, {study.method}, step {study.step:.6g} s: cost, and its ratio to that as asked"
+    title = f"{study.scene}, {study.method}, step {study.step:.6g} s: cost, and ratio to the scene as asked; quartiles"
     header = ("variant", *(name for _, heading, _, _ in _COLUMNS for name in (heading, "x")))
     rows = [(cost.name, *(text for column in _COLUMNS for text in _pair(study, cost, column))) for cost in study.costs]
     print_table(title, header, rows, numeric=tuple(range(1, len(header))))
@@ -191,8 +194,13 @@ def _print_costs(study: Savings) -> None:
 
 def _pair(study: Savings, cost: VariantCost, column: tuple[str, str, float, str]) -> tuple[str, str]:
     key, _, factor, form = column
+    from eomgen.products.studies.savings import QUARTILES  # noqa: PLC0415
+
     value, ratio = getattr(cost, key), study.ratio(cost, key)
-    return ("" if value is None else f"{value * factor:{form}}", "" if ratio is None else f"{ratio:.2f}")
+    told = "" if value is None else f"{value * factor:{form}}"
+    if quartiles := getattr(cost, QUARTILES.get(key, ""), None):
+        told = " to ".join(f"{end * factor:{form}}" for end in quartiles)
+    return told, "" if ratio is None else f"{ratio:.2g}" if key in _TIMES else f"{ratio:.2f}"
 
 
 _of_identify = arguments_of("eomgen.products.studies:identify")

@@ -243,6 +243,8 @@ class VariantCost:
     build_seconds : from the scene to the loaded library, with an empty cache
     step_seconds : median over the rounds; None for a variant that cannot be run
     observed_seconds : the same with a row recorded at every step, and outputs and energies evaluated there
+    step_quartiles, observed_quartiles : first and third quartile of the rounds, of which half lie in between; None for
+        a single round
     iterations : Newton iterations per step, None if there are none
     problem : reason if the variant was not derived, built or run to the end
     """
@@ -255,10 +257,14 @@ class VariantCost:
     build_seconds: float | None = None
     step_seconds: float | None = None
     observed_seconds: float | None = None
+    step_quartiles: tuple[float, float] | None = None
+    observed_quartiles: tuple[float, float] | None = None
     iterations: float | None = None
     problem: str = ""
 
 
+#: Quartiles of the costs that are times of rounds.
+QUARTILES = {"step_seconds": "step_quartiles", "observed_seconds": "observed_quartiles"}
 #: Costs for which a Savings has the ratio to the unchanged scene.
 COMPARED = ("step_operations", "c_bytes", "build_seconds", "step_seconds", "observed_seconds")
 
@@ -285,9 +291,16 @@ class Savings:
         Returns
         -------
         float or None
-            Cost of the variant over cost of the unchanged scene; None if one of them is not known.
+            Cost of the variant over cost of the unchanged scene; None if one of them is not known, or if rounds scatter
+            more than the two times differ: if the intervals between their quartiles overlap.
         """
         asked, here = getattr(self.costs[0], key), getattr(cost, key)
+        if (
+            key in QUARTILES
+            and cost is not self.costs[0]
+            and _overlap(*(getattr(item, QUARTILES[key]) for item in (self.costs[0], cost)))
+        ):
+            return None
         return here / asked if asked and here is not None else None
 
     def to_dict(self) -> dict[str, Any]:
@@ -318,13 +331,21 @@ class Savings:
         table, data = target / "savings.csv", target / "savings.json"
         with table.open("w", newline="", encoding="utf-8") as stream:
             rows = csv.writer(stream)
-            rows.writerow(["variant", *COMPARED, *(f"{key}_ratio" for key in COMPARED), "iterations", "problem"])
+            quartiles = [f"{key}_{part}_quartile" for key in QUARTILES for part in ("first", "third")]
+            ratio_names = [f"{key}_ratio" for key in COMPARED]
+            rows.writerow(["variant", *COMPARED, *quartiles, *ratio_names, "iterations", "problem"])
             for cost in self.costs:
                 values = [getattr(cost, key) for key in COMPARED]
                 ratios = [self.ratio(cost, key) for key in COMPARED]
-                rows.writerow([cost.name, *values, *ratios, cost.iterations, cost.problem])
+                ends = [end for name in QUARTILES.values() for end in getattr(cost, name) or (None, None)]
+                rows.writerow([cost.name, *values, *ends, *ratios, cost.iterations, cost.problem])
         write_text(data, json.dumps(self.to_dict(), indent=2) + "\n")
         return [table, data]
+
+
+def _overlap(asked: tuple[float, float] | None, here: tuple[float, float] | None) -> bool:
+    """Return whether intervals between quartiles overlap; those of single rounds are not known."""
+    return asked is None or here is None or not (asked[1] < here[0] or here[1] < asked[0])
 
 
 def savings(
@@ -351,7 +372,7 @@ def savings(
     method : str, optional
         The scene's by default.
     rounds : int
-        Timed runs of each variant, of which the median is taken.
+        Timed runs of each variant, of which the median and the quartiles are taken.
     only : sequence of str
         Names of variants other than the scene as asked; all by default.
     profile : str
@@ -484,12 +505,21 @@ def _timed(
                 **vars(cost),
                 "step_seconds": statistics.median(times[k]) if times.get(k) else None,
                 "observed_seconds": statistics.median(observed[k]) if observed.get(k) else None,
+                "step_quartiles": _quartiles(times.get(k)),
+                "observed_quartiles": _quartiles(observed.get(k)),
                 "iterations": iterations.get(k),
                 "problem": cost.problem or others.get(k, ""),
             }
         )
         for k, (cost, _) in enumerate(measured)
     ]
+
+
+def _quartiles(seconds: Sequence[float] | None) -> tuple[float, float] | None:
+    if seconds is None or len(seconds) < 2:
+        return None
+    first, _, third = statistics.quantiles(seconds, n=4, method="inclusive")
+    return first, third
 
 
 def _run(model: Any, step: float, steps: int, every: int | None = None) -> Any:
