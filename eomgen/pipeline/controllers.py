@@ -25,6 +25,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.linear.control.output_feedback import OutputFeedback
 from eomgen.linear.control.regulator import Regulator
+from eomgen.linear.modes import EPSILON, balance
 from eomgen.linear.state_space import StateSpace
 from eomgen.scene.load import data_of
 
@@ -128,6 +129,7 @@ def with_controller(
         fault = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
         raise UsageError(Problem("with_controller", fault, "the result of lqr, place or output_feedback"))
     data = dict(scene) if isinstance(scene, Mapping) else data_of(Path(scene))
+    law = _without_rounding(law)
     hardware = _hardware(law, {"limits": limits or {}, "quantum": quantum or {}, "delay": delay or {}})
     writer = _Writer(data, law.space, prefix, hardware)
     added = writer.regulator(law) if isinstance(law, Regulator) else writer.output_feedback(law)
@@ -140,6 +142,27 @@ def with_controller(
                 raise UsageError(Problem("with_controller", f"the scene has the name {name} already", "another prefix"))
         result[section] = {**result.get(section, {}), **entries}
     return result
+
+
+def _without_rounding(law: Regulator | OutputFeedback) -> Regulator | OutputFeedback:
+    """Return a law without the gains that are rounding: zeros take their places.
+
+    Solutions of Riccati's equation and of placements have errors of the size of rounding of their largest entries, so
+    states that a law does not need get gains of 1e-13, say. Gains of a row add up in the unit of its signal; states of
+    different units are compared in the scales that balance the matrix of the model (B. N. Parlett and C. Reinsch,
+    Balancing a matrix for calculation of eigenvalues and eigenvectors, 1969).
+    """
+    scales = np.diag(balance(law.space.A, permute=False)[1])
+
+    def kept(gains: Array) -> Array:
+        sizes = np.abs(gains * scales)
+        return np.where(sizes > len(scales) * EPSILON * np.max(sizes, axis=1, keepdims=True, initial=0.0), gains, 0.0)
+
+    if isinstance(law, Regulator):
+        return replace(law, gains=kept(law.gains))
+    regulator = replace(law.regulator, gains=kept(law.regulator.gains))
+    scales = 1.0 / scales
+    return replace(law, regulator=regulator, observer=replace(law.observer, gains=kept(law.observer.gains.T).T))
 
 
 @dataclass(frozen=True)

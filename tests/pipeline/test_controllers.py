@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import tomllib
 from pathlib import Path
@@ -217,6 +218,25 @@ def test_feedback_of_poses_and_turns_moves_as_the_matrix_says(sample: str | None
     for row in found:
         assert np.all(np.abs(row - state[:18]) <= 1e-4 * np.abs(found).max())
         state = step @ state
+
+
+@pytest.mark.parametrize("units", [1.0, 1e-4])
+def test_gains_that_are_rounding_are_not_written(units: float) -> None:
+    """Heave and roll of a plate by two forces, and a part that no force moves; lengths in other units, too."""
+    plate = eomgen.SceneBuilder("plate", gravity=[0, 0, 0]).input("left", unit="N").input("right", unit="N")
+    plate = plate.body("frame", 10.0).joint("heave", "prismatic", "base", "frame", axis=[0, 0, 1], stiffness=1e3)
+    plate = plate.body("deck", 3.0, inertia=[0.3, 0.7, 0.9]).body("wheel", 1.0, inertia=[0.1, 0.1, 0.1])
+    plate = plate.joint("roll", "revolute", "frame", "deck", axis=[1, 0, 0], stiffness=30)
+    plate = plate.joint("spin", "revolute", "deck", "wheel", axis=[0, 1, 0], stiffness=7, damping=0.3)
+    plate = plate.effort("lift", "heave", "left + right").effort("turn", "roll", "0.7 * left - 0.7 * right").build()
+    space = eomgen.build(plate, profile="quick").linearize(at="initial").state_space()
+    T = np.diag([units, 1.0, 1.0, units, 1.0, 1.0])  # states are T times the ones in other units
+    space = dataclasses.replace(space, A=np.linalg.solve(T, space.A @ T), B=np.linalg.solve(T, space.B), C=space.C @ T)
+    law = lqr(space, {"heave": 3.3e4 * units**2, "roll": 777.0, "spin": 1.0}, {"left": 0.37, "right": 0.37})
+    assert 0.0 < np.max(np.abs(law.gains[:, [2, 5]])) < 1e-10  # which the wheel needs no signal for
+    data = {"inputs": {name: {} for name in ("left", "right")}}
+    for entry in with_controller(data, law)["controllers"].values():
+        assert sorted(entry["signal_gains"]) == ["heave", "roll", "v_heave", "v_roll"]
 
 
 def test_the_text_of_a_closed_scene_is_the_scene(car: StateSpace, tmp_path: Path) -> None:
