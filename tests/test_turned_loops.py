@@ -192,7 +192,7 @@ def truss() -> Data:
 
 LOCKED = (
     "nothing can move: 2 velocities are held by as many constraint rows that do not follow from each other; try: a"
-    " constraint less, or one of fewer rows"
+    " constraint less, or one of fewer rows; for a motion that is prescribed, a drive or t in one of the equations"
 )
 
 

@@ -230,7 +230,11 @@ _POINTS = 600
     "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
 )
 @click.option(
-    "--campbell", "diagram", default=None, metavar="NAME=FROM:TO:N", help="Damped frequencies over a speed, critical speeds."
+    "--campbell",
+    "diagram",
+    default=None,
+    metavar="NAME=FROM:TO:N",
+    help="Damped frequencies over a speed, critical speeds.",
 )
 @click.option(
     "--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed: 1,2 or 1P,2P."

@@ -66,8 +66,7 @@ def initial_state(
     given = {} if initial is None else initial
     check_initial(given)
     units = {"q": model.q_units, "v": model.v_units, "z": model.z_units}
-    joint_z = "z" in given and not model.nz and any(factor.name == "z" for factor in model.factors)
-    blocks = {name: value for name, value in given.items() if name in _BLOCKS and not (name == "z" and joint_z)}
+    blocks = {name: value for name, value in given.items() if _is_block(model, name, value)}
     for name, value in blocks.items():
         if name == "z" and isinstance(value, Mapping):
             state.z[:] = by_name(
@@ -88,6 +87,26 @@ def initial_state(
     check_finite("initial z", state.z, model.z_names)
     check_quaternions("initial q", state.q, model.factors)
     return state
+
+
+def _is_block(model: CompiledModel, name: str, value: Any) -> bool:
+    """Return whether an initial value is of all of q, v or z, not of a joint or an internal state.
+
+    A joint or a state may have the name of a block, or of each other: a mapping is of the joint and an array of the
+    block then. Raises UsageError for a number, which may be of either.
+    """
+    joint, state = any(factor.name == name for factor in model.factors), name in model.states
+    block = name in _BLOCKS and (name != "z" or bool(model.nz) or not joint)
+    if block + joint + state > 1 and (np.ndim(value) == 0 and not isinstance(value, Mapping)):
+        kinds = {f"all of {name}": block, "the joint": joint, "the internal state": state}
+        meant = {
+            f'{{"{name}": [...]}} for all of {name}': block,
+            f'{{"{name}": {{"position": ...}}}} for the joint': joint,
+            f'{{"z": {{"{name}": ...}}}} for the state': state,
+        }
+        fault = f"{name} may be {' or '.join(kind for kind, there in kinds.items() if there)}"
+        raise UsageError(Problem(f"initial {name}", fault, ", ".join(text for text, there in meant.items() if there)))
+    return block and not (joint and isinstance(value, Mapping) and {"position", "velocity", "hold"} & value.keys())
 
 
 def check_initial(given: object) -> None:

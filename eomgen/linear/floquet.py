@@ -73,7 +73,7 @@ class Floquet:
 
     @property
     def frequencies(self) -> Array:
-        """(ns,) Hz, damped, from 0 to half of 1 / period; a measured frequency is one of k / period + and - this frequency."""
+        """(ns,) Hz, damped, 0 to half of 1 / period; a measured one is one of k / period + and - this frequency."""
         return np.abs(self.exponents.imag) / (2.0 * np.pi)
 
     @property

@@ -130,7 +130,10 @@ def _without_freedom(
         f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each"
         " other"
     )
-    hint = "axes and lengths that fit" if almost else "a constraint less, or one of fewer rows"
+    fewer = (
+        "a constraint less, or one of fewer rows; for a motion that is prescribed, a drive or t in one of the equations"
+    )
+    hint = "axes and lengths that fit" if almost else fewer
     return [], [f"{fault}{f' ({almost})' if almost else ''}; try: {hint}"]
 
 

@@ -509,7 +509,7 @@ def built_in(
 
     def stepper(other: str, selection: Selection | None = None) -> Library:
         """Return a library with a method's stepper: of these functions, else of the functions that the stepper calls;
-        of long trees without their dense partials."""
+        of long trees without dense partials."""
         if selection is not None:
             return of_method(other, selection)
         needed = terms_of(other, constrained, bool(described.states), mass)

@@ -194,7 +194,14 @@ def test_everything_is_written(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert described["names"]["states"] == ["wheel", "body", "v.wheel", "v.body"]
 
     header, *rows = csv.reader((folder / "modes.csv").open())
-    assert header[:6] == ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]", "wheel real"]
+    assert header[:6] == [
+        "undamped frequency [Hz]",
+        "damped frequency [Hz]",
+        "damping_ratio",
+        "real [1/s]",
+        "imaginary [rad/s]",
+        "wheel real",
+    ]
     assert [float(row[0]) for row in rows] == modes.frequency.tolist()
 
     header, *rows = csv.reader((folder / "root_locus.csv").open())

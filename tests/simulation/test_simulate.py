@@ -294,3 +294,18 @@ def test_runs_in_several_threads_do_not_disturb_each_other() -> None:
         together = list(pool.map(lambda start: model.simulate(0.5, 1e-3, initial=start).q, starts))
     for first, second in zip(alone, together, strict=True):
         np.testing.assert_array_equal(first, second)
+
+
+@pytest.mark.parametrize("name", ["q", "v"])
+def test_a_joint_with_the_name_of_all_coordinates(name: str) -> None:
+    scene = eomgen.SceneBuilder("rail").body("cart", 1.0)
+    model = eomgen.build(scene.joint(name, "prismatic", "base", "cart", axis=[1, 0, 0]).build(), profile="quick")
+
+    def start(value: object) -> list[float]:
+        run = model.simulate(0.01, 1e-2, initial={name: value})
+        return [float(run.q[0, 0]), float(run.v[0, 0])]
+
+    with pytest.raises(eomgen.UsageError, match=f"initial {name}: {name} may be all of {name} or the joint; try: "):
+        start(0.3)
+    assert start({"position": 0.3}) == [0.3, 0.0] and start({"velocity": 0.3}) == [0.0, 0.3]
+    assert start([0.3]) == ([0.3, 0.0] if name == "q" else [0.0, 0.3])

@@ -430,8 +430,8 @@ class JaxFunctions:
 
         @functools.cache
         def turns() -> list[tuple[Any, ...]]:
-            """Return for each run of turning factors the nonzeros of its columns, (m,): the places of the factor's
-            nonzeros in the same row, (m, size), the number of the factor and the column in it, (m,)."""
+            """Return for each run of turning factors the nonzeros in columns of the run, (m,); for each of these the
+            nonzeros of the factor in the same row, (m, size), the factor's number and the column in the factor, (m,)."""
             rows, columns = products()[:2]
             places = {entry: k for k, entry in enumerate(zip(rows.tolist(), columns.tolist(), strict=True))}
             result = []

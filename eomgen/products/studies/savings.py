@@ -344,7 +344,7 @@ class Savings:
 
 
 def _overlap(asked: tuple[float, float] | None, here: tuple[float, float] | None) -> bool:
-    """Return whether intervals between quartiles overlap; those of single rounds are not known."""
+    """Return whether intervals between quartiles overlap; single rounds have none."""
     return asked is None or here is None or not (asked[1] < here[0] or here[1] < asked[0])
 
 

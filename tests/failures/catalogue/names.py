@@ -54,14 +54,6 @@ FAILURES = [
         new='name = "../../etc/passwd"',
     ),
     Failure(
-        "A header of C",
-        4,
-        "model error: the model's name 'string' would let string.h hide a header of C itself; try: string_model",
-        command="generate scene.toml --out c",
-        old='name = "arm"',
-        new='name = "string"',
-    ),
-    Failure(
         "A letter that C does not know",
         3,
         "description error: scene.toml:2 (name): the name '\\xe4rm' is not legal; try: up to 64 ASCII letters, digits"

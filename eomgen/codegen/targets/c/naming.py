@@ -78,23 +78,9 @@ def c_string(text: str) -> str:
     return f'"{text}"' if plain else '"' + "".join(f"\\{byte:03o}" for byte in text.encode()) + '"'
 
 
-def check_prefix(prefix: str) -> str:
-    """Return the prefix of a model's symbols. Raises ModelError unless the prefix is a free C identifier."""
-    if not _IDENTIFIER.fullmatch(prefix):
-        raise ModelError(
-            f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first"
-        )
-    if _STANDARD_HEADERS.fullmatch(prefix.lower()):
-        raise ModelError(
-            f"the model's name {prefix!r} would let {prefix}.h hide a header of C itself", f"{prefix}_model"
-        )
-    if prefix.lower() in _TAKEN:
-        raise ModelError(f"the model's name {prefix!r} is taken by the generated code", f"{prefix}_model")
-    return prefix
-
-
 def free_prefix(name: str) -> str:
-    """Return a name, followed by ``_model`` if it is a word of C or taken by headers or generated code.
+    """Return the prefix of a model's symbols and files: its name, followed by ``_model`` if the name is a word of C or
+    taken by headers or generated code.
 
     Raises
     ------
@@ -102,7 +88,12 @@ def free_prefix(name: str) -> str:
         A name that is not an identifier.
     """
     taken = _C_WORDS.fullmatch(name) or _STANDARD_HEADERS.fullmatch(name.lower()) or name.lower() in _TAKEN
-    return check_prefix(f"{name}_model" if taken else name)
+    prefix = f"{name}_model" if taken else name
+    if not _IDENTIFIER.fullmatch(prefix):
+        raise ModelError(
+            f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first"
+        )
+    return prefix
 
 
 def check_identifier(name: str, kind: str) -> str:
@@ -136,7 +127,7 @@ def local_names(names: Sequence[tuple[int, str]], taken: Collection[str]) -> dic
     return texts
 
 
-NAMES = Names(check_prefix, check_identifier, mangle, output_name)
+NAMES = Names(free_prefix, check_identifier, mangle, output_name)
 
 _POINTERS = {
     "q": "NQ", "v": "NV", "a": "NV", "j": "NV", "s": "NV", "a_higher": "NA_HIGHER", "z": "NZ", "lam": "NLAM", "u": "NU",
