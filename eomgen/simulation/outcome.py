@@ -82,7 +82,7 @@ class Outcome(FinishedRun):
             **states_of(self.trajectory.rows, self.run.model)._asdict(),
             "interrupted": self.trajectory.interrupted,
             "events": self.events,
-            "model": run_model(self.run, self.stepper.library, self.events),
+            "model": run_model(self.run, self.stepper.library, self.events, lambda: self._verdict.alike),
         }
         return Solution.later(recorded, self, at_once=at_once)
 

@@ -8,7 +8,7 @@ rows is longer than the reach of one series, the stepper goes on to the next one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +24,7 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.families.register import method_named
 from eomgen.results.dense_output import Between, Index, Rows
 from eomgen.results.events import Events
+from eomgen.results.finding import Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.motions import RecordedMotions
 from eomgen.simulation.stepping.controllers import CallerControllers, called_by
@@ -96,7 +97,7 @@ def between_of(run: Run, library: Library, events: Events | None) -> StepsBetwee
 @dataclass(frozen=True)
 class RunModel:
     """A model with the inputs (None if formulas of the scene give all inputs), the parameters (np,) and the events of a
-    run, or with the motions that a caller gave."""
+    run, or with the motions that a caller gave; ``alike`` returns findings that runs at other steps share."""
 
     model: CompiledModel
     parameters: Array
@@ -104,6 +105,7 @@ class RunModel:
     between: Between | None
     events: Events | None = None
     motions: RecordedMotions | None = None
+    alike: Callable[[], Sequence[Finding]] = tuple
 
     @property
     def has_poses(self) -> bool:
@@ -154,11 +156,12 @@ class RunModel:
         return about_motion(self.model, state, u, self.present(state))
 
 
-def run_model(run: Run, library: Library, events: Events | None) -> RunModel:
+def run_model(
+    run: Run, library: Library, events: Events | None, alike: Callable[[], Sequence[Finding]] = tuple
+) -> RunModel:
     """Return the model of a run whose steps a library takes."""
-    return RunModel(
-        run.model, run.parameters, run.signals if run.takes_rows else None, between_of(run, library, events), events
-    )
+    signals = run.signals if run.takes_rows else None
+    return RunModel(run.model, run.parameters, signals, between_of(run, library, events), events, alike=alike)
 
 
 @checked_call(u="inputs", run="solution")

@@ -638,10 +638,12 @@ class _Examination:
         """Return defects whose accumulated sum is damped by stiff motion, as by an L-stable step.
 
         Jacobians are medians over the states within a step and its two neighbours, so that narrow laws, or laws within
-        one step, do not count as stiffness.
+        one step, do not count as stiffness. Each takes a factorization at every state: in all no more than the run has
+        steps, but for the first Jacobian.
         """
         nv, nz = self._model.nv, self._model.nz
-        chosen = np.unique(np.linspace(0, len(defects.steps) - 1, _PARTIALS).astype(int))
+        count = int(np.clip((len(self._t) - 1) // (3 * _STATES), 1, _PARTIALS))
+        chosen = np.unique(np.linspace(0, len(defects.steps) - 1, count).astype(int))
         partials = self._partials(defects.steps[chosen])
         size = 2 * nv + nz
         error, sums, within = np.zeros(size), [], []

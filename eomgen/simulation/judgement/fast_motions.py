@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
+from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, UsageError
 from eomgen.lie import product
 from eomgen.results.finding import Finding
@@ -348,13 +349,22 @@ def _inputs(run: Run, nodes: Array, ends: Array, states: States) -> list[_Law]:
     ]
 
 
+def varies_with_time(run: Run) -> bool:
+    """Return whether inputs or forces of a run depend on time, so that ``fast_laws`` has something to look at."""
+    return bool(run.model.nu) or (not run.method.chooses_steps and _has_forces_of_time(run.model))
+
+
+def _has_forces_of_time(model: CompiledModel) -> bool:
+    """Return whether forces depend on time itself; motions of the base that are too fast are refused."""
+    functions = model.library.layout["functions"]
+    takes = next((item["inputs"] for item in functions if item["name"] == "inverse_dynamics"), ())
+    return "t" in takes and "inverse_dynamics" in model.functions
+
+
 def _forces(run: Run, ends: Array, states: States, parameters: Array) -> list[_Law]:
     """Return the forces of motions at rest in acceleration, with all held but the time."""
     model, method, step = run.model, run.method, run.settings["step"]
-    if method.chooses_steps or method.inputs == "series" or "inverse_dynamics" not in model.functions:
-        return []
-    takes = next(item["inputs"] for item in model.library.layout["functions"] if item["name"] == "inverse_dynamics")
-    if "t" not in takes:  # motions of the base that are too fast are refused
+    if method.chooses_steps or method.inputs == "series" or not _has_forces_of_time(model):
         return []
     places = _chosen(states.t[:-1], step, float(states.t[-1]), ends)
     if not len(places):

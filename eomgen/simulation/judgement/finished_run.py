@@ -128,7 +128,7 @@ class FinishedRun:
         self.estimated, self._progress = estimated, progress
         self.events: Events | None = table_of(trajectory, stepper, run.parameters)
 
-    def has(self, facts: Sequence[str]) -> bool:
+    def has(self, facts: Iterable[str]) -> bool:
         """Return whether all of these facts hold."""
         return self._facts.issuperset(facts)
 
@@ -213,9 +213,18 @@ class FinishedRun:
     def _left_out(self) -> str:
         """The searches within steps that are left out with the estimate, in words."""
         from eomgen.simulation.accuracy.unseen_laws import laws_between_steps  # noqa: PLC0415  # on request
+        from eomgen.simulation.judgement.fast_motions import varies_with_time  # noqa: PLC0415  # likewise
 
-        names = ["laws that act between the steps"] * bool(laws_between_steps(self.run))
-        names += ["pairs of events"] * (self.events is not None)
+        model = self.run.model
+        moves = model.nz or (model.nv and model.library.layout["facts"]["velocity_forces"])
+        searches = {
+            "laws that act between the steps": bool(laws_between_steps(self.run)),
+            "laws of time that are faster than the steps": varies_with_time(self.run),
+            "pairs of events": self.events is not None,
+            "rates that the steps do not resolve": bool(moves) and not self.run.method.chooses_steps,
+        }
+        *names, last = ["", *(name for name, made in searches.items() if made)]
+        names = [*filter(None, (", ".join(names[1:]), last))]
         return f", and with it the search for {' and '.join(names)}" if names else ""
 
     @cached_property
@@ -394,6 +403,8 @@ class FinishedRun:
         return self.run.settings
 
 
+#: Fact of runs with an error estimate: checks that evaluate the equations again need it.
+ESTIMATED = "estimated"
 #: Facts that checks may need, as functions of a ``FinishedRun``; all facts are evaluated for the first check.
 FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "complete": lambda finished: finished.complete,
@@ -411,6 +422,7 @@ FACTS: Mapping[str, Callable[[FinishedRun], bool]] = {
     "begun": lambda finished: finished.beginning is not None,
     "explicit": lambda finished: not finished.run.method.chooses_steps and bool(finished.run.method.real_stability),
     "events": lambda finished: "events" in finished.stepper.layout["method"],
+    ESTIMATED: lambda finished: finished.estimated,
 }
 
 

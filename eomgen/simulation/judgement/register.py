@@ -9,7 +9,7 @@ from itertools import chain
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import doubts, failures, remarks, start_checks
 from eomgen.simulation.judgement.failures import end_of
-from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Check, FinishedRun
 
 #: In the order of findings and of sentences of the message.
 CHECKS: tuple[Check, ...] = (*failures.ROWS, *doubts.ROWS, *remarks.ROWS, *start_checks.ROWS)
@@ -46,6 +46,15 @@ class Verdict:
         """The message of the run: its end, and all findings that are said."""
         said = [finding for finding in self.findings if BY_NAME[finding.name].said]
         return message_of(end_of(self._run) if self._run.complete else "", said)
+
+    @cached_property
+    def alike(self) -> tuple[Finding, ...]:
+        """Findings on motion that runs at other steps do not resolve either, also of a run without an error estimate,
+        since another run may be compared with it."""
+        if self._run.has((ESTIMATED,)):
+            return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.alike))
+        checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]
+        return tuple(chain.from_iterable(map(self._evaluated, checks)))
 
     def of(self, name: str) -> tuple[Finding, ...]:
         """Return the findings of one check."""

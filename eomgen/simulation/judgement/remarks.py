@@ -27,7 +27,7 @@ from eomgen.simulation.accuracy.richardson import STEEP_PART, Rate
 from eomgen.simulation.judgement.doubts import LARGE_ERROR, STEP_OF_GROWTH, passes_growth
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.fast_motions import fast_laws
-from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Check, FinishedRun
 from eomgen.simulation.judgement.instability import unbounded_growth
 from eomgen.simulation.judgement.singular_positions import not_followed, passages
 from eomgen.simulation.stepping.inputs import InputSignals
@@ -451,10 +451,12 @@ ROWS = (
     Check("unbounded_growth", _unbounded_growth, unless=FAULTS),
     Check("unknown_error", _unknown_error, unless=(ANY_FAILURE,)),
     Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,), alike=True),
-    Check("missed_event", _missed_event, ("complete", "events"), unless=(ANY_FAILURE,)),
-    Check("fast_law", _fast_law, ("complete", "two rows"), alike=True),
-    Check("unseen_law", _unseen_law, ("complete", "two rows"), unless=("fast_law",), alike=True),
-    Check("partly_examined", _partly_examined, ("complete", "two rows"), severity=NOTE, unless=("unseen_law",)),
+    Check("missed_event", _missed_event, ("complete", "events", ESTIMATED), unless=(ANY_FAILURE,)),
+    Check("fast_law", _fast_law, ("complete", "two rows", ESTIMATED), alike=True),
+    Check("unseen_law", _unseen_law, ("complete", "two rows", ESTIMATED), unless=("fast_law",), alike=True),
+    Check(
+        "partly_examined", _partly_examined, ("complete", "two rows", ESTIMATED), severity=NOTE, unless=("unseen_law",)
+    ),
     Check("bounded_steps", _bounded_steps, severity=NOTE),
     Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
     Check("undefined_output", _undefined_output, ("complete", "outputs")),
@@ -466,12 +468,12 @@ ROWS = (
     Check("steep_law", _steep_law, ()),
     Check("exchanged_times", _exchanged_times, ("begun",)),
     Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False),
-    Check("unresolved_damping", _unresolved_damping, ("explicit",), alike=True, limits=(STEEP_PART,)),
-    Check("unresolved_states", _unresolved_states, ("explicit",), alike=True),
+    Check("unresolved_damping", _unresolved_damping, ("explicit", ESTIMATED), alike=True, limits=(STEEP_PART,)),
+    Check("unresolved_states", _unresolved_states, ("explicit", ESTIMATED), alike=True),
     Check(
         "passed_growth",
         _passed_growth,
-        ("complete", "fixed steps"),
+        ("complete", "fixed steps", ESTIMATED),
         unless=("unresolved_damping",),
         alike=True,
         limits=(STEP_OF_GROWTH, STEEP_PART),

@@ -26,7 +26,6 @@ from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.formulations import Formulations, same_start
 from eomgen.products.studies.work_precision.observation import Observation, observed
 from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.judgement.register import BY_NAME
 from eomgen.simulation.timing import RepeatedRun, one_core
 from eomgen.toolchain.compiler import find_compiler
 from eomgen.toolchain.profiles import STANDARD_PROFILE
@@ -308,7 +307,7 @@ class Runner:
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
-            alike = next((str(finding) for finding in solution.findings if BY_NAME[finding.name].alike), "")
+            alike = next(map(str, solution.model.alike()), "")
             return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took, alike)
         except _BeyondTimeLimit:
             return ComparedRun(
