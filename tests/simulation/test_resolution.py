@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.simulation.accuracy.step_path import StepPath
 
 Array = NDArray[np.float64]
 MASS, STIFFNESS, BELT, STATIC, COULOMB = 1.0, 400.0, 0.1, 5.0, 3.0
@@ -70,6 +71,40 @@ def test_steps_that_pass_over_friction_are_told_and_those_that_resolve_it_are_ri
             continue
         assert not told & names_of(run)
         assert off < max(3.0 * float(run.error.outputs["x"]) / np.ptp(exact), 1e-6)
+
+
+def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = eomgen.build(belt(2e-4, 1e-5, driven=False), method="rk4", profile="quick")
+    run = model.simulate(0.5, 5e-3, error_estimate=False)
+    for name in ("richardson.fastest_rates", "unseen_laws.unseen_law", "unseen_events.unseen_events"):
+        monkeypatch.setattr(f"eomgen.simulation.accuracy.{name}", None)
+    monkeypatch.setattr("eomgen.simulation.judgement.remarks.fast_laws", None)
+    assert run.success and not {finding.name for finding in run.findings} & {"unresolved_damping", "fast_law"}
+    assert str(run.error) == (
+        "not known: it was switched off, and with it the search for laws of time that are faster than the steps and"
+        " rates that the steps do not resolve"
+    )
+    monkeypatch.undo()
+    assert "unresolved_damping" in {finding.name for finding in run.model.alike()}
+
+
+@pytest.mark.parametrize("steps", [4, 60])
+def test_a_check_factorizes_no_more_systems_than_the_run_has_steps(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A pulse that is narrow between two steps: its effect fades by Jacobians, three times eight states at least."""
+    states: list[int] = []
+    own = StepPath.rate_partials
+
+    def counted(path: StepPath, blocks: Any, moves: Any) -> Array:
+        states.append(len(blocks.t))
+        return own(path, blocks, moves)
+
+    monkeypatch.setattr(StepPath, "rate_partials", counted)
+    builder = eomgen.SceneBuilder("pulse", gravity=[0, 0, 0]).body("cart", 1.0)
+    builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 1.0})
+    builder.effort("wall", "rail", "-1000 * exp(-((q.rail - 0.025) / 0.0005)**2)")
+    run = eomgen.build(builder.build(), method="generalized_alpha", profile="quick").simulate(0.01 * steps, 0.01)
+    assert "unseen_law" in names_of(run)
+    assert sum(states) <= max(24, steps)
 
 
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])

@@ -3,6 +3,7 @@ finding on steps that do not resolve friction."""
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.products.pages import live
+from eomgen.products.studies.savings import savings
 from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Runner, tuning_grid
@@ -72,16 +74,63 @@ def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
     assert tuned.said == ""
 
 
-def test_runs_that_are_wrong_alike_are_no_reference() -> None:
+def stuck(duration: float = 1.0) -> Any:
+    """Return a cart that a spring pulls over dry friction, whose width no step resolves."""
     builder = eomgen.SceneBuilder("stuck", gravity=[0, 0, 0]).body("cart", 1.0)
     friction = {"coulomb": 3.0, "static": 5.0, "stribeck": 2e-7, "velocity": 1e-8}
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], friction=friction)
-    builder.effort("pull", "rail", "400 * (0.1 * t - q.rail)")
-    scene = builder.simulation(method="rk4", step=1e-3, duration=1.0).build()
-    runner = Runner(formulations(scene, {}, others=False), tuning_grid(1.0, 1e-3, 1e-3))
+    builder.parameter("pull", 400.0, tunable=True).effort("spring", "rail", "pull * (0.1 * t - q.rail)")
+    return builder.simulation(method="rk4", step=1e-3, duration=duration).build()
+
+
+def told_by_simulate() -> str:
+    return eomgen.build(stuck(), profile="quick").simulate().message
+
+
+def told_by_ensemble() -> str:
+    model = eomgen.build(stuck(), profile="quick")
+    return "; ".join(model.simulate_many(table={"pull": [400.0, 410.0]}, columns=["q.rail"], points=2).notes)
+
+
+def told_by_live() -> str:
+    model = eomgen.build(stuck(), profile="quick")
+    return live._note(model, model.simulate())
+
+
+def told_by_work_precision() -> str:
+    runner = Runner(formulations(stuck(), {}, others=False), tuning_grid(1.0, 1e-3, 1e-3))
     run = runner.run(runner.own_configuration(), 1, estimated=False, timed=False)
-    assert run.ended == "reached" and run.observation is not None
-    assert "too fast for an explicit method" in run.unresolved and run.reference is None
+    assert run.ended == "reached" and run.observation is not None and run.reference is None
+    return run.unresolved
+
+
+def told_by_savings() -> str:
+    return savings(stuck(0.2), only=["a run"], rounds=1, profile="quick").doubt
+
+
+def told_by_file() -> str:
+    run = eomgen.build(stuck(), profile="quick").simulate()
+    return str(pickle.loads(pickle.dumps(run)).message)
+
+
+TOLD: dict[str, Callable[[], str]] = {
+    "simulate": told_by_simulate,
+    "ensemble": told_by_ensemble,
+    "live": told_by_live,
+    "tradeoff": told_by_work_precision,
+    "savings": told_by_savings,
+    "file": told_by_file,
+}
+
+
+@pytest.mark.parametrize("verb", TOLD)
+def test_friction_that_steps_do_not_resolve_is_told_by_every_verb(verb: str) -> None:
+    assert "too fast for an explicit method" in TOLD[verb]()
+
+
+def test_no_demand_is_met_by_steps_that_do_not_resolve_friction() -> None:
+    with pytest.raises(eomgen.NumericalError, match="no error can be computed from them"):
+        eomgen.tune(stuck(), error=1e-2, methods=["rk4"], axes=["method"], budget=10.0)
 
 
 def test_faults_that_comparisons_share_are_marked() -> None:

@@ -187,6 +187,8 @@ def _print_costs(study: Savings) -> None:
     print_table(
         "Additions and multiplications by term", ("term", *names), of_terms, numeric=tuple(range(1, len(names) + 1))
     )
+    if study.doubt:
+        console().print(f"\n{study.doubt}", markup=False)
     for cost in study.costs:
         if cost.problem:
             console().print(f"\n{cost.name}: {cost.problem}", markup=False)

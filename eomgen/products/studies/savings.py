@@ -271,12 +271,19 @@ COMPARED = ("step_operations", "c_bytes", "build_seconds", "step_seconds", "obse
 
 @dataclass(frozen=True)
 class Savings:
-    """Costs of a scene as requested, which come first, and of variants."""
+    """Costs of a scene as requested, which come first, and of variants.
+
+    Attributes
+    ----------
+    doubt : str
+        Reason why the timed steps are no steps of the motion, as of friction that they pass over; empty without one.
+    """
 
     scene: str
     method: str
     step: float
     costs: tuple[VariantCost, ...]
+    doubt: str = ""
 
     def ratio(self, cost: VariantCost, key: str) -> float | None:
         """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene.
@@ -312,7 +319,7 @@ class Savings:
             JSON data.
         """
         rows = [asdict(cost) | {"ratios": {key: self.ratio(cost, key) for key in COMPARED}} for cost in self.costs]
-        return {"scene": self.scene, "method": self.method, "step": self.step, "variants": rows}
+        return {"scene": self.scene, "method": self.method, "step": self.step, "doubt": self.doubt, "variants": rows}
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write ``savings.csv`` and ``savings.json`` to a folder, which is created if missing.
@@ -415,9 +422,16 @@ def savings(
                 progress(f"{variant.name}, {number} of {len(wanted)}")
             measured.append(_built(variant, chosen, Path(folder), profile))
         costs = _timed(measured, step, document.simulation.duration, rounds)
+        doubt = "" if costs[0].problem or measured[0][1] is None else _doubt(measured[0][1], document)
     if costs[0].problem:
         raise UsageError(f"the scene as it is asked cannot be measured: {costs[0].problem}", "another method or step")
-    return Savings(document.name, chosen, step, tuple(costs))
+    return Savings(document.name, chosen, step, tuple(costs), doubt)
+
+
+def _doubt(model: Model, scene: Scene) -> str:
+    """Return the finding on motion that the steps of a scene do not resolve; empty without one."""
+    run = _run(model, scene.simulation.step, max(1, int(scene.simulation.duration / scene.simulation.step)), every=1)
+    return next(map(str, run.model.alike()), "")
 
 
 def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Scene | str | None:
