@@ -484,7 +484,7 @@ def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
     fault, hint = f"{where} is not a finite number at the initial state", "formulas that have a value there"
     if not bad and (rough := rough_operations(model.description.formulas)):
         fault += f": a formula has no derivative there, of the forces perhaps {rough}"
-        hint = "a formula that is smooth there, atan2(y, x + 1e-6) for atan2(y, x)"
+        hint = "a formula of finite slope there, x / sqrt(x + width) for sqrt(x)"
     return NumericalError(Problem("equilibrium", fault, f"another initial state, or {hint}"))
 
 

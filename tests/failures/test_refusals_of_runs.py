@@ -235,8 +235,8 @@ def test_models_made_by_hand_have_no_complex_functions() -> None:
 def test_derivatives_that_are_not_finite_have_a_reason_without_rough_formulas() -> None:
     assert str(undefined_derivatives(free(), "at t = 1 s")) == (
         "numerical error: sensitivities: derivatives are not finite numbers at t = 1 s: a formula has none there"
-        " (a root, a logarithm or a power at zero); try: a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x);"
-        " eomgen check names formulas that are not"
+        " (a root, a logarithm or a power at zero); try: a formula of finite slope there, x / sqrt(x + width) for"
+        " sqrt(x); eomgen check names formulas without"
     )
 
 

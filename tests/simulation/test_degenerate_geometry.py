@@ -95,5 +95,5 @@ def test_an_equilibrium_names_formulas_without_derivative() -> None:
     assert str(caught.value) == (
         "numerical error: equilibrium: the stiffness is not a finite number at the initial state: a formula has no"
         " derivative there, of the forces perhaps sqrt(velocity.here[1]); try: another initial"
-        " state, or a formula that is smooth there, atan2(y, x + 1e-6) for atan2(y, x)"
+        " state, or a formula of finite slope there, x / sqrt(x + width) for sqrt(x)"
     )

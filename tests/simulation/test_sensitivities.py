@@ -408,8 +408,8 @@ def test_derivatives_that_are_no_numbers_are_told() -> None:
         _ = model.sensitivities(0.1, STEP).derivatives
     assert str(caught.value) == (
         "numerical error: sensitivities: derivatives are not finite numbers somewhere in the run: a formula has none"
-        " there, of the forces perhaps sqrt(v.slide); try: a formula that is smooth there, sqrt(x**2 + 1e-6) for"
-        " abs(x); eomgen check names formulas that are not"
+        " there, of the forces perhaps sqrt(v.slide); try: a formula of finite slope there, x / sqrt(x + width)"
+        " for sqrt(x); eomgen check names formulas without"
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -20,6 +20,8 @@ from eomgen.mechanics.constraints.rows import ConstraintCalculus
 from eomgen.mechanics.dynamics import separated
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.verification import check as checking
+from eomgen.products.studies.verification.claims.claim import Claim
+from eomgen.products.studies.verification.report import FormReport
 from eomgen.studies import CheckReport, check
 from eomgen.system.terms import TERMS
 from tests.studies.scenes import drone, gate, reed, rod, striker
@@ -397,3 +399,20 @@ def test_an_error_ends_with_exit_code_6_and_its_name(
 
 def test_a_report_of_nothing_has_not_passed() -> None:
     assert not CheckReport("empty", (), 0, ()).passed
+
+
+@pytest.mark.usefixtures("derived_once")
+def test_a_second_derivation_without_numbers_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
+    own, forms = checking.judged, []
+
+    def judged(claim: Claim, *given: Any) -> FormReport:
+        if (second := claim.second) is not None:
+            claim = replace(claim, second=lambda engine, state: np.nan * second(engine, state))
+            forms.append(claim.name)
+        return own(claim, *given)
+
+    monkeypatch.setattr(checking, "judged", judged)
+    report = check(drone(), states=2, profile="quick")
+    failed = {form.name: str(form.worst) for form in report.forms if form.verdict == "FAILS"}
+    assert forms and set(failed) == set(forms) and not report.passed
+    assert all("not a number by" in text for text in failed.values())

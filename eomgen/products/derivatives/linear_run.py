@@ -34,7 +34,7 @@ def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
         fault += f"a formula has none there, of the forces perhaps {operations}"
     else:
         fault += "a formula has none there (a root, a logarithm or a power at zero)"
-    hint = "a formula that is smooth there, sqrt(x**2 + 1e-6) for abs(x); eomgen check names formulas that are not"
+    hint = "a formula of finite slope there, x / sqrt(x + width) for sqrt(x); eomgen check names formulas without"
     return NumericalError(Problem("sensitivities", fault, hint))
 
 

@@ -80,7 +80,7 @@ def _why(form: FormReport) -> str:
     if form.worst is not None:
         return f"FAILS: {form.worst}"
     return (
-        "cannot be decided: neither differences nor complex steps are finite"
+        "cannot be decided: another derivation, such as differences and complex steps, is not finite"
         if form.verdict == "undecided"
         else ("was not checked: no state where it is finite")
     )

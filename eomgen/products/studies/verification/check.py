@@ -125,6 +125,11 @@ def judged(
         )
     if claim.second is not None:
         second = claim.second(engine, state)
+        unknown = finite & ~np.isfinite(second)
+        for one in _not_numbers(claim, operations, state, names, ~unknown, remarks):
+            text = f"{one.entry}: not a number by {claim.second_name}, at {one.state}"
+            failures.append(replace(one, by=claim.second_name, explained=text))
+        undecided |= bool(unknown.any())
         failures += _worst(claim, names, finite, value, second, sizes.exact, claim.second_name)
         report = replace(report, second=_largest(second - value, sizes, ~singular))
     verdict: Verdict = "FAILS" if failures else "undecided" if undecided else "agrees"
