@@ -3,4 +3,4 @@
 #: Open to the other parts of ``simulation``.
 WITHIN = ["diagnosis", "finished_run", "start_checks"]
 
-__all__ = ["register", "remarks", "turned_elements"]
+__all__ = ["remarks", "turned_elements"]
