@@ -81,6 +81,22 @@ def test_a_coordinate_that_its_error_hides_is_named(travel: float, named: bool) 
     assert ("unresolved_coordinate" in [finding.name for finding in run.findings]) == named
 
 
+@pytest.mark.parametrize(("step", "named"), [(0.014, True), (0.002, False)])
+@pytest.mark.parametrize("travel", [1e-6, 1e-3])
+def test_a_small_coordinate_with_a_large_error_in_parts_of_its_own_motion_is_named(
+    travel: float, step: float, named: bool
+) -> None:
+    builder = eomgen.SceneBuilder("device_on_a_vehicle", gravity=[0, 0, 0])
+    builder.body("vehicle", 1.0).body("device", 1.0)
+    builder.joint("x", "prismatic", "base", "vehicle", axis=[1, 0, 0], initial={"velocity": 50.0})
+    device = {"stiffness": 400.0, "initial": {"position": travel}}
+    builder.joint("y", "prismatic", "base", "device", axis=[0, 1, 0], **device)
+    run = eomgen.build(builder.build(), profile="quick").simulate(2.0, step, method="generalized_alpha")
+    off = np.abs(run.q[:, 1] - travel * np.cos(20.0 * run.t)).max() / (2.0 * travel)
+    assert (0.1 < off < 0.3) == named
+    assert ("q.y is not resolved: its motion of " in run.message) == named
+
+
 @pytest.mark.long_except("absolute")
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_a_body_in_water_makes_no_claim_of_momentum(coordinates: str) -> None:

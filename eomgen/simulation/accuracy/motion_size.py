@@ -100,7 +100,7 @@ def _same(first: list[Array], second: list[Array]) -> bool:
 #: Size of a motion, as a part of the largest of the same unit, below which a size is not used as a measure.
 _SMALL = 1e-3
 #: The same in parts of the coordinates, or of 1 rad: motion below is rounding.
-_REST = 1e-9
+REST = 1e-9
 #: The same of motions of which forces have no digits, either.
 _TREMBLING = 1e-12
 #: Part of the energies at work below which the range of an energy counts as kept energy.
@@ -292,11 +292,11 @@ def size_of(
     reach = _reach(column["q"], model.q_units, units)
     rates, ways = np.zeros(model.nv), reach
     if work is not None:  # the least share of the energy at work that counts as motion
-        rates, ways = _REST * work.rates, np.maximum(reach, work.duration * work.rates)
-    sizes = {"increment": _measure(size, units, _REST * ways)}
+        rates, ways = REST * work.rates, np.maximum(reach, work.duration * work.rates)
+    sizes = {"increment": _measure(size, units, REST * ways)}
     sizes["q"] = _of_coordinates(model, sizes["increment"])
     sizes["v"] = _measure(np.abs(column["v"]).max(axis=0), model.v_units, rates)
-    sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, _REST * np.abs(column["z"]).max(axis=0))
+    sizes["z"] = _measure(np.ptp(column["z"], axis=0), model.z_units, REST * np.abs(column["z"]).max(axis=0))
     sizes["multipliers"] = _measure(np.abs(column["multipliers"]).max(axis=0))
     units_of = model.outputs
     forces = {} if work is None else work.forces
@@ -307,7 +307,7 @@ def size_of(
         extent = np.ptp(table, axis=0)
         if units_of[name] == "J":
             extent = np.where(extent < _KEPT * energies, energies, extent)
-        sizes[f"output.{name}"] = _measure(extent, floor=_REST * least)
+        sizes[f"output.{name}"] = _measure(extent, floor=REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
     least = np.concatenate([_TREMBLING * reach, np.zeros(len(model.z_names))])
@@ -376,6 +376,19 @@ def reach_of(model: CompiledModel, q: Array) -> Array:
     """
     units = [unit.removesuffix("/s") for unit in model.v_units]
     return _reach(q.reshape(-1, model.nq), model.q_units, units)
+
+
+def reach_at_work(run: Run, rows: Array, parameters: Array) -> Array:
+    """Return for each component of the velocity the reach, or the way by the energy at work if that is longer, (nv,).
+
+    Parameters
+    ----------
+    rows : (n, width) of the record
+    parameters : (np,), or (n, np), at the rows
+    """
+    model, work = run.model, at_work(run, rows, parameters)
+    reach = reach_of(model, rows[:, 1 : 1 + model.nq])
+    return reach if work is None else np.maximum(reach, work.duration * work.rates)
 
 
 def _reach(q: Array, q_units: Sequence[str], units: Sequence[str]) -> Array:

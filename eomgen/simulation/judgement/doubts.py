@@ -16,6 +16,7 @@ from eomgen.base.limits import Limit
 from eomgen.base.messages import listed
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, Finding
+from eomgen.simulation.accuracy.motion_size import REST
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.invariants import (
@@ -40,13 +41,14 @@ WRONG_VELOCITY = Limit(
 )
 #: Error target of hints, and largest error that follows powers of the step, relative to the motion.
 AIM, FOLLOWED = 0.01, 0.5
-HIDDEN = Limit(3.0, "1", "motion in parts of its estimated error", "98 % of stated errors are within a factor of three")
 FEW_QUANTA = Limit(
     6.0,
     "1",
     "estimated error of a rounded state in quanta",
     "runs differ by up to 2 quanta, estimates are up to twice a difference, errors up to 1.5 times an estimate",
 )
+#: Least motion in parts of its reach in double precision, and in single precision.
+FINEST = (REST, 1e3 * float(np.finfo(np.float32).eps))
 #: The method whose multipliers have the least rounding.
 ROUNDING_LEAST = "generalized_alpha"
 ROUNDED = Limit(0.01, "1", "rounding in parts of the multipliers", "a choice: the error at which hints aim")
@@ -124,7 +126,7 @@ def _refinement(run: FinishedRun, largest: LargestError) -> str:
 
 
 class UnresolvedComponent(NamedTuple):
-    """A coordinate or internal state with an error larger than the motion; the unit begins with a space."""
+    """A coordinate or internal state with a large error in parts of its motion; the unit begins with a space."""
 
     name: str
     travel: float
@@ -144,10 +146,10 @@ def _unresolved_coordinate(run: FinishedRun) -> Iterator[Finding]:
 
 
 def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
-    """Return coordinates of joints and internal states with a motion that is relatively small, and smaller than three
-    times the estimated error.
+    """Return coordinates of joints and internal states with a motion that is relatively small, and a large estimated
+    error in parts of this motion.
 
-    Motion below a billionth of the largest coordinate of the unit is rounding.
+    Motion below a billionth of the reach of the coordinate, ``run.reach``, is rounding.
     """
     if not run.error.available:
         return []
@@ -156,29 +158,27 @@ def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
 
 
 def _hidden(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
-    """Return the coordinates and internal states whose errors hide motions of q, (n, nq), and z, (n, nz)."""
+    """Return the coordinates and internal states with large errors in parts of the motions of q, (n, nq), and z,
+    (n, nz)."""
     model, error = run.run.model, run.error
     reported = noticed_error(error)
-    least = 1e3 * float(np.finfo(np.float32).eps) if run.single else 1e-9
-    (q_travel, q_sizes), (z_travel, z_sizes) = (_extents(values) for values in (q, z))
-    reach = {"rad": 1.0}
-    for unit, size in zip(model.q_units, q_sizes, strict=True):
-        reach[unit] = max(reach.get(unit, 0.0), size)
+    part = FINEST[run.single]
+    q_travel, z_travel = (np.ptp(values, axis=0).tolist() for values in (q, z))
     errors, of_states = error.increment.tolist(), error.z.tolist()
-    angles = [(factor.q_start, errors[factor.v_start]) for factor in model.factors if factor.group == "R"]
-    result = [(model.q_names[k], q_travel[k], by, model.q_units[k], reach[model.q_units[k]]) for k, by in angles]
-    result += zip(model.z_names, z_travel, of_states, model.z_units, z_sizes, strict=True)
+    axes = [(factor.q_start, factor.v_start) for factor in model.factors if factor.group == "R"]
+    known = [(model.q_names[k], q_travel[k], errors[j], model.q_units[k], j) for k, j in axes]
+    known += zip(model.z_names, z_travel, of_states, model.z_units, range(-len(of_states), 0), strict=True)
+    large = [
+        one for one in known if one[2] > DOUBTFUL_ERROR * one[1] > 0.0 and (reported is None or one[0] != reported.name)
+    ]
+    if not large:
+        return []
+    reach = np.concatenate([run.reach, np.abs(z).max(axis=0)])
     return [
         UnresolvedComponent(name, travel, by, "" if unit in ("", "1") else f" {unit}")
-        for name, travel, by, unit, largest in result
-        if (reported is None or name != reported.name) and travel > least * largest and HIDDEN * by > travel
+        for name, travel, by, unit, place in large
+        if travel > part * reach[place]
     ]
-
-
-def _extents(values: Array) -> tuple[list[float], list[float]]:
-    """Return the range and the largest absolute value of each column."""
-    high, low = values.max(axis=0), values.min(axis=0)
-    return (high - low).tolist(), np.maximum(high, -low).tolist()
 
 
 def _energy_balance(run: FinishedRun) -> Iterator[Finding]:
@@ -279,7 +279,7 @@ _DOUBTS = (
         continues=", and ",
         limits=(LARGE_ERROR, DOUBTFUL_ERROR, WRONG_VELOCITY, FEW_QUANTA),
     ),
-    Check("unresolved_coordinate", _unresolved_coordinate, unless=FAULTS, continues=", and ", limits=(HIDDEN,)),
+    Check("unresolved_coordinate", _unresolved_coordinate, unless=FAULTS, continues=", and ", limits=(DOUBTFUL_ERROR,)),
     Check(
         "energy_balance",
         _energy_balance,

@@ -21,6 +21,7 @@ from eomgen.lie.product import Factor
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import WARNING, Finding, Severity
+from eomgen.simulation.accuracy.motion_size import reach_at_work
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
@@ -324,6 +325,11 @@ class FinishedRun:
         taken = step_rows(self.run, self.stepper.library, rows, self.present, self.statistics)
         states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
         return states.q, states.z
+
+    @cached_property
+    def reach(self) -> Array:
+        """The way of which motions are parts, of each velocity, (nv,): by coordinates and by the energy at work."""
+        return reach_at_work(self.run, self.trajectory.rows, self.present)
 
     @cached_property
     def fastest(self) -> FastestRates:
