@@ -232,8 +232,8 @@ def test_rows_are_compared_at_their_times() -> None:
 def runs_of(size: MotionSize, rows: Any, outputs: dict[str, Any], made: Any = None) -> Any:
     run = SimpleNamespace(model=made or model(), grid=SimpleNamespace(start=0.0))
     return SimpleNamespace(
-        size=size, rounding=1e-12, own=SimpleNamespace(outputs=outputs), span=SimpleNamespace(rows=rows), run=run,
-        step=0.1,
+        size=size, rounding=1e-12, single=False, own=SimpleNamespace(outputs=outputs), run=run,
+        span=SimpleNamespace(rows=rows), step=0.1,
     )  # fmt: skip  # two lines
 
 

@@ -53,7 +53,9 @@ class Runs:
             outputs={},
         )  # fmt: skip  # two lines
 
-    def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> Any:
+    single = False
+
+    def at(self, *, multiple: float = 1.0, tolerance: float | None = None, largest: float = math.inf) -> Any:
         self.asked.append((multiple, tolerance))
         stopped = self.stops.get(multiple, "")
         return self.motion(multiple, tolerance, stopped, 1 if stopped.startswith("at once") else 3)

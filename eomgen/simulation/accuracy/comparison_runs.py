@@ -6,7 +6,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from functools import cached_property
 from types import MappingProxyType
 from typing import NamedTuple
 
@@ -97,6 +96,7 @@ def comparison_run(
     *,
     multiple: float = 1.0,
     tolerance: float | None = None,
+    largest: float = math.inf,
     every: int | None = None,
     progress: Progress | None = None,
 ) -> Comparison:
@@ -105,6 +105,7 @@ def comparison_run(
     Parameters
     ----------
     multiple : ratio of the steps, as 2, 4 or 1/2; relative to the span if the run's step is longer than the span
+    largest : bound on the method's own steps, s, if it chooses them
     every : steps between the rows; by default the common rows
     """
     model = run.model
@@ -112,7 +113,8 @@ def comparison_run(
     begin, start, end = span.rows[0], float(span.rows[0, 0]), float(span.rows[-1, 0])
     settings = {**run.settings, "step": min(run.settings["step"], end - start) * multiple, **changed}
     if "largest_step" in settings:
-        settings["largest_step"] *= min(max(multiple, _LEAST_BOUND), 1.0)
+        bound = settings["largest_step"] * min(max(multiple, _LEAST_BOUND), 1.0)  # 0: none
+        settings["largest_step"] = min(bound or math.inf, largest) if math.isfinite(largest) else bound
     p = span.parameters if span.parameters.ndim == 1 else span.parameters[0]
     q, v, z = begin[1 : 1 + model.nq], begin[1 + model.nq : 1 + model.nq + model.nv], begin[len(begin) - model.nz :]
     try:
@@ -245,13 +247,22 @@ class ComparisonRuns:
     def _same(self) -> float:
         return SAME_TIME * self.step
 
-    def at(self, *, multiple: float = 1.0, tolerance: float | None = None) -> ComparedMotion:
-        """Return the motion with another step or tolerance. Raises NoEstimateError if the run was interrupted."""
+    def at(self, *, multiple: float = 1.0, tolerance: float | None = None, largest: float = math.inf) -> ComparedMotion:
+        """Return the motion with another step or tolerance, and own steps up to ``largest``, s.
+
+        Raises NoEstimateError if the run was interrupted.
+        """
         before = self._steps
         self._steps += math.ceil(self.span.steps / multiple)
         report = counted(self._progress, before, max(self._all, self._steps))
         result = comparison_run(
-            self.run, self._library, self.span, multiple=multiple, tolerance=tolerance, progress=report
+            self.run,
+            self._library,
+            self.span,
+            multiple=multiple,
+            tolerance=tolerance,
+            largest=largest,
+            progress=report,
         )
         if result.interrupted:
             raise NoEstimateError(INTERRUPTED)
@@ -267,11 +278,20 @@ class ComparisonRuns:
         count = self.own.statistics.get("own_steps")
         return count is not None and count == other.statistics.get("own_steps")
 
-    @cached_property
+    @property
+    def single(self) -> bool:
+        """Whether the run is in single precision."""
+        return bool(self.run.model.library.real == "float")
+
+    @property
+    def last_place(self) -> float:
+        """The unit in the last place of 1."""
+        return float(np.finfo(np.float32 if self.single else np.float64).eps)
+
+    @property
     def rounding(self) -> float:
         """The part of the motion that rounding may be."""
-        single = self.run.model.library.real == "float"
-        return _ROUNDING * float(np.finfo(np.float32 if single else np.float64).eps)
+        return _ROUNDING * self.last_place
 
     def tell(self, multiple: float, other: float) -> bool:
         """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""

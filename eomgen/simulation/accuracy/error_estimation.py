@@ -33,6 +33,7 @@ from eomgen.simulation.accuracy.comparison_runs import (
 )
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
 from eomgen.simulation.accuracy.richardson import (
+    OTHER_ORDER,
     FastestRates,
     Pair,
     estimate,
@@ -56,8 +57,8 @@ _FEW_STEPS = 16
 _PRIME_PARTS, _OF_JUMPS = (3, 5), 1.0
 #: Powers of 1/2 of the step that are tried for runs of one step, or of steps that were halved.
 _QUARTERS = (2, 4)
-#: How far the observed order may be from the method's, unless the error is a negligible part of the motion.
-_OTHER_ORDER, _NEGLIGIBLE = 0.75, 1e-10
+#: Part of the motion below which an error of another order than the method's does not matter.
+_NEGLIGIBLE = 1e-10
 #: Part of the motion that no error reaches but one of a run that explodes.
 _EXPLODED = 10.0
 #: Factor by which the time of an event near the end may differ between two runs more than the times of other events.
@@ -168,7 +169,9 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
     Errors follow tolerances only roughly: at a corner, or with few steps, a tenth of the tolerance makes from a
     hundredth of the error to twice as much. So the run at the smaller tolerance is taken, though its cost is higher.
     The time grid is refined as well: the first steps follow from the grid. With the same grid, both tolerances would
-    have the same first steps if no force acts yet, and both runs would meet a narrow barrier at the same place. Events
+    have the same first steps if no force acts yet, and both runs would meet a narrow barrier at the same place. If
+    steps are as long as rounding allows, they do not follow the tolerance, but their errors grow with the motion: so
+    the longest steps are bounded as the tolerances would have them. Events
     are looked for on the grid, and rows of inputs, between which inputs are curves of low order, lie on the grid.
     Without events and such rows the grid stays if steps end at jumps or samples: a halved grid could halve these steps,
     and both runs would differ by more than the tolerances explain.
@@ -185,7 +188,9 @@ def _by_tolerance(runs: ComparisonRuns) -> ErrorEstimate:
     result = None
     for power, multiple in tries:
         tolerance = own * math.pow(2.0, power)
-        result = runs.at(tolerance=tolerance, multiple=multiple)
+        ratio = math.pow(2.0, power / float(runs.run.method.order))
+        largest = ratio * runs.own.statistics.get("largest_step", math.inf) if power < 0.0 else math.inf
+        result = runs.at(tolerance=tolerance, multiple=multiple, largest=largest)
         if len(result.rows) > 1 and not result.stopped:
             apart = runs.apart(runs.own, result)
             if multiple >= 0.5 and runs.same(apart) and (bound or runs.same_count(result)):
@@ -405,5 +410,5 @@ def _doubtful(runs: ComparisonRuns, result: ErrorEstimate, near: MotionDifferenc
         return True
     if runs.run.method.order > _OF_CORNERS and crosses_corners(runs.run, runs.span.rows, runs.span.parameters):
         return True  # the order that longer steps show is chance
-    other_order = abs(result.order - result.declared_order) > _OTHER_ORDER and result.relative > _NEGLIGIBLE
+    other_order = abs(result.order - result.declared_order) > OTHER_ORDER and result.relative > _NEGLIGIBLE
     return other_order or float(shares(near.kinds, runs.size).max(initial=0.0)) > _DOUBTFUL

@@ -2,7 +2,11 @@
 
 If x_h - x = C h^p + higher powers, then x_2h - x_h = (2^p - 1) (x_h - x), and the ratio of x_4h - x_2h to x_2h - x_h
 shows whether p is the method's order: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993),
-II.4. Which runs are compared, and when there is no estimate, ``error_estimation`` decides.
+II.4. Rounding errors of the steps add up like independent numbers (Henrici: Discrete Variable Methods in Ordinary
+Differential Equations, 1962, 1.5): after n steps to half a unit in the last place times the root of n, which is counted
+in single precision. Of two runs, differences have the variances of both: if they are as small as rounding and do not
+show the method's order, the error is the difference. Which runs are compared, and when there is no estimate,
+``error_estimation`` decides.
 
 Differences of runs at other steps show the error if the step resolves the fastest rate of the equations: only then do
 errors follow powers of the step (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, 1993, II.4). If it
@@ -42,12 +46,14 @@ from eomgen.compiled.equations import accelerations, has_residual_partials, resi
 from eomgen.errors import EomgenError
 from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, LargestError
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, ComparisonRuns, MotionDifference
-from eomgen.simulation.accuracy.motion_size import Kinds, reach_of, shares
+from eomgen.simulation.accuracy.motion_size import Kinds, columns_of, reach_of, shares
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States, states_of
 
 #: Differences above this part of the motion are too large to follow powers of the step.
 _SATURATED = 0.1
+#: How far the observed order may be from the method's.
+OTHER_ORDER = 0.75
 #: Scales of relative errors: of components that hardly move, and of outputs.
 A_TURN = "a turn"
 SMALL, RANGE = "{least}, the least that counts as its motion", "its range"
@@ -100,15 +106,20 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
     steps."""
     size = runs.size
     errors, orders = {}, {}
+    rounding = _accumulated_rounding(runs, pair.apart.t) if runs.single else {}
     for kind, apart in pair.apart.kinds.items():
-        orders[kind] = math.nan
+        orders[kind] = lowest = math.nan
         if pair.near is not None and pair.far is not None:
             with np.errstate(all="ignore"):
                 far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
             orders[kind] = observed_order(far, near, runs.rounding, pair.refinement)
+            lowest = observed_order(far, near, 0.0, pair.refinement)
         used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
         with np.errstate(invalid="ignore"):  # no difference of equal steps is not known, and counts as infinite
-            errors[kind] = apart * pair.gain(used)
+            gain = pair.gain(used)
+            if math.isnan(orders[kind]) and lowest < declared - OTHER_ORDER:
+                gain = np.maximum(gain, 1.0)
+            errors[kind] = np.maximum(apart * gain, rounding.get(kind, 0.0))
     share = shares(errors, size)
     row, component = np.unravel_index(int(np.argmax(share)), share.shape) if share.size else (0, 0)
     times = pair.apart.t
@@ -153,6 +164,22 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
         largest_output=_largest_output(runs, errors, times),
         method=f"{pair.words}{_since(runs)}",
     )
+
+
+def _accumulated_rounding(runs: ComparisonRuns, times: Array) -> Kinds:
+    """Return rounding errors of coordinates, velocities and internal states by kind, (n, size), at times (n,)."""
+    model, rows = runs.run.model, runs.own.rows
+    part = (times - rows[0, 0]) / max(float(np.ptp(rows[:, 0])), math.ulp(0.0))
+    steps = runs.own.statistics.get("own_steps", runs.span.steps)
+    grown = (0.5 * runs.last_place * np.sqrt(steps * np.clip(part, 0.0, 1.0)))[:, np.newaxis]
+    sizes = {kind: np.abs(values).max(axis=0, initial=0.0) for kind, values in columns_of(model, rows).items()}
+    increment = np.ones(model.nv)  # of rotations
+    for factor in model.factors:
+        if factor.group == "R":
+            increment[factor.v] = sizes["q"][factor.q]
+        else:
+            increment[factor.v_start + 3 : factor.v_start + factor.v_size] = sizes["q"][factor.q][4:]
+    return {kind: grown * size for kind, size in {**sizes, "increment": increment}.items() if kind != "multipliers"}
 
 
 def _since(runs: ComparisonRuns) -> str:
