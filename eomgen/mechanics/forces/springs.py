@@ -61,7 +61,8 @@ def add_loops(loads: Loads, springs: Sequence[Spring], quantities: Quantities) -
             continue
         still = tuple(min(end.link, 0) for end in ends)
         damped = not quantities.formula(spring.damping).is_zero
-        kinds.setdefault((tuple(links), still, damped), []).append((spring, *ends))
+        of_length = not quantities.formula(spring.length).is_zero
+        kinds.setdefault((tuple(links), still, damped, of_length), []).append((spring, *ends))
     for members in kinds.values():
         if len(members) < FEWEST:
             alone += [spring for spring, _, _ in members]
@@ -171,34 +172,45 @@ def _results(
         velocities.append(apply(node.axes, plus(node.velocity, cross(node.omega, place))))
     stiffness, damping, slack = law
     span = minus(positions[1], positions[0])
-    length = algebra.length(span)
-    direction = scaled(algebra.one / length, span)
-    rate = dot(direction, minus(velocities[1], velocities[0]))
-    extension = length - slack
-    pull = scaled(stiffness * extension + damping * rate, direction)
+    if slack.is_zero and damping.is_zero:  # the force of points that meet is 0, and needs no direction
+        pull, potential, power = scaled(stiffness, span), 0.5 * (stiffness * dot(span, span)), algebra.zero
+    else:
+        length = algebra.length(span)
+        direction = scaled(algebra.one / length, span)
+        rate = dot(direction, minus(velocities[1], velocities[0]))
+        extension = length - slack
+        pull = scaled(stiffness * extension + damping * rate, direction)
+        potential, power = 0.5 * (stiffness * (extension * extension)), damping * rate * rate
     wrenches = []
     for node, place, sign in zip(nodes, places, (algebra.one, -algebra.one), strict=True):
         force = apply(transpose(node.axes), scaled(sign, pull))
         wrenches.append((cross(place, force), force))
-    return (wrenches[0], wrenches[1]), 0.5 * (stiffness * (extension * extension)), damping * rate * rate
+    return (wrenches[0], wrenches[1]), potential, power
 
 
 def stretch(quantities: Quantities, spring: Spring) -> tuple[Scalar, Scalar, Vector]:
     """Return length, m, rate of length, m/s, and unit vector from first to second point, (3,), in base axes."""
+    span, speed = _span(quantities, spring)
+    length = quantities.algebra.length(span)
+    direction = scaled(quantities.algebra.one / length, span)
+    quantities.algebra.named(f"direction_{spring.name}", direction)
+    return length, dot(direction, speed), direction
+
+
+def _span(quantities: Quantities, spring: Spring) -> tuple[Vector, Vector]:
+    """Return the second point relative to the first one, m, and its rate, m/s, (3,) each, in base axes."""
     points = {name: quantities.at(quantities.points[name]) for name in (spring.first, spring.second)}
     algebra, kinematics = quantities.algebra, quantities.kinematics
     positions = [algebra.named(f"p_{name}", kinematics.position_in_base(*point)) for name, point in points.items()]
     velocities = [algebra.named(f"v_{name}", kinematics.velocity_in_base(*point)) for name, point in points.items()]
     span = minus(positions[1], positions[0])
     speed = minus(velocities[1], velocities[0])
-    length = quantities.algebra.length(span)
-    if length.is_zero:
+    if all(part.is_zero for part in span):
         fault = f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no direction"
         raise ModelError(Problem(f"spring {spring.name}", fault, "points that can separate, or a torsion spring"))
-    direction = scaled(quantities.algebra.one / length, span)
-    for quantity, vector in (("span", span), ("rate", speed), ("direction", direction)):
+    for quantity, vector in (("span", span), ("rate", speed)):
         quantities.algebra.named(f"{quantity}_{spring.name}", vector)
-    return length, dot(direction, speed), direction
+    return span, speed
 
 
 def tension(quantities: Quantities, spring: Spring) -> Scalar:
@@ -213,20 +225,28 @@ def add_spring(loads: Loads, spring: Spring, quantities: Quantities) -> None:
     mounts = quantities.tree.mounts
     if all(mounts[quantities.points[name].body].link < 0 for name in (spring.first, spring.second)):
         return  # between base and world: strained by the prescribed motion of the base
-    length, rate, direction = stretch(quantities, spring)
-    force = tension(quantities, spring)
-    for quantity, value in (("length", length), ("rate", rate), ("tension", force)):
-        value.tape.name(value.ref, f"{quantity}_{spring.name}")
-    pull = quantities.algebra.named(f"force_{spring.name}", scaled(force, direction))
+    stiffness, damping, slack, active = (
+        quantities.formula(item) for item in (spring.stiffness, spring.damping, spring.length, spring.force)
+    )
+    if slack.is_zero and damping.is_zero and active.is_zero:  # the force of points that meet is 0, without direction
+        span, _ = _span(quantities, spring)
+        pull, twice_potential, power = scaled(stiffness, span), stiffness * dot(span, span), quantities.algebra.zero
+    else:
+        length, rate, direction = stretch(quantities, spring)
+        force = tension(quantities, spring)
+        for quantity, value in (("length", length), ("rate", rate), ("tension", force)):
+            value.tape.name(value.ref, f"{quantity}_{spring.name}")
+        extension = length - slack
+        pull, twice_potential = scaled(force, direction), stiffness * (extension * extension)
+        power = (damping * rate + active) * rate
+    pull = quantities.algebra.named(f"force_{spring.name}", pull)
     ends = ((spring.first, spring.second, pull), (spring.second, spring.first, negative(pull)))
     for name, other, end_force in ends:
         push(loads.wrenches, quantities, name, end_force)
         if quantities.points[other].body == WORLD_NAME:
             push(loads.external, quantities, name, end_force)
-    extension = length - quantities.formula(spring.length)
-    loads.potential = loads.potential + 0.5 * (quantities.formula(spring.stiffness) * (extension * extension))
-    dissipative = quantities.formula(spring.damping) * rate + quantities.formula(spring.force)
-    loads.power = loads.power - dissipative * rate
+    loads.potential = loads.potential + 0.5 * twice_potential
+    loads.power = loads.power - power
 
 
 def _length(quantities: Quantities, spring: Spring) -> Scalar:

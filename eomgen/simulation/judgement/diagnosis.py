@@ -14,9 +14,9 @@ import numpy as np
 
 from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
-from eomgen.base.messages import counted
+from eomgen.base.messages import counted, listed
 from eomgen.compiled.equations import accelerations
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import apply, evaluate
@@ -34,7 +34,7 @@ from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.system.description import BASE, Description
+from eomgen.system.description import BASE, Description, Point
 from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
@@ -50,6 +50,10 @@ _SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})
 _ROWS = 500
 #: Displacements to the places around a centre, by the size of a body.
 _AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
+#: Distance of ends in one place, in parts of their coordinates.
+_MET = 8.0 * float(np.finfo(float).eps)
+#: The pose of the world.
+_STILL = np.array([1.0, 0, 0, 0, 0, 0, 0])
 #: Arguments beyond this size come from a motion that has grown without end.
 _GROWN = 1e12
 
@@ -211,6 +215,9 @@ def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -
     values = {**values, **_positions(model, t, q, p, values)}
     if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
+    if met := _met_springs(model, t, q, p, values):
+        fault = f", where the ends of {met} meet, and a force along the line between them has no direction"
+        return fault, "ends that stay apart; springs of length 0 without damping have a force where their ends meet"
     if taken := large_angles(model.description, values):
         return f", where formulas take {taken}: {REASON}", HINT
     if angles := large_joint_angles(model.q_names, model.q_units, q):
@@ -231,6 +238,28 @@ def _positions(model: CompiledModel, t: float, q: Array, p: Array, values: Value
             position = model.point(item.body, place, q, t=t, parameters=p).position
             result |= {("position", item.name, k): float(position[k]) for k in range(3)}
     return result
+
+
+def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
+    """Return the springs whose ends are in one place, in words; empty if there are none."""
+    points, result = {point.name: point for point in model.description.drawing.points}, []
+    for line in model.description.drawing.lines:
+        try:
+            places = [_place_of(model, points[end], t, q, p, values) for end in (line.first, line.second)]
+        except (ArithmeticError, KeyError, EomgenError):  # of something that is not known here
+            continue
+        if line.elastic and np.ptp(places, axis=0).max() <= _MET * np.abs(places).max():
+            result.append(line.name)
+    return f"the spring{'s' * (len(result) > 1)} {listed(result)}" if result else ""
+
+
+def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: Values) -> Array:
+    """Return the world position of a point, (3,) m."""
+    place = np.array(_numbers(values, point.position))
+    if point.body in model.bodies:
+        return model.point(point.body, place, q, t=t, parameters=p).position
+    pose = model.base(t, parameters=p)[:7] if point.body == BASE else _STILL
+    return np.asarray(rotated(pose[:4], place) + pose[4:])
 
 
 def _numbers(values: Values, formulas: Sequence[Formula]) -> list[float]:
