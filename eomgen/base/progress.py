@@ -111,7 +111,7 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
 def terminal_bar(title: str) -> Iterator[Progress | None]:
     """Show a progress bar on stderr if the work takes more than a second; otherwise a line a minute."""
     if not sys.stderr.isatty():
-        yield Reporter(_line_a_minute(title), _written)
+        yield Reporter(_line_a_minute(title), _write_line)
         return
     # only for a terminal
     from rich.console import Console  # noqa: PLC0415
@@ -130,7 +130,7 @@ def terminal_bar(title: str) -> Iterator[Progress | None]:
         yield Reporter(lambda done, total: bar.update(task, completed=done, total=total), bar.console.print)
 
 
-def _written(text: str) -> None:
+def _write_line(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
@@ -147,7 +147,7 @@ def _line_a_minute(title: str) -> Progress:
             rest = ""
             if done > before:
                 rest = f", about {duration((now - begun) * (total - done) / (done - before))} left"
-            _written(f"{title}: {100.0 * done / max(total, 1):.3g} % after {duration(now - begun)}{rest}")
+            _write_line(f"{title}: {100.0 * done / max(total, 1):.3g} % after {duration(now - begun)}{rest}")
 
     return report
 

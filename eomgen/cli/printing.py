@@ -89,7 +89,7 @@ def print_table(
     out, unfolded = console(), {*numeric, *whole}
     fits = sum(map(max, widest, map(cell_len, header))) + _GAP * (len(header) - 1) <= out.width
     titles = [
-        _folded(name, widest[index]) if index in unfolded and not fits else [name] for index, name in enumerate(header)
+        _fold(name, widest[index]) if index in unfolded and not fits else [name] for index, name in enumerate(header)
     ]
     least = [
         max(widest[index], *map(cell_len, titles[index]))
@@ -122,7 +122,7 @@ def print_table(
 _GAP, _NAME = 2, 12
 
 
-def _folded(title: str, width: int) -> list[str]:
+def _fold(title: str, width: int) -> list[str]:
     """Return a title in lines of at most ``width`` characters; longer words have a line each."""
     lines: list[str] = []
     for word in title.split(" "):

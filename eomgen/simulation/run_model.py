@@ -24,7 +24,6 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.families.register import method_named
 from eomgen.results.dense_output import Between, Index, Rows
 from eomgen.results.events import Events
-from eomgen.results.finding import Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.motions import RecordedMotions
 from eomgen.simulation.stepping.controllers import CallerControllers, called_by
@@ -37,6 +36,7 @@ from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
+    from eomgen.results.finding import Finding
     from eomgen.results.scenery import PosesAndScenery
 
 

@@ -133,13 +133,13 @@ def assemble(
         The constraints contradict each other, or the guess is too far away; names the rows that stay violated.
     """
     if kept is None:
-        return _assembled(system, system, q, v, t)
+        return _assemble(system, system, q, v, t)
     # beams that follow joints have to turn with them before they are strained: held values alone are kept there
     ways = kept.ways if system.beams is None and system.elastic is None else kept.ways[-1:]
     for number, masks in enumerate(ways, 1):
         for_positions, for_rates = (system.holding(mask) if np.any(mask) else system for mask in masks)
         try:
-            return _assembled(for_positions, for_rates, q, v, t)
+            return _assemble(for_positions, for_rates, q, v, t)
         except ModelError as error:
             if number < len(ways):
                 continue
@@ -151,7 +151,7 @@ def assemble(
     raise AssertionError("there is at least one way")  # pragma: no cover
 
 
-def _assembled(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array, v: Array, t: float) -> Assembly:
+def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array, v: Array, t: float) -> Assembly:
     """Return the consistent state nearest to a guess, with systems for corrections of positions and of velocities."""
     first, start = system.constraint(q, t), RowsInMetric(system, q, t)
     rigid, strained, before = None, None, 0

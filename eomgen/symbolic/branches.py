@@ -20,7 +20,7 @@ _BOUNDED = frozenset(
 )
 
 
-def chosen(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
+def choose(tape: Tape, condition: Ref, then: Ref, otherwise: Ref) -> Ref:
     """Record the choice between two derivatives."""
     result = tape.select(condition, then, otherwise)
     if ZERO in (then, otherwise) or tape.conditions:
@@ -52,7 +52,7 @@ def plus(tape: Tape, x: Ref, y: Ref) -> Ref:
     return total
 
 
-def guarded(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
+def guarded_product(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
     """Record a product that is zero if the derivative is zero by a choice, also for an infinite slope."""
     condition = tape.conditions.get(abs(derivative))
     if condition is None:
@@ -60,9 +60,9 @@ def guarded(tape: Tape, slope: Ref, derivative: Ref) -> Ref:
     node, sign = abs(derivative), derivative > 0
     if tape.op[node] is Op.SELECT and ZERO in (tape.b[node], tape.c[node]):
         branches = (tape.b[node], tape.c[node])
-        then, otherwise = (guarded(tape, slope, ref if sign or ref == ZERO else -ref) for ref in branches)
-        return chosen(tape, tape.a[node], then, otherwise)
-    return chosen(tape, condition, tape.mul(slope, derivative), ZERO)
+        then, otherwise = (guarded_product(tape, slope, ref if sign or ref == ZERO else -ref) for ref in branches)
+        return choose(tape, tape.a[node], then, otherwise)
+    return choose(tape, condition, tape.mul(slope, derivative), ZERO)
 
 
 def common_condition(tape: Tape, derivatives: Iterable[Ref]) -> Ref | None:
@@ -76,10 +76,10 @@ def common_condition(tape: Tape, derivatives: Iterable[Ref]) -> Ref | None:
 
 def zero_unless(tape: Tape, condition: Ref | None, derivative: Ref) -> Ref:
     """Record the derivative, zero unless a condition holds; without a condition the derivative itself."""
-    return derivative if condition is None else chosen(tape, condition, derivative, ZERO)
+    return derivative if condition is None else choose(tape, condition, derivative, ZERO)
 
 
-def unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
+def may_be_unbounded(tape: Tape, slope: Ref, derivative: Ref) -> bool:
     """Return whether a slope may be infinite or not a number while a derivative is zero by a choice."""
     if abs(derivative) not in tape.conditions:
         return False

@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from eomgen.symbolic.branches import chosen, common_condition, note, plus, times, zero_unless
+from eomgen.symbolic.branches import choose, common_condition, note, plus, times, zero_unless
 from eomgen.symbolic.edges import logarithm_of_base, quotient
 from eomgen.symbolic.map import record
 from eomgen.symbolic.operations import ELEMENTARY, CurveLike, InputSymbol, Op
@@ -295,14 +295,14 @@ class Series:
         values = [term.value for term in operands]
         if op is Op.SELECT:
             branch = self.keep(values[0])
-            return SeriesTerm(tape.select(*values), chosen(tape, branch, operands[1].next, operands[2].next))
+            return SeriesTerm(tape.select(*values), choose(tape, branch, operands[1].next, operands[2].next))
         value = tape.call(op, *values)
         if op is Op.ABS:
             return SeriesTerm(value, tape.mul(self.keep(tape.call(Op.SIGN, values[0])), operands[0].next))
         if op in (Op.MIN, Op.MAX):
             first = values if op is Op.MIN else values[::-1]
             branch = self.keep(tape.call(Op.LE, *first))
-            return SeriesTerm(value, chosen(tape, branch, operands[0].next, operands[1].next))
+            return SeriesTerm(value, choose(tape, branch, operands[0].next, operands[1].next))
         return SeriesTerm(value, ZERO)
 
     def _from_derivative(self, number: int, x: SeriesTerm, slope: SeriesTerm) -> Ref:

@@ -9,7 +9,13 @@ from eomgen.base.verbs import Verb
 
 if TYPE_CHECKING:
     from eomgen.products.ensembles.designs import DESIGNS, OTHER_DESIGNS
-    from eomgen.products.ensembles.distributions import DISTRIBUTIONS, LISTS, Distribution, of_normal, read_distribution
+    from eomgen.products.ensembles.distributions import (
+        DISTRIBUTIONS,
+        LISTS,
+        Distribution,
+        from_normal,
+        read_distribution,
+    )
     from eomgen.products.ensembles.ensemble import Ensemble
     from eomgen.products.ensembles.samples import FailedSample
     from eomgen.products.ensembles.statistics import Ranking
@@ -23,7 +29,7 @@ __all__ = [
     "Ensemble",
     "FailedSample",
     "Ranking",
-    "of_normal",
+    "from_normal",
     "read_distribution",
     "simulate_many",
 ]
@@ -43,7 +49,7 @@ PRODUCT = Product(
 )
 _HOMES = {
     **dict.fromkeys(("DESIGNS", "OTHER_DESIGNS"), "designs"),
-    **dict.fromkeys(("DISTRIBUTIONS", "LISTS", "Distribution", "of_normal", "read_distribution"), "distributions"),
+    **dict.fromkeys(("DISTRIBUTIONS", "LISTS", "Distribution", "from_normal", "read_distribution"), "distributions"),
     "Ensemble": "ensemble",
     "FailedSample": "samples",
     "Ranking": "statistics",

@@ -199,7 +199,7 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     return Distribution(text, kind.quantiles(*numbers), whole=name == "integers", upper=upper)
 
 
-def of_normal(distribution: Distribution, z: Array) -> Array:
+def from_normal(distribution: Distribution, z: Array) -> Array:
     """Return the values at which a quantity has the probabilities of a standard normal variable at z, of any shape."""
     below = distribution.quantiles(special.ndtr(np.minimum(z, 0.0)))
     share = special.ndtr(-np.maximum(z, 0.0))

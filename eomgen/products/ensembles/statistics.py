@@ -125,16 +125,16 @@ class Reduction:
 
     def _condense(self) -> None:
         """Bring the kept numbers into the centroids."""
-        rows = self._gathered()
+        rows = self._gather()
         cells, size = len(rows), max(1, _KEPT // (8 * (rows.shape[1] + self._centroids.shape[1])))
         parts = [
-            _condensed(*_merged(self._centroids[part], self._weights[part], rows[part]))
+            _condense(*_merge(self._centroids[part], self._weights[part], rows[part]))
             for part in (slice(begin, begin + size) for begin in range(0, cells, size))
         ]
         self._centroids, self._weights = (np.concatenate(one) for one in zip(*parts, strict=True))
         self._kept = []
 
-    def _gathered(self) -> Array:
+    def _gather(self) -> Array:
         """Return the kept numbers, (columns * times, samples), sorted with NaN last."""
         rows = np.concatenate(self._kept, axis=1) if self._kept else np.empty((self.count.size, 0))
         rows.sort(axis=1, kind="stable")  # of sorted numbers without cost
@@ -181,7 +181,7 @@ class Reduction:
         """Return the sorted values and their weights at each time of a column."""
         times = self.count.shape[1]
         part = slice(column * times, (column + 1) * times)
-        values, weights = _merged(self._centroids[part], self._weights[part], self._gathered()[part])
+        values, weights = _merge(self._centroids[part], self._weights[part], self._gather()[part])
         return [(x[w > 0.0], w[w > 0.0]) for x, w in zip(values, weights, strict=True)]
 
     # -- to a file and back --------------------------------------------------------------------------------------------
@@ -193,7 +193,7 @@ class Reduction:
 
     def arrays(self) -> dict[str, Array]:
         """Return all attributes as arrays."""
-        rest = {"kept": self._gathered(), "chunk": np.array(self.chunk)}
+        rest = {"kept": self._gather(), "chunk": np.array(self.chunk)}
         return {name.strip("_"): getattr(self, name) for name in self._WRITTEN} | rest
 
     @classmethod
@@ -207,7 +207,7 @@ class Reduction:
         return result
 
 
-def _merged(centroids: Array, weights: Array, rows: Array) -> tuple[Array, Array]:
+def _merge(centroids: Array, weights: Array, rows: Array) -> tuple[Array, Array]:
     """Return centroids and rows, (cells, n) each, in one order by value, and their weights: 0 of numbers that are
     unknown, which come last."""
     values = np.concatenate([centroids, rows], axis=1)
@@ -218,7 +218,7 @@ def _merged(centroids: Array, weights: Array, rows: Array) -> tuple[Array, Array
     return np.take_along_axis(values, order, 1), np.take_along_axis(sizes, order, 1)
 
 
-def _condensed(values: Array, weights: Array) -> tuple[Array, Array]:
+def _condense(values: Array, weights: Array) -> tuple[Array, Array]:
     """Return the centroids of sorted values with weights, (cells, n) each, and their weights: (cells, centroids)."""
     known = np.where(weights > 0.0, values, 0.0)
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -190,8 +190,8 @@ def _named_entries(
     for symbol, value in intermediates:
         expression = value.xreplace(inlined)
         # a name for cos(q) or -q is longer than the expression
-        inlined[symbol] = expression if sympy.count_ops(expression) <= 1 else naming.named(expression)
-    return naming.numbered([naming.fitted(_shorter(entry.xreplace(inlined))) for entry in column])
+        inlined[symbol] = expression if sympy.count_ops(expression) <= 1 else naming.symbol(expression)
+    return naming.number([naming.fit(_shorter(entry.xreplace(inlined))) for entry in column])
 
 
 def _shorter(expression: sympy.Expr) -> sympy.Expr:
@@ -211,28 +211,28 @@ class _Naming:
         self.width = width
         self.made: dict[sympy.Expr, sympy.Symbol] = {}
 
-    def named(self, expression: sympy.Expr) -> sympy.Symbol:
+    def symbol(self, expression: sympy.Expr) -> sympy.Symbol:
         """Return the name of an expression."""
-        value = self.fitted(expression)
+        value = self.fit(expression)
         if value not in self.made:
             self.made[value] = sympy.Dummy(real=True)
         return self.made[value]
 
-    def fitted(self, expression: sympy.Expr) -> sympy.Expr:
+    def fit(self, expression: sympy.Expr) -> sympy.Expr:
         """Return an expression whose summands fit a line, with names for long factors."""
         if _length(expression) <= self.width:
             return expression
         if expression.is_Add:
-            return expression.func(*(self.fitted(term) for term in expression.args))
+            return expression.func(*(self.fit(term) for term in expression.args))
         return expression.func(*(self._part(part) for part in expression.args))
 
     def _part(self, argument: Any) -> Any:
         """Return an argument of an operation, by name if longer than a third of a line."""
         if hasattr(argument, "cond"):  # a branch of a piecewise expression
             return argument.func(self._part(argument.expr), argument.cond)
-        return argument if argument.is_Atom or 3 * _length(argument) <= self.width else self.named(argument)
+        return argument if argument.is_Atom or 3 * _length(argument) <= self.width else self.symbol(argument)
 
-    def numbered(self, entries: Sequence[sympy.Expr]) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[Any]]:
+    def number(self, entries: Sequence[sympy.Expr]) -> tuple[list[tuple[sympy.Symbol, sympy.Expr]], list[Any]]:
         """Return the named expressions as ``w_1``, ``w_2``, ... in order of evaluation, and entries in these names."""
         final: dict[sympy.Symbol, sympy.Symbol] = {}
         shared = []
@@ -398,14 +398,14 @@ def document(system: System, described: Description, parts: Equations, *, width:
         lines += _table(title, items, typeset)
     if parts.shared:
         lines += [r"\section*{Named expressions}", "In the order of evaluation.", r"\begin{align*}"]
-        lines += [_joined(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))]
+        lines += [_join(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))]
         lines.append(r"\end{align*}")
     for name, matrix in parts.terms.items():
         symbol, title = TERMS[name]
         lines += [rf"\section*{{{title}}}", *_term(symbol, matrix, latex, width, vector=_is_vector(name))]
     if parts.base:
         lines += [r"\section*{Motion of the base}", r"\begin{align*}"]
-        lines += [_joined(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))]
+        lines += [_join(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))]
         lines.append(r"\end{align*}")
     return "\n".join([*lines, r"\end{document}", ""])
 
@@ -481,7 +481,7 @@ def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width:
         if matrix[row, column] != 0 and (symbol != "M" or row <= column)
     ]
     yield r"\begin{align*}"
-    yield _joined(
+    yield _join(
         line
         for row, column in places
         for line in _rows(
@@ -494,7 +494,7 @@ def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width:
     yield r"\end{align*}"
 
 
-def _joined(rows: Iterable[str]) -> str:
+def _join(rows: Iterable[str]) -> str:
     return " \\\\\n".join(rows)
 
 

@@ -276,7 +276,7 @@ class Savings:
     Attributes
     ----------
     doubt : str
-        Reason why the timed steps are no steps of the motion, as of friction that they pass over; empty without one.
+        Finding on motion that the timed steps do not resolve, as of friction that they pass over; empty without one.
     """
 
     scene: str

@@ -150,7 +150,7 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
     try:
         return _parsed(text, file, deepest)
     except _NotXmlError:
-        mended, faults = _mended(text)
+        mended, faults = _mend(text)
         if not faults:
             raise
         root = _parsed(mended, file, deepest)
@@ -158,7 +158,7 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
         return root
 
 
-def _mended(text: str) -> tuple[str, dict[str, int]]:
+def _mend(text: str) -> tuple[str, dict[str, int]]:
     """Return a text of equal lines without faults that other readers pass over, and the first line of each fault."""
     pieces: list[str] = []
     faults: dict[str, int] = {}

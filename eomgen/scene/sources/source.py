@@ -201,14 +201,14 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        if (text := _declared(data)) is not None:
+        if (text := _decode(data)) is not None:
             return text
         line = data.count(b"\n", 0, error.start) + 1
         problem = Problem(f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
         raise DescriptionError(problem) from None
 
 
-def _declared(data: bytes) -> str | None:
+def _decode(data: bytes) -> str | None:
     """Return the text of an XML file in the encoding of its byte order mark or its declaration; None without one."""
     declaration = _ENCODING.match(data)
     encoding = "utf-16" if data[:2] in (BOM_UTF16_LE, BOM_UTF16_BE) else declaration and declaration[1].decode("ascii")

@@ -355,7 +355,7 @@ class _Rates:
         spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
         if moves:
             decay = max([decay, *filter(None, map(self._at_row, spread))])
-        states = max([Rate.none(), *map(self._of_states, spread)]) if model.nz else Rate.none()
+        states = max([Rate.none(), *map(self._state_decay, spread)]) if model.nz else Rate.none()
         return FastestRates(decay, growth, passed, states)
 
     def _inputs(self, row: int) -> Array | None:
@@ -395,7 +395,7 @@ class _Rates:
             kicks = np.nan_to_num(kicks / size, nan=0.0, posinf=0.0)
         # laws are steep at rest, which stages of a step may pass although its end does not
         sign = np.sign(v[:-1])
-        turned = (np.sign(v[1:]) * sign <= 0.0) | (np.sign(self._reached()[:-1]) * sign <= 0.0)
+        turned = (np.sign(v[1:]) * sign <= 0.0) | (np.sign(self._next_velocities()[:-1]) * sign <= 0.0)
         order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_PLACES]
         places = [(float(kicks[row, j]), int(row), j) for j in range(v.shape[1]) for row in order[:, j]]
         places.sort(reverse=True)
@@ -403,7 +403,7 @@ class _Rates:
         chosen += [one for one in places if not turned[one[1], one[2]]][:_PLACES]
         return [(row, j) for kick, row, j in chosen if kick > 0.0]
 
-    def _reached(self) -> Array:
+    def _next_velocities(self) -> Array:
         """Return the velocities one step after each row at the accelerations of the row, (n, nv)."""
         reached: Array = self._states.v + self._run.settings["step"] * np.nan_to_num(self._states.a)
         return reached
@@ -413,7 +413,7 @@ class _Rates:
         none, v = Rate.none(), self._states.v
         if self._left < _HALVINGS:
             return none, none, none
-        ends = float(v[step, column]), float(v[step + 1, column]), float(self._reached()[step, column])
+        ends = float(v[step, column]), float(v[step + 1, column]), float(self._next_velocities()[step, column])
         levels = max(map(abs, ends)) * np.ldexp(1.0, -np.arange(_HALVINGS))
         levels = np.array(sorted({*ends, 0.0, *levels.tolist(), *(-levels).tolist()}))
         levels = levels[(levels >= min(ends)) & (levels <= max(ends))]
@@ -504,7 +504,7 @@ class _Rates:
         result: Array = np.asarray(basis.T @ slopes.T, dtype=float)
         return result
 
-    def _of_states(self, row: int) -> Rate:
+    def _state_decay(self, row: int) -> Rate:
         """Return the fastest decay of internal states at a row, by the eigenvalues of -Fz: 0 if no state decays."""
         model, states = self._model, self._states
         if not model.functions.of_runs("internal_partials"):

@@ -14,7 +14,7 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from eomgen.base.data import replace
-from eomgen.symbolic.branches import chosen, guarded, plus, times
+from eomgen.symbolic.branches import choose, guarded_product, plus, times
 from eomgen.symbolic.calculus.loops import map_jets
 from eomgen.symbolic.edges import flat_zero, quotient
 from eomgen.symbolic.external import Call, add_call
@@ -123,11 +123,11 @@ class JetAlgebra:
             case Op.MIN | Op.MAX:
                 first = (x[0], operands[1][0]) if op is Op.MIN else (operands[1][0], x[0])
                 condition = tape.call(Op.LE, *first)
-                return [value, *(chosen(tape, condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
+                return [value, *(choose(tape, condition, p, q) for p, q in zip(x[1:], operands[1][1:], strict=True))]
             case Op.SELECT:
                 return [
                     value,
-                    *(chosen(tape, x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
+                    *(choose(tape, x[0], p, q) for p, q in zip(operands[1][1:], operands[2][1:], strict=True)),
                 ]
             case _:  # SIGN, LT and LE are flat
                 return [value] + [ZERO] * (len(x) - 1)
@@ -190,7 +190,7 @@ class JetAlgebra:
         reciprocal, z = quotient(self.tape, ONE, y[0], y[0]), list[Ref]()
         for k in range(len(x)):
             rest = plus(self.tape, x[k], -self._convolution(y, z, k, 1, k)) if k else x[k]
-            z.append(guarded(self.tape, reciprocal, rest))
+            z.append(guarded_product(self.tape, reciprocal, rest))
         return z
 
     def rate(self, x: Jet) -> list[Ref]:
@@ -226,7 +226,7 @@ class JetAlgebra:
         z = [value]
         half = self.tape.root_slope(x[0], value) if _varies(x) else ZERO
         for k in range(1, len(x)):
-            z.append(guarded(self.tape, half, plus(self.tape, x[k], -self._square(z, k, 1))))
+            z.append(guarded_product(self.tape, half, plus(self.tape, x[k], -self._square(z, k, 1))))
         return z
 
     def sine_and_cosine(self, x: Jet, *, hyperbolic: bool = False) -> tuple[list[Ref], list[Ref]]:
@@ -280,7 +280,7 @@ class JetAlgebra:
             return self._powers(x, exponent, value)
         regular = tape.call(Op.LT, ZERO, flat)
         z = self._powers([tape.select(regular, x[0], ONE), *x[1:]], exponent, value)
-        return [value, *(chosen(tape, regular, ref, ZERO) for ref in z[1:])]
+        return [value, *(choose(tape, regular, ref, ZERO) for ref in z[1:])]
 
     def _powers(self, x: Jet, exponent: Jet, value: Ref) -> list[Ref]:
         """Return the jet of z = x^e: z' = e x^(e - 1) x' + z log(x) e', without a quotient of z and x.

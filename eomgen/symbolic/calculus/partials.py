@@ -19,7 +19,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from eomgen.symbolic.branches import chosen, common_condition, guarded, plus, times, unbounded, zero_unless
+from eomgen.symbolic.branches import (
+    choose,
+    common_condition,
+    guarded_product,
+    may_be_unbounded,
+    plus,
+    times,
+    zero_unless,
+)
 from eomgen.symbolic.calculus.configuration import tangent_seeds
 from eomgen.symbolic.calculus.loops import Tangent, map_adjoints, map_partials, signed_tangent
 from eomgen.symbolic.edges import logarithm_of_base, power_slope, quotient
@@ -170,11 +178,11 @@ def _adjoints_of_operands(tape: Tape, node: int, adjoint: Ref, reach: set[int]) 
         condition, *branches = _choice(tape, op, operands)
         for ref, share in zip(branches, ((adjoint, ZERO), (ZERO, adjoint)), strict=True):
             if abs(ref) in reach:
-                yield ref, chosen(tape, condition, *share)
+                yield ref, choose(tape, condition, *share)
         return
     active = [k for k, ref in enumerate(operands) if abs(ref) in reach]
     for k, partial in _local_partials(tape, node, op, active):
-        product = guarded if unbounded(tape, partial, adjoint) else times
+        product = guarded_product if may_be_unbounded(tape, partial, adjoint) else times
         yield operands[k], product(tape, partial, adjoint)
 
 
@@ -208,10 +216,10 @@ def node_tangent(tape: Tape, node: int, op: Op, tangents: Mapping[int, Tangent])
     if op in CHOICES:
         condition, then, otherwise = _choice(tape, op, operands)
         first, second = signed_tangent(tangents, then), signed_tangent(tangents, otherwise)
-        taken = {d: chosen(tape, condition, first.get(d, ZERO), second.get(d, ZERO)) for d in directions}
+        taken = {d: choose(tape, condition, first.get(d, ZERO), second.get(d, ZERO)) for d in directions}
         return {d: ref for d, ref in taken.items() if ref != ZERO}
     partials = _local_partials(tape, node, op, [k for k, tangent in enumerate(inner) if tangent])
-    product = guarded if op in WITH_EDGES else times
+    product = guarded_product if op in WITH_EDGES else times
     result: Tangent = {}
     for direction in directions:
         total = ZERO

@@ -306,13 +306,13 @@ class Translations:
             fault = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
             self.report.add(key, fault, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
-        return self._of_standard(name, entry, Curve(f"{name} quantiles", *quantile_map(share, value)))
+        return self._standard_curve(name, entry, Curve(f"{name} quantiles", *quantile_map(share, value)))
 
     def _distribution(self, key: str, name: str, entry: written.RandomProcess) -> Formula | None:
         """Return the map from a normal variable with this mean and deviation to a variable of a distribution, by its
         quantile function at many places."""
         # few processes have one
-        from eomgen.products.ensembles import of_normal, read_distribution  # noqa: PLC0415
+        from eomgen.products.ensembles import from_normal, read_distribution  # noqa: PLC0415
 
         try:
             distribution = read_distribution(key, entry.distribution or "", label_of(entry.unit))
@@ -325,10 +325,10 @@ class Translations:
             self.report.add(key, fault, 'distribution = "uniform(0, 1)"')
             return None
         x = np.linspace(-BEYOND, BEYOND, MAP_POINTS)
-        curve = Curve(f"{name} distribution", x, of_normal(distribution, x), smooth_ends=True)
-        return self._of_standard(name, entry, curve)
+        curve = Curve(f"{name} distribution", x, from_normal(distribution, x), smooth_ends=True)
+        return self._standard_curve(name, entry, curve)
 
-    def _of_standard(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
+    def _standard_curve(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
         """Return a curve of the standard normal variable of g."""
         mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
         written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation

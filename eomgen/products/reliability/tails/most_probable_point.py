@@ -358,11 +358,11 @@ def further_design_points(response: Response, design_point: MostProbablePoint, s
     random = np.random.default_rng(seed)
     distance = float(np.linalg.norm(design_point.point))
     points, begun = [design_point], 0
-    while begun < _STARTS and _unseen(begun, len(points)) > 0.5:
+    while begun < _STARTS and _unseen_points(begun, len(points)) > 0.5:
         direction = random.standard_normal(len(design_point.point)) if begun else -design_point.point
         begin = distance * direction / np.linalg.norm(direction)
         begun += 1
-        point = descended(response, begin, design_point.threshold, points)
+        point = descend(response, begin, design_point.threshold, points)
         if point is None or np.linalg.norm(point.point) > distance + 1.0:
             continue
         if all(np.linalg.norm(point.point - other.point) > _STRIDE for other in points):
@@ -370,12 +370,12 @@ def further_design_points(response: Response, design_point: MostProbablePoint, s
     return sorted(points[1:], key=lambda one: float(np.linalg.norm(one.point)))
 
 
-def _unseen(starts: int, points: int) -> float:
+def _unseen_points(starts: int, points: int) -> float:
     """Return the expected number of points that so many searches have not come to."""
     return points * (starts - 1) / (starts - points - 2) - points if starts > points + 2 else np.inf
 
 
-def descended(
+def descend(
     response: Response, begin: Array, threshold: float, known: Sequence[MostProbablePoint]
 ) -> MostProbablePoint | None:
     """Return the most probable point to which steps of at most one standard deviation lead; None if these come to a
@@ -429,7 +429,7 @@ def all_centres(
 ) -> tuple[Array, Draws | None]:
     """Return points (c, n) about which the response passes a threshold, and samples about all of them.
 
-    The samples are None if none of them passes it. Searches end as those of ``further_design_points`` do.
+    The samples are None if none of them passes it. Searches end by the rule in ``further_design_points``.
 
     Parameters
     ----------
@@ -454,7 +454,7 @@ def all_centres(
         order = np.argsort(-parts)
         new: Array | None = None
         for k in order[(parts[order] > _NOTABLE * total) & (own[order] < 0.5)].tolist():
-            if searches == _STARTS or _unseen(searches, len(centres)) <= 0.5:
+            if searches == _STARTS or _unseen_points(searches, len(centres)) <= 0.5:
                 break
             searches += 1
             nearest = _nearest(response, z[k], threshold, above=above)
@@ -490,7 +490,7 @@ def _nearest(response: Response, point: Array, threshold: float, *, above: bool)
     first = int(np.argmax((y > threshold) == above))
     begin: Array = ray[first]
     try:
-        nearest = descended(response, begin, threshold, [])
+        nearest = descend(response, begin, threshold, [])
     except EomgenError:  # a run without derivatives there
         nearest = None
     return begin if nearest is None else nearest.point
@@ -512,7 +512,7 @@ def searched_points(
     directions *= distance / np.linalg.norm(directions, axis=1)[:, np.newaxis]
     points: list[MostProbablePoint] = []
     for begin in np.concatenate([directions, -directions]):
-        point = descended(response, begin, threshold, points)
+        point = descend(response, begin, threshold, points)
         if point is not None and all(np.linalg.norm(point.point - other.point) > 1.0 for other in points):
             points.append(point)
     return sorted(points, key=lambda one: float(np.linalg.norm(one.point)))

@@ -23,7 +23,7 @@ from eomgen.products.reliability.tails import (
     all_centres,
     breitung,
     corrected_tail,
-    descended,
+    descend,
     far_branches,
     first_order,
     further_design_points,
@@ -101,7 +101,7 @@ def further_points(
         near = [end for end in ends if others[end] and reached[end].index * one.index > 0.0]
         if k not in ends and near:
             share = one.index / reached[near[0]].index
-            points = (descended(response, share * other.point, one.threshold, [one]) for other in others[near[0]])
+            points = (descend(response, share * other.point, one.threshold, [one]) for other in others[near[0]])
             others[k] = [point for point in points if point is not None]
     return others, notes
 
@@ -192,7 +192,7 @@ def corrected(
         bound = 1.96 * best.standard_error
         tail = min(best.probability, 1.0), max(best.probability - bound, 0.0), min(best.probability + bound, 1.0)
         if not bound <= best.probability:
-            tail = _counted(about_mean, threshold, above=upper)
+            tail = _count_tail(about_mean, threshold, above=upper)
         if np.isnan(tail[0]):
             unknown.append(k)
         above[k], below[k] = (tail[0], 1.0 - tail[0]) if upper else (1.0 - tail[0], tail[0])
@@ -221,7 +221,7 @@ def _notes_on_regions(thresholds: Array, several: Sequence[tuple[int, int]], unk
     return notes
 
 
-def _counted(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float, float, float]:
+def _count_tail(about_mean: Draws, threshold: float, *, above: bool) -> tuple[float, float, float]:
     """Return a probability and its bounds by counts of samples about the mean; not numbers if few are counted."""
     _, y, *_ = about_mean.first(_MOST_ABOUT_MEAN)
     seen = int(np.count_nonzero((y > threshold) == above))

@@ -450,7 +450,7 @@ class _VibrationStudy:
             whole, unknown = corrected(self.response, wanted, points, forms, self.about_mean, more, self.seed)
             whole, contradicted = counted_instead(wanted, whole, self.about_mean)
         if not points and not others and np.isnan(whole.below).all():
-            raise self._unreached(missed[min(missed)], float(wanted[min(missed)]))
+            raise self._unreached_threshold(missed[min(missed)], float(wanted[min(missed)]))
         self.notes += [*unreached(missed, wanted, self.response.kinks), *unknown, *contradicted]
         if tail_samples and reached:
             with self._counted("importance_sampling"):
@@ -467,7 +467,7 @@ class _VibrationStudy:
         self.distributions["corrected"] = whole
         return indices
 
-    def _unreached(self, first: UnreachedThreshold, threshold: float) -> UnreachedThreshold:
+    def _unreached_threshold(self, first: UnreachedThreshold, threshold: float) -> UnreachedThreshold:
         if first.why != JUMPING:
             return first
         return UnreachedThreshold(first.last, threshold, why_gradient_changes(self.response.kinks()))

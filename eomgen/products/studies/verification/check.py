@@ -126,9 +126,7 @@ def judged(
     if claim.second is not None:
         second = claim.second(engine, state)
         unknown = finite & ~np.isfinite(second)
-        for one in _not_numbers(claim, operations, state, names, ~unknown, remarks):
-            text = f"{one.entry}: not a number by {claim.second_name}, at {one.state}"
-            failures.append(replace(one, by=claim.second_name, explained=text))
+        failures += _not_numbers(claim, operations, state, names, ~unknown, remarks, claim.second_name)
         undecided |= bool(unknown.any())
         failures += _worst(claim, names, finite, value, second, sizes.exact, claim.second_name)
         report = replace(report, second=_largest(second - value, sizes, ~singular))
@@ -143,9 +141,10 @@ def _not_numbers(
     names: tuple[str, ...],
     finite: Array,
     remarks: Remarks,
+    by: str = "",
 ) -> list[Disagreement]:
-    """Return the states at which the closed form is not a number without a cause in the formulas; other such states are
-    remarked."""
+    """Return the states at which the closed form, or the second derivation ``by``, is not a number without a cause in
+    the formulas; other such states are remarked."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
         remarked = operations.singular({name: array[k] for name, array in state.items()})
@@ -153,8 +152,9 @@ def _not_numbers(
             remarks.add(names[k], "unbounded derivative", remark)
         if not remarked:
             entry = _named(claim, np.argwhere(~finite[k])[0])
+            text = f"{entry}: not a number by {by}, at {names[k]}" if by else ""
             failures.append(
-                Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf"))
+                Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf"), text)
             )
     return failures
 

@@ -319,7 +319,7 @@ def _number(value: float) -> str:
     return f"({value!r})" if value < 0.0 else repr(value)
 
 
-def _compensated(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
+def _gravity_compensation(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
     """Return the centre of mass, and the force there, of each body that ``gravcomp`` holds up."""
     model, gravity = draft.model, np.array(draft.data["gravity"])
     if draft.without_passive_forces or not gravity.any():
@@ -337,7 +337,7 @@ def _compensated(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
 
 def _compensate_gravity(draft: Draft) -> None:
     """Add the forces by which ``gravcomp`` holds bodies up."""
-    for body, (at, force) in _compensated(draft).items():
+    for body, (at, force) in _gravity_compensation(draft).items():
         name = draft.name("force", "", f"gravity_compensation_{draft.written('body', body) or body}")
         draft.section("forces")[name] = {"body": at.body, "point": at.position.tolist(), "force": force.tolist()}
 
@@ -345,7 +345,7 @@ def _compensate_gravity(draft: Draft) -> None:
 def compensated_by(draft: Draft, joint: int) -> list[tuple[LinkPlace, Array]]:
     """Return the centres of mass, and the forces there, of the bodies on a joint that ``gravcomp`` holds up."""
     carrier = int(draft.model.jnt_bodyid[joint])
-    return [pair for body, pair in _compensated(draft).items() if carrier in bodies_above(draft.model, body)]
+    return [pair for body, pair in _gravity_compensation(draft).items() if carrier in bodies_above(draft.model, body)]
 
 
 def compensation_on(draft: Draft, joint: int) -> str:
