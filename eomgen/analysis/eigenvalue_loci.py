@@ -198,6 +198,9 @@ def campbell(
         raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
     units = {item.name: item.unit for item in model.description.parameters}
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
+    if orders and unit not in ("", _SPEED):
+        fault = f"orders are multiples of a speed in rad/s, and {speed} is in {unit}"
+        raise UsageError(Problem("orders", fault, "no orders, a speed of rotation, or root_locus over a parameter"))
     if orders is None:
         orders = ORDERS if unit == _SPEED else ()
     _check_orders(orders, whirl)

@@ -141,10 +141,11 @@ def key_of(*parts: str | int) -> str:
 
 
 def listed(names: Iterable[str]) -> str:
-    """Return names separated by commas, shortened after the eighth."""
+    """Return names separated by commas; of a list twice as long as ``_LISTED`` the first ones alone, with a count."""
     every = [name if _PATH.fullmatch(name) else shown(name) for name in names]
-    more = f" and {len(every) - _LISTED} more" if len(every) > _LISTED else ""
-    return ", ".join(every[:_LISTED]) + more
+    if len(every) <= 2 * _LISTED:
+        return ", ".join(every)
+    return f"{', '.join(every[:_LISTED])} and {len(every) - _LISTED} more"
 
 
 def unmentioned(singular: str, plural: str, names: Sequence[str]) -> str:

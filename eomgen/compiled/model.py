@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import Defaults, unknown_attribute
 from eomgen.base.data import replace
+from eomgen.base.messages import counted
 from eomgen.compiled import (
     actuators,
     bodies,
@@ -221,7 +222,8 @@ class CompiledModel:
         return [name for name in super().__dir__() if name not in _INTERNALS]
 
     def __repr__(self) -> str:
-        return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}>"
+        notes = f"; {counted(len(self.notes), 'note')}" if self.notes else ""
+        return f"<Model {self.name}: nq {self.nq}, nv {self.nv}, nu {self.nu}; {', '.join(self.terms)}{notes}>"
 
     def _repr_html_(self) -> str:
         start = zip(self.q_names, self.q_units, (f"{value:.6g}" for value in self.initial_q), strict=True)
@@ -427,7 +429,7 @@ class CompiledModel:
     def consistent(
         self,
         q: ArrayLike,
-        v: ArrayLike,
+        v: ArrayLike | None = None,
         t: float = 0.0,
         *,
         parameters: Parameters = None,
@@ -438,7 +440,7 @@ class CompiledModel:
         Parameters
         ----------
         q, v : array_like
-            Guess of configuration (nq,) and velocity (nv,).
+            Guess of configuration (nq,) and velocity (nv,); at rest without v.
         t : float, optional
             Time, s.
         parameters : mapping or array_like, optional
@@ -469,6 +471,7 @@ class CompiledModel:
         """
         p = self.parameter_array(parameters)
         held = held_components(self, hold)
+        v = np.zeros(self.nv) if v is None else v
         try:
             return consistent(self, self.evaluator.configuration(q), self.evaluator.velocity("v", v), t, p, held)
         except ModelError as error:

@@ -102,6 +102,8 @@ def _expanded(path: str | Path) -> Path:
 def _read(path: Path, *, strict: bool, **options: Any) -> ConvertedScene:
     source = source_of(path)
     if source is None:
+        if not path.suffix and not path.exists():
+            raise UsageError(f"there is no file {str(path)!a}", readable(path))
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
     specified = checked_options(source, options)
     return source.convert(read_text(path, endings_like(path)), path, strict=strict, included=False, **specified)

@@ -219,7 +219,7 @@ def test_mistakes_are_answered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     assert str(of_terms.value) == (
         "usage error: terms: the target casadi writes functions with derivatives, and 'mass' has none; try: one of"
         " inverse_dynamics, forward_dynamics, residual, constraint, internal_rate, outputs,"
-        " constraint_velocity, constraint_acceleration and 2 more"
+        " constraint_velocity, constraint_acceleration, frame_poses, momenta"
     )
     empty = "terms: a list of functions is needed, and this one is empty; try: forward_dynamics; all of the scene"
     no_list = "terms are a list of names, not {}; try: terms=["

@@ -261,6 +261,8 @@ class _FormulaReader:
         if name in self.declared():
             return self.error(node, f"{name} is a number, not a function", f"{name} alone, or {name} * (...)")
         hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
+        if name in self.kinds() and len(node.args) == 1 and isinstance(node.args[0], ast.Name):
+            hint = f"{name}.{node.args[0].id.removeprefix(PREFIX)}"
         if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
             hint = added.call(next(iter(entries)))
         return self.error(node, f"unknown function {shown(name)}", self.call_of_entry(name) or hint)
