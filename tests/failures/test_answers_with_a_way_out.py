@@ -34,7 +34,7 @@ def test_all_kinds_of_constraints_are_listed() -> None:
 
 
 def test_a_list_of_a_thousand_names_is_short() -> None:
-    with pytest.raises(EomgenError, match="and [0-9]+ more"):
+    with pytest.raises(EomgenError, match=r"and [0-9]+ more"):
         eomgen.load(slide(outputs={"o": {"formula": "speedy(t)"}}))
 
 
