@@ -22,7 +22,7 @@ from eomgen.cli.options import (
     terms_option,
 )
 from eomgen.cli.printing import print_json, print_table, say
-from eomgen.cli.running import say_notes, say_stand_in
+from eomgen.cli.running import say_notes, stand_in
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.register import all_options, source_of
 
@@ -103,12 +103,12 @@ def generate(
     _check_machines(machines, target)
     described = pipeline.load(scene, **reading)
     values: Mapping[str, float | str] = assignments("--set", parameters)
+    steps = ""
     if isinstance(described, Scene):
         say_notes(described)
         check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
         values = in_units("--set", values, described.parameters)
-        if only is None:
-            say_stand_in(described, method, "C, which is written earlier, steps with")
+        steps = stand_in(described, method) if only is None else ""
     files = pipeline.generate(
         described, folder, terms, method, target=target, real=real, parameters=values, only=only, uniform=uniform
     )
@@ -120,7 +120,7 @@ def generate(
     else:
         for file in files:
             click.echo(str(file))
-    say(f"{counted(len(files), 'file')}; README.md there says how to compile them")
+    say(f"{counted(len(files), 'file')}{steps}; README.md there says how to compile them")
 
 
 def _check_machines(machines: Sequence[str], target: str) -> None:

@@ -18,7 +18,6 @@ from eomgen.base.messages import counted
 from eomgen.base.products import rows_of
 from eomgen.cli.options import debug_option, json_option, scene_options, terms_option
 from eomgen.cli.printing import console, print_json, print_table
-from eomgen.cli.running import say_stand_in
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -73,7 +72,6 @@ def info(
     if any(kind.show(scene, method, options, as_json) for kind in file_kinds()):
         return
     described_scene = load_scene(scene, **reading)
-    say_stand_in(described_scene, method, "without one, as in generated C, it stands for")
     system = derive(described_scene, terms)
     data = {**described(system), "joined": joined_coordinates(system)}
     data["notes"] += [note for note in described_scene.notes if note not in data["notes"]]  # on shapes, too

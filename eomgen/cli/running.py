@@ -64,18 +64,18 @@ def say_notes(scene: Scene) -> None:
         say_note(note)
 
 
-def say_stand_in(scene: Scene, method: str | None, use: str) -> None:
-    """Print to stderr the method that ``auto`` chooses for a run.
+def stand_in(scene: Scene, method: str | None) -> str:
+    """Return words on the method by which files step, written before a run, if ``auto`` is to choose one; else none.
 
     Parameters
     ----------
     method : None: the scene's method
-    use : text before the method's name
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
-    if (scene.simulation.method if method is None else method) == "auto":
-        say_note(f"auto chooses a method before a run; {use} {pipeline.method_of(scene, method)}")
+    if (scene.simulation.method if method is None else method) != "auto":
+        return ""
+    return f" with steps of {pipeline.method_of(scene, method)}, as auto chooses before runs alone"
 
 
 def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[Model, Solution]:
@@ -96,11 +96,6 @@ def run(scene: Scene, options: dict[str, Any], *, once: bool = False) -> tuple[M
         model = pipeline.built_for_run(scene, method, own.get("start"), options["profile"], steps=steps)
     if model.nv >= _LONG:
         gc.collect()
-    if model.library.profile == "instant" != options["profile"]:
-        say_note(
-            "the tape engine steps this run, which should end before a compiler would; with --profile written out, as"
-            f" --profile {options['profile']}, a run waits for the compiler"
-        )
     with terminal_bar(scene.name) as progress:
         if resumed is None:
             return model, model.simulate(t_end, **own, **shared, progress=progress)

@@ -145,3 +145,23 @@ def test_bash_takes_the_script(tmp_path: Path, capsys: pytest.CaptureFixture[str
         ["bash", "-c", f". {script} && complete -p eomgen"], capture_output=True, text=True, check=False
     )
     assert done.returncode == 0 and "_eomgen_completion" in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize("scene", ["README", "new"])
+def test_first_commands_have_no_notes(
+    scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    readme = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))  # the first run of a machine
+    commands = [["simulate", "scene.toml", "--t-end", "1", "--out", "run"], ["info", "scene.toml"]]
+    commands += [["generate", "scene.toml", "--out", "c"], ["linearize", "scene.toml"]]
+    if scene == "README":
+        (text,) = re.findall(r"^```toml\n(.*?)^```", readme, re.DOTALL | re.MULTILINE)
+        Path("scene.toml").write_text(text, encoding="utf-8")
+    else:
+        assert main(["new", "arm"]) == 0
+        Path("scene.toml").write_text(Path("arm/scene.toml").read_text(encoding="utf-8"), encoding="utf-8")
+    for command in commands:
+        assert main(command) == 0
+        assert "note" not in capsys.readouterr().err, command

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import matplotlib
 import pytest
 
+from eomgen.cli import main
 from tests.docs.executed import PAGES, executed, pictures
 from tests.models.cache import shared_cache
 
@@ -62,3 +64,23 @@ def test_errors_of_blocks_are_raised(tmp_path: Path) -> None:
         executed("```python\n1 / 0\n```\n", tmp_path)
     with pytest.raises(Exception, match="returned non-zero exit status"):
         executed("```console\n$ false\n```\n", tmp_path)
+
+
+def test_the_overview_goes_on_with_the_scene_of_the_first_page(
+    tmp_path: Path, shared_cache: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    root = Path(__file__).parents[2]
+    pages = [(root / name).read_text(encoding="utf-8") for name in ("README.md", "docs/overview.md")]
+    first, *_ = re.findall(r"^```toml\n(.*?)^```", pages[0], re.DOTALL | re.MULTILINE)
+    more, *_ = re.findall(r"^```toml\n(.*?)^```", pages[1], re.DOTALL | re.MULTILINE)
+    commands = re.findall(r"^    \.venv/bin/eomgen (.*?)(?:\s+#.*)?$", "\n".join(pages), re.MULTILINE)
+    monkeypatch.chdir(tmp_path)
+    Path("pendulum.toml").write_text(first, encoding="utf-8")
+    for number, command in enumerate(commands):
+        if command.split()[0] not in ("simulate", "generate"):
+            continue  # studies of minutes
+        if number == 2:
+            Path("pendulum.toml").write_text(first + more, encoding="utf-8")
+        assert main(command.split()) == 0, capsys.readouterr().err
+    studies = [command.split() for command in commands if command.split()[0] not in ("simulate", "generate")]
+    assert len(commands) == len(studies) + 3 and all(command[1] == "pendulum.toml" for command in studies)

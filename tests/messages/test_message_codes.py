@@ -214,8 +214,6 @@ def test_explanations_name_the_page_of_the_key(page: str, texts: list[str]) -> N
 def test_notes_name_the_page_of_their_subject() -> None:
     named = {row.pattern: explanation(row)["page"] for row in rows()}
     assert named["its unit {} is a label, and its values are in {}"] == "docs/scene/outputs.md"
-    (tape,) = (page for pattern, page in named.items() if pattern.startswith("the tape engine steps this run, which"))
-    assert tape == "docs/python/load_and_build.md"
 
 
 def test_no_cause_is_shown_that_is_not_of_the_code() -> None:

@@ -22,7 +22,7 @@ from eomgen.cli.options import (
     starts_of,
 )
 from eomgen.cli.printing import building, print_json, say
-from eomgen.cli.running import say_notes, say_stand_in
+from eomgen.cli.running import say_notes, stand_in
 from eomgen.scene.sources.register import all_options, source_of
 
 if TYPE_CHECKING:
@@ -122,7 +122,6 @@ def fmu(
     say_notes(described)
     check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
     values = in_units("--set", values, described.parameters)
-    say_stand_in(described, method, "the FMU, which is written earlier, steps with")
     with building(described.name):
         make = partial(
             export.fmu_files,
@@ -151,7 +150,8 @@ def fmu(
         print_json(_facts(path, made))
     else:
         click.echo(str(path))
-    say(f"{path.stat().st_size} bytes; documentation/index.html there says how to compile and use the sources")
+    steps = stand_in(described, method)
+    say(f"{path.stat().st_size} bytes{steps}; documentation/index.html there says how to compile and use the sources")
 
 
 def _facts(path: Path, made: FmuFiles) -> dict[str, Any]:

@@ -25,7 +25,7 @@ from eomgen.cli.options import (
     set_option,
 )
 from eomgen.cli.printing import building, console, print_json, print_table, say
-from eomgen.cli.running import read_scene, say_notes, say_stand_in
+from eomgen.cli.running import read_scene, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
@@ -159,7 +159,6 @@ def savings(
 
     described = load_scene(scene, **reading)
     say_notes(described)
-    say_stand_in(described, method, "steps are timed with")
     with building(f"variants of {scene}") as progress:
         study = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
     if as_json:
