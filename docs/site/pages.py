@@ -226,14 +226,15 @@ HOW_TO = {
     "Describe a machine": (
         "units", "cable_net", "beam_with_large_deflection", "closed_loop_in_a_urdf", "mujoco_model",
         "arm_with_a_gripper", "contact_with_the_ground", "shake_the_base_with_measured_data", "own_force_law",
-        "write_a_plug_in",
+        "write_a_plug_in", "force_element_plug_in",
     ),
+    "Find a task by its name": ("short_recipes",),
     "Run and compare": (
         "choose_method_and_step", "stop_at_an_event", "forces_in_joints", "many_runs", "ensemble_on_a_cluster",
         "fit_parameters", "compare_two_runs", "page_for_a_colleague", "same_digits_everywhere",
     ),
     "Control": (
-        "my_own_controller", "my_own_controller_in_c", "sampled_controller", "state_space",
+        "my_own_controller", "my_own_controller_in_c", "hybrid_test", "sampled_controller", "state_space",
         "inverse_dynamics_of_a_loop", "optimal_control_with_casadi",
     ),
     "Vibration": (

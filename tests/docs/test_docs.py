@@ -124,7 +124,8 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     monkeypatch.chdir(tmp_path)
     for file in FILES:
         Path(file.text.split("\n", 1)[0].strip("#/* ")).write_text(file.text, encoding="utf-8")
-    data, piece = tomllib.loads(EXAMPLE), tomllib.loads(block.text)
+    first = next(whole.text for whole in WHOLE if whole.page == "README.md")
+    data, piece = tomllib.loads(first if block.page == "overview.md" else EXAMPLE), tomllib.loads(block.text)
     for section, entries in piece.items():
         data[section] = {**data.get(section, {}), **entries} if section in (*SECTIONS, "include", "repeat") else entries
     made = from_data(data, file=f"{block.page}:{block.line}")
@@ -384,3 +385,12 @@ def test_links_lead_somewhere(page: str) -> None:
             text = path.read_text(encoding="utf-8")
             headings = {heading.lower().replace(" ", "-") for heading in re.findall(r"^#+ (.+)$", text, re.MULTILINE)}
             assert anchor in headings | set(re.findall(r'<a id="([^"]+)">', text)), f"{page}: no heading for {target}"
+
+
+def test_pages_for_users_send_nobody_to_the_tests() -> None:
+    """A wheel has no tests: examples stand on the pages."""
+    own = {
+        page: text for page, text in PAGES.items() if not page.startswith("contributing/") and page != "architecture.md"
+    }
+    own |= {path.name: path.read_text(encoding="utf-8") for path in (ROOT / "docs" / "how_to").glob("*.md")}
+    assert not [page for page, text in own.items() if re.search(r"\]\((?:\.\./)*tests/", text)]
