@@ -50,6 +50,8 @@ from eomgen.toolchain.library import Library
 _OF_CORNERS = 2.0
 #: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
 _DOUBTFUL = 0.1
+#: Step times a rate of decay, from which on steps four times as long pass over what decays: |z| = 2 bounds stability.
+_RESOLVED = 0.5
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
 #: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
@@ -242,11 +244,14 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
     if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
-    jumps = crosses_jumps(runs.run, runs.span.rows, runs.span.parameters)
-    jumps = jumps or (rates is not None and rates().passed.rate * runs.step > 1.0)
+    fastest = None if rates is None else rates()
+    sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
+    jumps = crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
+    jumps = jumps or (fastest is not None and fastest.passed.rate * runs.step > 1.0)
     if jumps and (result := _by_prime_parts(runs, twice)):
         return result
-    four = None if twice.stopped else runs.at(multiple=4.0)
+    resolved = fastest is None or max(fastest.decay.rate, fastest.states.rate) * runs.step < _RESOLVED
+    four = runs.at(multiple=4.0) if resolved and not twice.stopped else None
     near = runs.apart(runs.own, twice)
     result = far = None
     if len(twice.rows) > 1:

@@ -121,7 +121,7 @@ class StepPath:
         return {k: one for k, one in columns.items() if self.knows(one) and not _of_inputs(one)}
 
     @cached_property
-    def _slopes(self) -> Array:
+    def slopes(self) -> Array:
         """Rates of internal states at the rows, by differences that do not reach across jumps of forces."""
         t, z = self.states.t, self.states.z
         rise = np.diff(z, axis=0) / np.maximum(np.diff(t), np.finfo(float).tiny)[:, np.newaxis]
@@ -145,7 +145,7 @@ class StepPath:
             q_there, v_there = state.q, state.v
         if not model.nz:
             return q_there, v_there, np.zeros((len(times), 0))
-        first, last = self._slopes[steps], self._slopes[steps + 1]
+        first, last = self.slopes[steps], self.slopes[steps + 1]
         rise = z[steps + 1] - z[steps]
         bend, twist = 3.0 * rise - h * (2.0 * first + last), h * (first + last) - 2.0 * rise
         z_there = z[steps] + s * (h * first + s * (bend + s * twist))
@@ -398,9 +398,9 @@ def rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing
     return StepRows(piece.rows, present, np.empty(0, dtype=np.intp))
 
 
-#: Maximum number of crossings of a place that are examined, bisections of each, and the least jump of a rate relative
-#: to its largest value.
-_EXAMINED, _BISECTIONS, _JUMP = 16, 40, 1e-3
+#: Number of steps that are examined, bisections of each, the least effect of a jump in parts of the motion, and how
+#: much steeper than the average of its step a rate is where it jumps.
+_EXAMINED, _BISECTIONS, _NOTICED, _STEEPER = 16, 12, 1e-6, 8.0
 
 
 def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
@@ -418,22 +418,30 @@ def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
         return False
 
 
-def crosses_jumps(run: Run, rows: Array, parameters: Array) -> bool:
-    """Return whether accelerations or rates of internal states jump at a place that the motion crosses between rows
-    (n, width).
+def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> bool:
+    """Return whether accelerations or rates of internal states jump, for the step, on the path between rows (n, width):
+    a large part of their change in a step belongs to a small part of the step.
 
-    A force that begins at zero after a comparison, as of a contact, has a corner there, and no jump.
+    So do laws with comparisons, and laws of a width that the motion passes within a step, as the onset of a stop.
+    Steps are bisected towards the zeros of comparisons, and where rates bend most towards the larger change.
+
+    Parameters
+    ----------
+    sizes : (nv + nz,), of the motion and of internal states; jumps that move neither by a millionth do not count
     """
-    places = _places(run, "jumps", jumps)
-    if not places or len(rows) < 2:
+    if len(rows) < 4:
         return False
     try:
         path = StepPath(run, rows, parameters)
-        known = [(place, _crossings(path, place)) for place in places if path.knows(place)]
-        if not any(len(steps) for _, steps in known):
-            return False
-        size = np.nanmax(np.abs(path.rates(path.at_rows)), axis=0)
-        return any(_jumps(path, place, steps[:_EXAMINED], size) for place, steps in known if len(steps))
+        rates = np.hstack([path.states.a, path.slopes]) if run.model.nz else path.states.a
+        span = np.append(np.full(run.model.nv, np.ptp(path.states.t)), np.ones(run.model.nz))[: rates.shape[1]]
+        least = _NOTICED * sizes / (run.settings["step"] * span)
+        bends = np.abs(np.diff(rates, 2, axis=0)) / np.where(least > 0.0, least, np.inf)
+        bent = np.maximum(np.pad(bends, ((1, 0), (0, 0))), np.pad(bends, ((0, 1), (0, 0)))).max(axis=1, initial=0.0)
+        places = [place for place in _places(run, "jumps", jumps) if path.knows(place)]
+        known = [(place, _crossings(path, place)[:_EXAMINED]) for place in places]
+        examined = [*known, (None, np.sort(np.argsort(-bent)[:_EXAMINED]))]
+        return any(_jumps(path, place, steps, least) for place, steps in examined if len(steps))
     except (EomgenError, np.linalg.LinAlgError):
         return False
 
@@ -454,15 +462,26 @@ def _crossings(path: StepPath, place: Formula) -> NDArray[np.intp]:
     return np.flatnonzero(signs[1:] * signs[:-1] < 0.0)
 
 
-def _jumps(path: StepPath, place: Formula, steps: NDArray[np.intp], size: Array) -> bool:
-    """Return whether rates jump at the zeros of an expression within steps."""
-    t = path.states.t
-    low, high = t[steps], t[steps + 1]
-    before = np.sign(path.values(place, path.at_rows))[steps]
-    for _ in range(_BISECTIONS):
-        middle = 0.5 * (low + high)
-        same = np.sign(path.values(place, path.at(middle, steps))) == before
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
+def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least: Array) -> bool:
+    """Return whether rates jump within steps by more than the least that counts, (nv + nz,): at the zeros of an
+    expression, or without one where the rates change most."""
+    step, (low, high) = path.run.settings["step"], (path.states.t[steps + k] for k in (0, 1))
+    signs = None if place is None else np.sign(path.values(place, path.at_rows))[steps]
     first, last = (path.rates(path.at(times, steps)) for times in (low, high))
-    change: Array = last - first
-    return bool(np.any(np.abs(change) > _JUMP * size))
+    slopes = np.abs(last - first) / (high - low)[:, np.newaxis]
+    for _ in range(_BISECTIONS + math.ceil(math.log2(max(1.0, float(np.max(high - low)) / step)))):
+        middle = 0.5 * (low + high)
+        there = path.at(middle, steps)
+        between = path.rates(there)
+        with np.errstate(all="ignore"):
+            parts = (np.abs(one) / least for one in (between - first, last - between))
+            before, after = (np.nan_to_num(part, nan=0.0).max(axis=1) for part in parts)
+        earlier = before > after if place is None else np.sign(path.values(place, there)) != signs
+        low, high = np.where(earlier, low, middle), np.where(earlier, middle, high)
+        first = np.where(earlier[:, np.newaxis], first, between)
+        last = np.where(earlier[:, np.newaxis], between, last)
+        change, width = np.abs(last - first), (high - low)[:, np.newaxis]
+        if np.any((change > least) & (change > _STEEPER * slopes * width) & (_STEEPER * width < step)):
+            return True
+        slopes = np.where(width >= step, change / width, slopes)  # of the step, not of the interval between sparse rows
+    return False
