@@ -492,7 +492,7 @@ class Operators(NamedTuple):
 
 @functools.cache
 def _operators() -> Operators:
-    """Return PyTorch with the operators. Raises UsageError if it is not installed."""
+    """Return PyTorch with the operators. Raises UsageError without PyTorch."""
     try:
         package: Any = import_module("torch")
     except ImportError:

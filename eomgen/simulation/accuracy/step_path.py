@@ -399,7 +399,7 @@ def rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing
 
 
 #: Number of steps that are examined, bisections of each, the least effect of a jump in parts of the motion, and how
-#: much steeper than the average of its step a rate is where it jumps.
+#: much steeper than the average of its step a rate is at a jump.
 _EXAMINED, _BISECTIONS, _NOTICED, _STEEPER = 16, 12, 1e-6, 8.0
 
 
@@ -423,7 +423,7 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
     a large part of their change in a step belongs to a small part of the step.
 
     So do laws with comparisons, and laws of a width that the motion passes within a step, as the onset of a stop.
-    Steps are bisected towards the zeros of comparisons, and where rates bend most towards the larger change.
+    Steps are bisected towards zeros of comparisons, and steps of the largest bends towards the larger change.
 
     Parameters
     ----------
@@ -464,7 +464,7 @@ def _crossings(path: StepPath, place: Formula) -> NDArray[np.intp]:
 
 def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least: Array) -> bool:
     """Return whether rates jump within steps by more than the least that counts, (nv + nz,): at the zeros of an
-    expression, or without one where the rates change most."""
+    expression, or without one at the largest change of the rates."""
     step, (low, high) = path.run.settings["step"], (path.states.t[steps + k] for k in (0, 1))
     signs = None if place is None else np.sign(path.values(place, path.at_rows))[steps]
     first, last = (path.rates(path.at(times, steps)) for times in (low, high))

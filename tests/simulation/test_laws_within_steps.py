@@ -1,0 +1,49 @@
+"""Errors of runs whose steps pass a law: the estimate holds, or a finding says that it does not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import eomgen
+
+
+def between_stops(stiffness: float, damping: float) -> eomgen.Model:
+    """Return a mass that a periodic force drives from one damped stop to the other, each with an onset that is
+    narrower than a step."""
+    builder = eomgen.SceneBuilder("shaken", gravity=[0, 0, 0]).body("block", 1.0)
+    stops = {"lower": -0.2, "upper": 0.2224, "stiffness": stiffness, "damping": damping}
+    start = {"position": 0.0, "velocity": 2.175}
+    builder.joint("x", "prismatic", "base", "block", axis=[1, 0, 0], limits=stops, initial=start)
+    return eomgen.build(builder.effort("push", "x", "19.57 * cos(5.225 * t)").build(), profile="quick")
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [(8385.0, 9.521), (1078.0, 20.04)])
+@pytest.mark.parametrize("method", ["rosenbrock", "trapezoidal", "generalized_alpha", "rk4"])
+def test_the_onset_of_a_stop_is_a_jump_for_the_step(method: str, stiffness: float, damping: float) -> None:
+    model = between_stops(stiffness, damping)
+    true = model.simulate(2.0, 1e-3, method="rk45", tolerance=1e-12, error_estimate=False)
+    for step, every in ((1e-3, 1), (2.5e-4, 4)):
+        run = model.simulate(2.0, step, method=method, record_every=every)
+        error = np.abs(run.q - true.q).max()
+        assert run.error.available and "runs at 1/3 and 1/5 of the step" in run.error.method
+        assert error < 3.0 * run.error.q_at.max()
+
+
+def test_a_smooth_stop_is_none() -> None:
+    builder = eomgen.SceneBuilder("soft", gravity=[0, 0, 0]).body("block", 1.0)
+    builder.joint("x", "prismatic", "base", "block", axis=[1, 0, 0], initial={"position": 0.1, "velocity": 2.0})
+    model = eomgen.build(builder.effort("push", "x", "-400 * q.x - 3 * q.x ** 3").build(), profile="quick")
+    assert "runs at 2 and 4 times the step" in model.simulate(2.0, 1e-3, method="trapezoidal").error.method
+
+
+@pytest.mark.parametrize("method", ["generalized_alpha", "trapezoidal"])
+def test_decays_that_longer_steps_leave_out_are_compared_with_shorter_ones(method: str) -> None:
+    """An internal state that falls by exp(-1.5) in a step: differences of longer steps begin after the decay."""
+    builder = eomgen.SceneBuilder("lag", gravity=[0, 0, 0]).body("block", 1.0)
+    builder.joint("x", "prismatic", "base", "block", axis=[1, 0, 0])
+    builder.state("f", rate="-f / T", initial=1.0).parameter("T", 1e-3, unit="s")
+    model = eomgen.build(builder.effort("pull", "x", "f").build(), profile="quick")
+    run = model.simulate(0.15, 1.5e-3, method=method)
+    error = np.abs(run.z[:, 0] - np.exp(-run.t / 1e-3)).max()
+    assert error > 0.01 and error < 3.0 * run.error.z_at.max()
