@@ -431,7 +431,7 @@ class JaxFunctions:
         @functools.cache
         def turns() -> list[tuple[Any, ...]]:
             """Return for each run of turning factors the nonzeros in columns of the run, (m,); for each of these the
-            nonzeros of the factor in the same row, (m, size), the factor's number and the column in this factor, (m,)."""
+            nonzeros of the factor in the same row, (m, size), the number of the factor and its column, (m,)."""
             rows, columns = products()[:2]
             places = {entry: k for k, entry in enumerate(zip(rows.tolist(), columns.tolist(), strict=True))}
             result = []

@@ -50,7 +50,8 @@ from eomgen.toolchain.library import Library
 _OF_CORNERS = 2.0
 #: Part of the motion by which runs at h and 2h may differ before a run at half the step is made as well.
 _DOUBTFUL = 0.1
-#: Step times a rate of decay, above which four times as long steps leave out the decay: explicit methods of order 2 end at 2.
+#: Step times a rate of decay, above which steps four times as long leave out the decay: explicit methods of order 2 are
+#: stable up to 2.
 _RESOLVED = 0.5
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16

@@ -103,10 +103,7 @@ def judged(
             smoothly = ~non_smooth & (np.abs(by_differences.best - value) <= allowed)
         if apart.any():
             between = between_sides(claim, engine, tape, state, value, sizes) | smoothly
-            for k in np.flatnonzero((apart & between).any(axis=(-2, -1))):
-                for remark, at_edge in operations.edges({name: array[k] for name, array in state.items()}):
-                    sided[k] |= apart[k] & between[k]
-                    remarks.add(names[k], remark, at_edge)
+            sided |= _at_edges(apart & between, operations, state, names, remarks)
         smooth &= ~sided.any(axis=(-2, -1))
         failures += _worst(claim, names, finite & ~sided, value, exact, sizes.exact, "complex step")
         undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(by_differences.bar)).any())
@@ -132,6 +129,18 @@ def judged(
         report = replace(report, second=_largest(second - value, sizes, ~singular))
     verdict: Verdict = "FAILS" if failures else "undecided" if undecided else "agrees"
     return replace(report, verdict=verdict, remarks=remarks.texts, worst=failures[0] if failures else None)
+
+
+def _at_edges(
+    apart: Array, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...], remarks: Remarks
+) -> Array:
+    """Return the entries (S, R, C) of states on edges of formulas, and remark the formulas."""
+    at_edges = np.zeros_like(apart)
+    for k in np.flatnonzero(apart.any(axis=(-2, -1))):
+        for remark, operation in operations.edges({name: array[k] for name, array in state.items()}):
+            at_edges[k] = apart[k]
+            remarks.add(names[k], remark, operation)
+    return at_edges
 
 
 def _not_numbers(
