@@ -46,7 +46,7 @@ from eomgen.compiled.equations import accelerations, has_residual_partials, resi
 from eomgen.errors import EomgenError
 from eomgen.results.error_estimate import NONE, OWN, ErrorEstimate, LargestError
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, ComparisonRuns, MotionDifference
-from eomgen.simulation.accuracy.motion_size import Kinds, columns_of, reach_of, shares
+from eomgen.simulation.accuracy.motion_size import Kinds, MotionSize, columns_of, reach_of, shares
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import States, states_of
 
@@ -121,27 +121,8 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
                 gain = np.maximum(gain, 1.0)
             errors[kind] = np.maximum(apart * gain, rounding.get(kind, 0.0))
     share = shares(errors, size)
-    row, component = np.unravel_index(int(np.argmax(share)), share.shape) if share.size else (0, 0)
     times = pair.apart.t
-    largest = None
-    if share.size:
-        first = errors["increment"].shape[1]
-        column = errors["increment"][:, component] if component < first else errors["z"][:, component - first]
-        least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
-        if not math.isfinite(least):  # all errors are infinite parts of no motion
-            row = int(np.argmax(column))
-        error = column[row]
-        largest_component = (size.names[component], float(error), size.units[component], float(times[row]))
-        unit = size.units[component] if size.units[component] != "1" else ""
-        measure = (
-            A_TURN
-            if size.turns[component]
-            else OWN
-            if size.own[component]
-            else SMALL.format(least=f"{least:.2g} {unit}".strip())
-        )
-        measure = measure if math.isfinite(least) else NONE
-        largest = LargestError(*largest_component, float(share[row, component]), measure)
+    largest = _largest_state(size, errors, share, times) if share.size else None
     outputs = {kind.partition(".")[2]: array for kind, array in errors.items() if kind.startswith("output.")}
     return ErrorEstimate(
         available=True,
@@ -163,6 +144,27 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
         largest_velocity=_largest_velocity(runs, errors["v"], times),
         largest_output=_largest_output(runs, errors, times),
         method=f"{pair.words}{_since(runs)}",
+    )
+
+
+def _largest_state(size: MotionSize, errors: Kinds, share: Array, times: Array) -> LargestError:
+    """Return the largest error of coordinates and internal states relative to their motions, ``share`` (n, nv + nz)."""
+    row, component = np.unravel_index(int(np.argmax(share)), share.shape)
+    first = errors["increment"].shape[1]
+    column = errors["increment"][:, component] if component < first else errors["z"][:, component - first]
+    least = np.concatenate([size.sizes["increment"], size.sizes["z"]])[component]
+    moves = math.isfinite(least)
+    if not moves:  # all errors are infinite parts of no motion
+        row = np.argmax(column)
+    unit = size.units[component] if size.units[component] != "1" else ""
+    measure = OWN if size.own[component] else SMALL.format(least=f"{least:.2g} {unit}".strip())
+    return LargestError(
+        size.names[component],
+        float(column[row]),
+        size.units[component],
+        float(times[row]),
+        float(share[row, component]),
+        (A_TURN if size.turns[component] else measure) if moves else NONE,
     )
 
 

@@ -216,8 +216,8 @@ def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -
     if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
         return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
     if met := _met_springs(model, t, q, p, values):
-        fault = f", where the ends of {met} meet, and a force along the line between them has no direction"
-        return fault, "ends that stay apart; springs of length 0 without damping have a force where their ends meet"
+        fault = f": the ends of {met} meet, and a force along the line between them has no direction"
+        return fault, "ends that stay apart; springs of length 0 without damping, whose force is 0 there"
     if taken := large_angles(model.description, values):
         return f", where formulas take {taken}: {REASON}", HINT
     if angles := large_joint_angles(model.q_names, model.q_units, q):
