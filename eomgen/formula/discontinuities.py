@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
 
 import numpy as np
@@ -21,6 +21,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
+from eomgen.formula.substitution import renamed
 
 
 def applications(formula: Formula) -> Sequence[Application]:
@@ -141,6 +142,21 @@ def breakpoints(
                 yield from breakpoints(used, value_of, derivatives)
         for argument in formula.arguments:
             yield from breakpoints(argument, value_of, derivatives)
+
+
+def knots_along_a_beam(formulas: Iterable[Formula], value_of: Callable[[Symbol], float | None]) -> tuple[float, ...]:
+    """Return the places s between 0 and 1, in order, at which formulas of s jump or bend."""
+
+    def as_time(symbol: Symbol) -> Symbol:
+        return Symbol("time") if symbol.kind == "place" else symbol
+
+    places: set[float] = set()
+    for formula in formulas:
+        for at in breakpoints(renamed(formula, as_time), value_of):
+            count = math.floor((1.0 - at.time) / at.period) + 1 if at.period else 1
+            first = math.ceil(-at.time / at.period) if at.period else 0
+            places.update(at.time + number * at.period for number in range(first, max(count, first)))
+    return tuple(sorted(place for place in places if 0.0 < place < 1.0))
 
 
 #: Functions that are not smooth at an argument of 0, or at two equal arguments, and the order of the jump.

@@ -1,18 +1,21 @@
-"""Formulas with numbers in place of some symbols, sums and products that are numbers if all operands are, and the
-common form of formulas that differ in numbers alone."""
+"""Formulas with numbers in place of some symbols, sums and products that are numbers if all operands are, sums of
+numbers times powers of formulas, and the common form of formulas that differ in numbers alone.
+
+As numbers times powers the mean of ``EI * (1 - 0.5 * s)`` over several places is one number times ``EI``, and the mean
+of the reciprocal is one number by ``EI``."""
 
 from __future__ import annotations
 
 import functools
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from eomgen.base.data import replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import apply, quantity_at
-from eomgen.formula.nodes import Application, Formula, Number, Operation, Quantity, Symbol
+from eomgen.formula.nodes import ONE, ZERO, Application, Formula, Number, Operation, Quantity, Symbol, infix
 
 
 def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Formula:
@@ -118,3 +121,85 @@ def pattern(formulas: tuple[Formula, ...]) -> tuple[tuple[Formula, ...], tuple[f
         return formula
 
     return tuple(without(formula) for formula in formulas), tuple(numbers)
+
+
+#: Powers of formulas, each an exponent.
+_Powers = frozenset[tuple[Formula, int]]
+#: Numbers by the powers that they multiply, without zeros.
+Combination = Mapping[_Powers, float]
+_NONE: _Powers = frozenset()
+
+
+def combination(formula: Formula) -> Combination:
+    """Return a formula as numbers times powers of formulas; a product of two sums is not multiplied out."""
+    if isinstance(formula, Number):
+        return {_NONE: formula.value} if formula.value != 0.0 else {}
+    if isinstance(formula, Operation) and formula.name in ("add", "sub", "neg", "mul", "div"):
+        first, *rest = (combination(argument) for argument in formula.arguments)
+        match formula.name:
+            case "add":
+                return _sum([(1.0, first), (1.0, rest[0])])
+            case "sub":
+                return _sum([(1.0, first), (-1.0, rest[0])])
+            case "neg":
+                return _sum([(-1.0, first)])
+            case "mul" if len(first) <= 1 or len(rest[0]) <= 1:
+                return _product(first, rest[0])
+            case "mul":
+                return _product(_single(formula.arguments[0], first), _single(formula.arguments[1], rest[0]))
+            case "div" if rest[0]:
+                return _product(first, _inverse(_single(formula.arguments[1], rest[0])))
+    return {frozenset([(formula, 1)]): 1.0}
+
+
+def _single(formula: Formula, terms: Combination) -> Combination:
+    return terms if len(terms) <= 1 else {frozenset([(formula, 1)]): 1.0}
+
+
+def _inverse(term: Combination) -> Combination:
+    return {frozenset((base, -power) for base, power in powers): 1.0 / number for powers, number in term.items()}
+
+
+def _product(first: Combination, second: Combination) -> Combination:
+    result: dict[_Powers, float] = {}
+    for left, a in first.items():
+        for right, b in second.items():
+            powers = dict(left)
+            for base, power in right:
+                powers[base] = powers.get(base, 0) + power
+            result[frozenset((base, power) for base, power in powers.items() if power)] = a * b
+    return result
+
+
+def _sum(parts: Iterable[tuple[float, Combination]]) -> Combination:
+    result: dict[_Powers, float] = {}
+    for weight, terms in parts:
+        for powers, number in terms.items():
+            result[powers] = result.get(powers, 0.0) + weight * number
+    return {powers: number for powers, number in result.items() if number != 0.0}
+
+
+def collected(formula: Formula) -> Formula:
+    """Return a formula with equal products of powers collected, a number if all of it is numbers."""
+    return _formula(combination(formula))
+
+
+def weighted_sum(weights: Sequence[float], formulas: Sequence[Formula]) -> Formula:
+    """Return a sum of formulas by weights, with equal products of powers collected."""
+    return _formula(_sum(zip(weights, map(combination, formulas), strict=True)))
+
+
+def mean(weights: Sequence[float], formulas: Sequence[Formula]) -> Formula:
+    """Return the mean of formulas by weights whose sum is 1: of equal formulas the formula."""
+    return formulas[0] if all(one == formulas[0] for one in formulas) else weighted_sum(weights, formulas)
+
+
+def _formula(terms: Combination) -> Formula:
+    return functools.reduce(total, [_term(powers, number) for powers, number in terms.items()]) if terms else ZERO
+
+
+def _term(powers: _Powers, number: float) -> Formula:
+    ordered = sorted(powers, key=lambda item: infix(item[0]))  # sets have no order of their own
+    over = product(*(base for base, power in ordered for _ in range(power)), Number(number))
+    under = product(*(base for base, power in ordered for _ in range(-power)))
+    return over if under == ONE else over / under

@@ -125,7 +125,9 @@ def describe(scene: Scene) -> Description:
 def _element_stiffness(beam: Cosserat) -> ElementStiffness:
     lengths = tuple(float(part.length) for part in beam.parts)
     twists = tuple(part.twist for part in beam.parts)
-    return ElementStiffness(beam.nodes, lengths, tuple(part.section.stiffness for part in beam.parts), twists)
+    compliance = tuple(() if part.moments is None else part.moments.compliance for part in beam.parts)
+    stiffness = tuple(part.section.stiffness for part in beam.parts)
+    return ElementStiffness(beam.nodes, lengths, stiffness, twists, compliance)
 
 
 def base_disturbances(scene: Scene) -> tuple[str, ...]:

@@ -176,6 +176,9 @@ class FixedFrame(Point):
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
 
 
+_Rows = tuple[tuple[Formula, ...], ...]
+
+
 @dataclass(frozen=True)
 class ElementStiffness:
     """Stiffness of the elements of a geometrically exact beam.
@@ -187,18 +190,22 @@ class ElementStiffness:
     stiffness : of the sections of each element, rows of 6, rotations first, section axes; formulas of parameters; rows
         of zeros for strains that the beam does not have
     twists : (6,) of each element, logarithm of the pose of the second node in the first, in the initial shape
+    compliance : of elements whose sections vary, mean of the inverse of the stiffness, and means of its products with
+        the distance from the middle and with the square of that; empty for other elements
     """
 
     nodes: tuple[str, ...]
     lengths: tuple[float, ...]
-    stiffness: tuple[tuple[tuple[Formula, ...], ...], ...]
+    stiffness: tuple[_Rows, ...]
     twists: tuple[tuple[float, ...], ...]
+    compliance: tuple[tuple[_Rows, ...], ...]
 
     def matrices(self, values: Mapping[str, float]) -> Array:
         """Return the stiffness of each element at values of the parameters, (elements, 6, 6), N m/rad and N/m.
 
         Strains are changes of the logarithm of the relative pose. Forces and moments vary along an element: see
-        ``mechanics.forces.cosserat_beams``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape.
+        ``mechanics.forces.cosserat_beams``; the flexibility is S^-1 + l^2/12 ad S^-1 ad^T, ad of the initial shape,
+        with ad C1 + C1 ad^T of the first moment C1 of the compliance in addition if sections vary.
         """
         return np.array([stiffness for stiffness, _ in self._of_elements(values)])
 
@@ -216,27 +223,35 @@ class ElementStiffness:
         return np.asarray(np.linalg.norm(np.array(bends)[:, 3:], axis=1))
 
     def _of_elements(self, values: Mapping[str, float]) -> list[tuple[Array, Array]]:
-        """Return of each element the stiffness and l^2/12 ad S^-1 ad^T, evaluated once for equal elements."""
+        """Return of each element the stiffness and ad C2 ad^T, evaluated once for equal elements."""
         made: dict[object, tuple[Array, Array]] = {}
         result = []
-        for rows, length, twist in zip(self.stiffness, self.lengths, self.twists, strict=True):
-            key = id(rows), length, twist
+        for rows, length, twist, means in zip(self.stiffness, self.lengths, self.twists, self.compliance, strict=True):
+            key = id(rows), length, twist, id(means)
             if key not in made:
-                made[key] = _of_element(rows, length, twist, values)
+                made[key] = _of_element(rows, means, length, twist, values)
             result.append(made[key])
         return result
 
 
 def _of_element(
-    rows: Sequence[Sequence[Formula]], length: float, twist: Sequence[float], values: Mapping[str, float]
+    rows: _Rows, means: Sequence[_Rows], length: float, twist: Sequence[float], values: Mapping[str, float]
 ) -> tuple[Array, Array]:
-    """Return the stiffness of an element and l^2/12 ad S^-1 ad^T."""
-    section = np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
+    """Return the stiffness of an element and ad C2 ad^T."""
+
+    def numbers(rows: _Rows) -> Array:
+        return np.array([[evaluate(entry, lambda symbol: values[symbol.name]) for entry in row] for row in rows])
+
+    section = numbers(rows)
     kept = np.ix_(*2 * [np.flatnonzero(np.any(section != 0.0, axis=1))])  # strains that the beam has
     flexibility, stiffness = np.zeros((6, 6)), np.zeros((6, 6))
-    flexibility[kept] = np.linalg.inv(section[kept])
     along = numeric.bracket_matrix(SE3, np.array(twist) / length)
-    within = length**2 / 12.0 * along @ flexibility @ along.T
+    if means:
+        mean, first, second = map(numbers, means)
+        flexibility, within = mean + along @ first + first @ along.T, along @ second @ along.T
+    else:
+        flexibility[kept] = np.linalg.inv(section[kept])
+        within = length**2 / 12.0 * along @ flexibility @ along.T
     stiffness[kept] = np.linalg.inv((flexibility + within)[kept]) / length
     return stiffness, within
 

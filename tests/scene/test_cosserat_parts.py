@@ -39,7 +39,7 @@ def scene(changes: dict[str, Any], **sections: Any) -> dict[str, Any]:
     return data
 
 
-def test_formulas_of_s_are_taken_in_the_middle_of_each_element() -> None:
+def test_linear_formulas_of_s_have_the_values_of_the_middle_of_each_element() -> None:
     parts = beam_of(from_data(scene({"mass_per_length": "load * (2 - s)"}))).parts
     found = [numbers((part.section.mass_per_length,))[0] for part in parts]
     np.testing.assert_allclose(found, 2.0 - np.array([1, 3, 5, 7]) / 8, rtol=1e-15)

@@ -35,7 +35,7 @@ class ConstrainedStrains:
         beam = self.beam
 
         def gaps(element: ElementStrain) -> list[Scalar]:
-            return [element.section.length * element.strain[strain] for strain in beam.constrained]
+            return [element.gap(strain) for strain in beam.constrained]
 
         values = self.elements.each(gaps, f"constrained strains of beam {beam.name}")
         result: list[ConstraintRow] = []
@@ -98,9 +98,6 @@ def _push(
     """Add to wrenches by link the wrenches of section forces, one for each constrained strain of each element."""
 
     def transmitted(element: ElementStrain, *parts: Scalar) -> list[Scalar]:
-        section = [element.algebra.zero] * len(STRAINS)
-        for strain, part in zip(beam.constrained, parts, strict=True):
-            section[strain] = part
-        return element.transmitted(section)
+        return element.transmitted(element.held_forces(dict(zip(beam.constrained, parts, strict=True))))
 
     elements.push(wrenches, elements.each(transmitted, label, forces))

@@ -8,6 +8,10 @@ of MacNeal, Comput. Struct. 8 (1978) 175, for curved and twisted beams. (The qua
 the logarithm's.) With it small deflections of straight beams by loads on nodes are exact for any number of elements,
 and large ones far closer; and however much a section resists shear, its elements bend.
 
+If sections vary within an element, the mean of (1 + s ad) S^-1 (1 + s ad^T) is the flexibility, by the means of S^-1,
+s S^-1 and s^2 S^-1. The mean of s S^-1 couples shear with bending: strains gamma without stiffness follow then from the
+others, gamma = G kappa, and their multipliers exert -G^T lam in addition.
+
 With d = log(H_A^-1 H_B), the strain of an element is (d - d_0)/l, and its potential l/2 strain.C strain, so bending to
 a helix is exact, without locking; C comes from ``element_stiffness``. By
 d' = T^-1(d) v_B - T^-1(-d) v_A the nodes take -T^-T(d) s and T^-T(-d) s, with s = C strain + D strain': Sonneville,
@@ -23,7 +27,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, field, replace
 from eomgen.lie.algebra import TapeAlgebra
 from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import skew
@@ -64,11 +68,13 @@ class RecordedStiffness:
     ----------
     stiffness, damping : (6, 6) each, symmetric, rotations first
     of_section : (6, 6), maps the strain of the element to the strain of the section in its middle
+    following : (6, 6), G, rows of the strains that the beam does not have; empty without variation of the sections
     """
 
     stiffness: list[list[Scalar]]
     damping: list[list[Scalar]]
     of_section: list[list[Scalar]]
+    following: list[list[Scalar]] = field(default_factory=list)
 
 
 def with_linear_moments(
@@ -109,6 +115,46 @@ def with_linear_moments(
     middle, change = _congruent(damping, _transposed(of_section)), _congruent(damping, _transposed(varying))
     damped = [[x + share * y for x, y in zip(*rows, strict=True)] for rows in zip(middle, change, strict=True)]
     return RecordedStiffness(result, damped, of_section)
+
+
+def with_varying_sections(
+    algebra: Algebra,
+    stiffness: ScalarRows,
+    compliance: Sequence[ScalarRows],
+    dissipation: Sequence[ScalarRows],
+    initial: Sequence[float],
+) -> RecordedStiffness:
+    """Return stiffness and damping of an element whose sections vary.
+
+    Parameters
+    ----------
+    stiffness : of the section in the middle
+    compliance, dissipation : means over the element of S^-1 and of S^-1 D S^-1 and of their products with the distance
+        from the middle and with its square
+    initial : (6,), twist by length of the element in the initial shape of the beam, rotations (1/m) first
+    """
+    free = [i for i in _SIX if not all(entry.is_zero for entry in stiffness[i])]
+    along = [[algebra.scalar(entry) for entry in row] for row in _adjoint(initial)]
+
+    def moved(means: Sequence[ScalarRows]) -> list[list[Scalar]]:
+        mean, first, second = means
+        changed, squared = _matrix_product(along, first), _congruent(second, along)
+        return [[mean[i][j] + changed[i][j] + changed[j][i] + squared[i][j] for j in _SIX] for i in _SIX]
+
+    result = _inverse(algebra, moved(compliance), free)
+    of_section = _matrix_product(_inverse(algebra, stiffness, free), result)
+    following = _matrix_product(_matrix_product(along, compliance[1]), result)
+    for i in _SIX:
+        if i in free:
+            following[i] = [algebra.zero] * 6
+        else:
+            of_section[i][i] = algebra.one
+    damping = _congruent(moved(dissipation), result) if any(map(_is_there, dissipation)) else []
+    return RecordedStiffness(result, damping or [[algebra.zero] * 6 for _ in _SIX], of_section, following)
+
+
+def _is_there(rows: ScalarRows) -> bool:
+    return any(not entry.is_zero for row in rows for entry in row)
 
 
 def _adjoint(twist: Sequence[float]) -> np.ndarray:
@@ -184,7 +230,7 @@ class SectionFrame:
 @dataclass(frozen=True)
 class SectionNumbers:
     """Numbers of an element: stiffness, damping, and strain of the middle section per strain of the element, (6, 6)
-    each; length, m; 1/length; and d_0, (6,)."""
+    each; length, m; 1/length; d_0, (6,); and strains that follow from others by these, (6, 6), or none."""
 
     stiffness: Sequence[Six]
     damping: Sequence[Six]
@@ -192,6 +238,7 @@ class SectionNumbers:
     length: Scalar
     inverse: Scalar
     rest: Six
+    following: Sequence[Six] = ()
 
     @property
     def damped(self) -> bool:
@@ -200,12 +247,13 @@ class SectionNumbers:
     @property
     def numbers(self) -> list[Scalar]:
         rows = (*self.stiffness, *self.damping, *self.of_section, self.rest)
-        return [*chain.from_iterable(rows), self.length, self.inverse]
+        return [*chain.from_iterable(rows), self.length, self.inverse, *chain.from_iterable(self.following)]
 
     @classmethod
     def of(cls, numbers: Six) -> SectionNumbers:
         rows = [numbers[start : start + 6] for start in range(0, 114, 6)]
-        return cls(rows[:6], rows[6:12], rows[12:18], numbers[114], numbers[115], rows[18])
+        following = [numbers[start : start + 6] for start in range(116, len(numbers), 6)]
+        return cls(rows[:6], rows[6:12], rows[12:18], numbers[114], numbers[115], rows[18], following)
 
 
 class ElementStrain:
@@ -238,6 +286,23 @@ class ElementStrain:
             else [algebra.zero] * 6
         )
 
+    def gap(self, strain: int) -> Scalar:
+        """Return the difference, m, between a strain that the beam does not have and its value by the other strains."""
+        gap = self.strain[strain]
+        if self.section.following:
+            gap = gap - dot(self.section.following[strain], self.strain)
+        return self.section.length * gap
+
+    def held_forces(self, multipliers: Mapping[int, Scalar]) -> list[Scalar]:
+        """Return the section forces, (6,), of multipliers of strains that the beam does not have, by index."""
+        result = [multipliers.get(k, self.algebra.zero) for k in _SIX]
+        for strain, force in multipliers.items() if self.section.following else ():
+            result = [
+                x if share.is_zero else x - share * force
+                for x, share in zip(result, self.section.following[strain], strict=True)
+            ]
+        return result
+
     def forces(self) -> list[Scalar]:
         """Return the generalized forces on both nodes, (12,), moment before force, in the axes of each node."""
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
@@ -260,8 +325,12 @@ class ElementStrain:
         ----------
         elsewhere : entries of s that do not follow from strains, by index
         """
+        held = self.held_forces(elsewhere)
         elastic, viscous = _product(self.section.stiffness, self.strain), _product(self.section.damping, self.rate)
-        s = [elsewhere.get(k, x + y) for k, (x, y) in enumerate(zip(elastic, viscous, strict=True))]
+        s = [
+            held[k] if k in elsewhere else x + y if held[k].is_zero else x + y + held[k]
+            for k, (x, y) in enumerate(zip(elastic, viscous, strict=True))
+        ]
         on_both = self.transmitted(s)
         return [*_product(self.section.of_section, self.strain), *s, *on_both[:6], *(-x for x in on_both[6:])]
 
@@ -383,7 +452,11 @@ def _sections(quantities: Quantities, beam: Cosserat) -> list[SectionNumbers]:
     for part in beam.parts:
         if id(part) not in known:
             known[id(part)] = _section(quantities, part)
-    return [known[id(part)] for part in beam.parts]
+    result = [known[id(part)] for part in beam.parts]
+    if not beam.constrained or not any(section.following for section in result):
+        return [replace(section, following=()) if section.following else section for section in result]
+    none = [[quantities.algebra.zero] * 6 for _ in _SIX]  # the elements of a loop have as many numbers
+    return [section if section.following else replace(section, following=none) for section in result]
 
 
 def _section(quantities: Quantities, part: BeamElement) -> SectionNumbers:
@@ -393,10 +466,14 @@ def _section(quantities: Quantities, part: BeamElement) -> SectionNumbers:
     algebra, length = quantities.algebra, float(part.length)
     strained = [algebra.scalar(length) * quantities.formula(strain) for strain in part.section.prestrain]
     rest = [algebra.scalar(initial) - strain for initial, strain in zip(part.twist, strained, strict=True)]
-    rows = scalars(part.section.stiffness), scalars(part.section.damping)
-    result = with_linear_moments(algebra, *rows, length, [float(number) / length for number in part.twist])
+    stiffness, initial = scalars(part.section.stiffness), [float(number) / length for number in part.twist]
+    if part.moments is None:
+        result = with_linear_moments(algebra, stiffness, scalars(part.section.damping), length, initial)
+    else:
+        means = [[scalars(rows) for rows in each] for each in (part.moments.compliance, part.moments.dissipation)]
+        result = with_varying_sections(algebra, stiffness, means[0], means[1], initial)
     sizes = algebra.scalar(length), algebra.scalar(1.0 / length)
-    return SectionNumbers(result.stiffness, result.damping, result.of_section, *sizes, rest)
+    return SectionNumbers(result.stiffness, result.damping, result.of_section, *sizes, rest, result.following)
 
 
 def _loop(

@@ -39,7 +39,7 @@ def loads_on_halves(quantities: Quantities, beam: Cosserat, fields: Fields) -> l
     halves = [[quantities.algebra.zero] * 12 for _ in beam.parts]
     for element, part in enumerate(beam.parts):
         for end in (0, 1):
-            inertia = _inertia_force(quantities, part.section, mounts[element + end], fields)
+            inertia = _inertia_force(quantities, part.half(end), mounts[element + end], fields)
             half = 0.5 * float(part.length)
             _add(halves[element], end, [-half * entry for entry in (*inertia[0], *inertia[1])])
     for item in quantities.scene.elements:

@@ -62,18 +62,39 @@ class BeamSection:
 
 
 @dataclass(frozen=True)
+class SectionMoments:
+    """Compliance C of sections that vary within an element, and C D C of their damping D: each the mean over the
+    element and the means of products with the distance from the middle, m, and with its square.
+
+    Rows of 6 as of stiffnesses, zeros for strains that the beam does not have.
+    """
+
+    compliance: tuple[Rows, Rows, Rows]
+    dissipation: tuple[Rows, Rows, Rows]
+
+
+@dataclass(frozen=True)
 class BeamElement:
     """A part of a beam between two nodes.
 
     Attributes
     ----------
     length : m
+    section : in the middle, with the mean prestrain
     twist : logarithm of the pose of the second node in the first, (6,), in the initial shape; rotations first
+    halves : sections with the mean inertia of both halves; empty if all sections are alike
+    moments : None if all sections have the stiffness and the damping of the middle
     """
 
     length: Fraction
     section: BeamSection
     twist: tuple[float, ...]
+    halves: tuple[BeamSection, ...] = ()
+    moments: SectionMoments | None = None
+
+    def half(self, end: int) -> BeamSection:
+        """Return a section with the inertia of the first (0) or of the second half (1)."""
+        return self.halves[end] if self.halves else self.section
 
 
 @dataclass(frozen=True)
@@ -114,10 +135,11 @@ class Cosserat:
         made: dict[tuple[tuple[Fraction, int], ...], Body] = {}
         result = []
         for number, name in enumerate(self.nodes):
-            beside = self.parts[max(number - 1, 0) : number + 1]
-            alike = tuple((part.length, id(part.section)) for part in beside)
+            beside = [(part, part.half(1)) for part in self.parts[max(number - 1, 0) : number]]
+            beside += [(part, part.half(0)) for part in self.parts[number : number + 1]]
+            alike = tuple((part.length, id(section)) for part, section in beside)
             if alike not in made:
-                made[alike] = _node(name, [(part.length / 2, part.section) for part in beside], self.name)
+                made[alike] = _node(name, [(part.length / 2, section) for part, section in beside], self.name)
             result.append(replace(made[alike], name=name))
         return tuple(result)
 

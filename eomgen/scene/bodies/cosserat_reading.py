@@ -6,6 +6,7 @@ import heapq
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import cached_property
 from itertools import accumulate, pairwise
 
 from eomgen.base.data import dataclass, replace
@@ -16,6 +17,7 @@ from eomgen.scene.bodies import beam_schema as written
 from eomgen.scene.bodies.beam_schema import BeamKeys
 from eomgen.scene.bodies.cosserat import CONSTRAINED, STRAINS, BeamElement, BeamSection, Cosserat, Rows
 from eomgen.scene.bodies.cross_sections import SectionReader, SectionStiffnessRule, read_inertia
+from eomgen.scene.bodies.element_sections import varying_element
 from eomgen.scene.bodies.initial_shapes import InitialShape, bent_shape, pretwisted, read_shape
 from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.formula.scope import PARAMETERS
@@ -125,13 +127,12 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     most = 0.0
     for start, piece in zip(ends, pieces, strict=False):
         nodes = list(accumulate(piece.widths, initial=start))
-        middles = [float((begin + end) / (2 * ends[-1])) for begin, end in pairwise(nodes)]
-        for begin, width, section in zip(nodes, piece.widths, _sections(piece.keys, middles, values), strict=False):
+        sections = _Sections(piece.keys, float(ends[-1]), values)
+        for begin, width in zip(nodes, piece.widths, strict=False):
             twist, turn = shape.between(begin, begin + width)
             most = max(most, turn)
-            element = BeamElement(width, section, tuple(twist.tolist()))
-            alike = elements and elements[-1].section is section and elements[-1] == element
-            elements.append(elements[-1] if alike else element)
+            element = sections.element(begin, width, tuple(twist.tolist()))
+            elements.append(elements[-1] if elements and elements[-1] == element else element)
     _check_fold(whole, most, len(elements), values)
     beam = Cosserat(name, tuple(elements), whole.model)
     if values.report.concerns(whole.key) or not (fault := _beyond_numbers(beam, values)):
@@ -247,18 +248,34 @@ def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -
     return Fraction(length)
 
 
-def _sections(keys: BeamKeys, places: Sequence[float], values: Values) -> list[BeamSection]:
-    """Return the sections at places from 0 to 1 along the beam; all the same one if no value varies."""
-    result: list[BeamSection] = []
-    varied = True
-    for place in places:
-        if result and (not varied or values.report.concerns(keys.key)):
-            result.append(result[-1])
-            continue
-        there = values.at(place)
-        result.append(_section(keys, there))
-        varied = bool(there.varied)
-    return result
+class _Sections:
+    """Sections along a beam or a part of a beam; all the same one if no value varies."""
+
+    def __init__(self, keys: BeamKeys, whole: float, values: Values) -> None:
+        self.keys, self.whole, self.values = keys, whole, values
+        self.last: BeamSection | None = None
+        self.varied: Mapping[str, Formula] = {}
+
+    def element(self, start: Fraction, length: Fraction, twist: tuple[float, ...]) -> BeamElement:
+        """Return the next element, from x = ``start`` on, m."""
+        faulty = self.values.report.concerns(self.keys.key)
+        if self.last is None or (self.varied and not faulty):
+            there = self.values.at(float((start + length / 2) / Fraction(self.whole)))
+            self.last, self.varied = _section(self.keys, there), there.varied
+            faulty = self.values.report.concerns(self.keys.key)
+        element = BeamElement(length, self.last, twist)
+        if faulty or not self.varied:
+            return element
+        return varying_element(element, float(start), self.whole, self.knots, self._at, self.values.value)
+
+    @cached_property
+    def knots(self) -> tuple[float, ...]:
+        """Places from 0 to 1 along the beam at which sections are not smooth."""
+        return self.values.knots(self.varied.values())
+
+    def _at(self, place: float) -> BeamSection | None:
+        section = _section(self.keys, self.values.again_at(place, self.varied))
+        return None if self.values.report.concerns(self.keys.key) else section
 
 
 def _section(keys: BeamKeys, values: Values) -> BeamSection:

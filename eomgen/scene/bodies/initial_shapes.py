@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from itertools import pairwise
 from typing import TYPE_CHECKING, Protocol
@@ -19,6 +19,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.formula.nodes import Formula
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.scene.reading.values import Values
@@ -57,25 +58,29 @@ class CurvatureShape:
     length : m
     curvature : function of x, m along the axis, that returns the curvature vector (3,), 1/m, in section axes
     constant : function of both ends of a range of x that returns whether the curvature is constant between them
+    knots : x, in order, at which the curvature jumps or bends
     """
 
     length: float
     curvature: Callable[[float], Array]
     constant: Callable[[float, float], bool]
+    knots: Sequence[float] = ()
 
     def between(self, start: Fraction, end: Fraction) -> tuple[Array, float]:
         width, begin = float(end - start), float(start)
         if self.constant(begin, float(end)):
             strain = self._strain(begin + 0.5 * width)
             return width * strain, width * float(np.linalg.norm(strain[:3]))
-        pose, turn, step = IDENTITY, 0.0, width / _STEPS
-        for number in range(_STEPS):
-            middle = begin + (number + 0.5) * step
-            first, second = (self._strain(middle + sign * _GAUSS * step) for sign in (-1.0, 1.0))
-            bracket = numeric.bracket_matrix(SE3, first) @ second
-            increment = 0.5 * step * (first + second) + 0.5 * _GAUSS * step**2 * bracket
-            pose = numeric.compose(SE3, pose, numeric.exp(SE3, increment))
-            turn += float(np.linalg.norm(increment[:3]))
+        pose, turn = IDENTITY, 0.0
+        for low, high in pairwise([begin, *(knot for knot in self.knots if begin < knot < float(end)), float(end)]):
+            step = (high - low) / _STEPS
+            for number in range(_STEPS):
+                middle = low + (number + 0.5) * step
+                first, second = (self._strain(middle + sign * _GAUSS * step) for sign in (-1.0, 1.0))
+                bracket = numeric.bracket_matrix(SE3, first) @ second
+                increment = 0.5 * step * (first + second) + 0.5 * _GAUSS * step**2 * bracket
+                pose = numeric.compose(SE3, pose, numeric.exp(SE3, increment))
+                turn += float(np.linalg.norm(increment[:3]))
         return numeric.log(SE3, pose), turn
 
     def _strain(self, x: float) -> Array:
@@ -330,16 +335,20 @@ def bent_shape(pieces: Sequence[tuple[float, BeamKeys]], values: Values) -> Init
     length = ends[-1]
     straight = np.zeros(3)
 
-    def at(x: float) -> tuple[Array, bool]:
+    def at(x: float) -> tuple[Array, Mapping[str, Formula]]:
         keys = pieces[min(bisect_right(ends, x), len(pieces) - 1)][1]
         given = keys["curvature"]
         if given is None or values.report.concerns(keys.of("curvature")):
-            return straight, False
+            return straight, {}
         there = values.at(x / length)
         numbers = np.array(there.constants(keys.of("curvature"), given))
-        return (numbers if np.all(np.isfinite(numbers)) else straight), bool(there.varied)
+        return (numbers if np.all(np.isfinite(numbers)) else straight), there.varied
 
-    return CurvatureShape(length, lambda x: at(x)[0], lambda start, end: not at(0.5 * (start + end))[1])
+    knots: list[float] = []
+    for start, end in pairwise([0.0, *ends]):
+        inside = values.knots(at(0.5 * (start + end))[1].values())
+        knots += [length * s for s in inside if start < length * s < end]
+    return CurvatureShape(length, lambda x: at(x)[0], lambda start, end: not at(0.5 * (start + end))[1], knots)
 
 
 def pretwisted(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialShape:

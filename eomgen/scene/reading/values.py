@@ -14,7 +14,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.formula.curves import Curve
-from eomgen.formula.discontinuities import applications
+from eomgen.formula.discontinuities import applications, knots_along_a_beam
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
 from eomgen.formula.nodes import Formula, Number, Operation, Quantity, Symbol, Vector, distinct_nodes
 from eomgen.formula.substitution import substituted
@@ -93,7 +93,7 @@ class Values:
     mentioned : names in formulas (fixed parameters, too), as pairs of kind and name
     notes : on values without effect, or with an effect that is hardly meant
     place : along a beam, 0 to 1, at which values are read; None if values cannot vary
-    varied : keys of the values that do vary there
+    varied : formulas of s of the values that do vary there, by key
     design : poses of the bodies at the design position; known once the joints are read
     """
 
@@ -118,13 +118,25 @@ class Values:
         self.mentioned: set[tuple[str, str]] = set()
         self.notes: list[str] = []
         self.place: float | None = None
-        self.varied: set[str] = set()
+        self.varied: dict[str, Formula] = {}
+        self.read: Mapping[str, Formula] = {}
         self.design = DesignPoses({})
 
     def at(self, place: float) -> Values:
         """Return a reader at a place along a beam, which adds problems, requirements and notes to this reader."""
         there = copy.copy(self)
-        there.place, there.varied = place, set()
+        there.place, there.varied = place, {}
+        return there
+
+    def again_at(self, place: float, read: Mapping[str, Formula]) -> Values:
+        """Return a reader for one more place along a beam, which adds problems alone.
+
+        Parameters
+        ----------
+        read : formulas of s by key, read at another place
+        """
+        there = self.at(place)
+        there.read, there.requirements = read, []
         return there
 
     def formula(self, key: str, value: float | str, scope: Scope) -> Formula:
@@ -135,8 +147,10 @@ class Values:
             number = Number(value)
             self._require_bound(key, number, scope)
             return number
+        known = self.read.get(key)
         try:
-            formula = self._here(key, read_included(value, self.names, self._along(scope)), scope)
+            read = read_included(value, self.names, self._along(scope)) if known is None else known
+            formula = self._here(key, read, scope)
         except ArithmeticError as error:
             self.report.add(key, f"at s = {self.place:.6g}, {error}", OTHER_VALUES)
             return UNKNOWN
@@ -144,6 +158,9 @@ class Values:
             if not self.mentions_refused(value):
                 self.report.add(key, error.what, _hint_of(key, value) or error.hint)
             return UNKNOWN
+        if known is not None:
+            self._require_bound(key, formula, scope)
+            return formula
         self.note(f"{key}: {text}" for text in plain_degrees(formula))
         self._check_arguments(key, formula)
         self.note(dict.fromkeys(self._periods_in_degrees(key, formula)))
@@ -272,7 +289,7 @@ class Values:
         of_place = any(symbol.kind == "place" for symbol in symbols(formula))
         if self.place is None or not (of_place or ("curve" not in scope.kinds and curves(formula))):
             return formula
-        self.varied.add(key)
+        self.varied[key] = formula
         self.mentioned |= {(symbol.kind, symbol.name) for symbol in symbols(formula)}
         self.mentioned |= {("curve", name) for name in curves(formula)}
 
@@ -321,6 +338,14 @@ class Values:
         if tunable:
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
         return known and not broken and not tunable
+
+    def knots(self, formulas: Iterable[Formula]) -> tuple[float, ...]:
+        """Return the places s between 0 and 1 along a beam, in order, at which formulas of s jump or bend."""
+
+        def known(symbol: Symbol) -> float | None:
+            return None if self.names.parameters.get(symbol.name, True) else self.parameters.get(symbol.name)
+
+        return knots_along_a_beam(formulas, known)
 
     def is_tunable(self, *formulas: Formula) -> bool:
         """Return whether some of the formulas have a tunable parameter."""

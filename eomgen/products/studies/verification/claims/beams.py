@@ -335,7 +335,14 @@ def _with_twice_the_loads(scene: Scene) -> Scene:
     heavier: dict[str, Body] = {}
     for item in scene.elements:
         if isinstance(item, CosseratBeam):
-            parts = tuple(replace(part, section=_twice_the_mass(part.section)) for part in item.beam.parts)
+            parts = tuple(
+                replace(
+                    part,
+                    section=_twice_the_mass(part.section),
+                    halves=tuple(map(_twice_the_mass, part.halves)),
+                )
+                for part in item.beam.parts
+            )
             beam = replace(item.beam, parts=parts)
             heavier |= {body.name: body for body in beam.bodies()}
             item = replace(item, beam=beam)  # noqa: PLW2901 - the changed one is kept
@@ -364,7 +371,7 @@ def _without_stiffness(scene: Scene) -> Scene:
     for item in scene.elements:
         if isinstance(item, CosseratBeam):
             parts = tuple(
-                replace(part, section=replace(part.section, stiffness=_NOTHING, damping=_NOTHING))
+                replace(part, section=replace(part.section, stiffness=_NOTHING, damping=_NOTHING), moments=None)
                 for part in item.beam.parts
             )
             item = replace(item, beam=replace(item.beam, parts=parts))  # noqa: PLW2901 - the changed one is kept

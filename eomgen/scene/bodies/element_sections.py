@@ -1,0 +1,315 @@
+"""Elements of a beam whose sections vary along it: means over each element.
+
+The load of an element is linear along it by equilibrium, so compliances add up, not stiffnesses: with C = K^-1 of the
+strains that a beam has, the mean over the element of C and of its products with the distance from the middle and its
+square say how an element gives way, the same means of C D C how it is damped. Masses, their moments and rotary inertia
+about the beam's axis add up over each half, which is at one node.
+
+Integrals are sums over Gauss points of the pieces between the knots of tables. Of two and four points, whose errors go
+with the second and the fourth power of one number, (I4 - I2)^2/I4 estimates the error of four; pieces with the largest
+error are halved. If the integral of a compliance does not exist, because the stiffness vanishes at an end of the beam,
+so do the loads there, as stiffness does: the strain is constant then, and stiffnesses add up.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Iterator, Sequence
+from functools import reduce
+from itertools import pairwise
+from typing import cast
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
+from eomgen.formula.nodes import ONE, ZERO, Formula, Number
+from eomgen.formula.substitution import collected, folded, mean, product, total, weighted_sum
+from eomgen.scene.bodies.cosserat import BeamElement, BeamSection, Rows, SectionMoments
+
+#: Returns the section at a place along the beam, 0 to 1; None if a fault was found there.
+SectionAt = Callable[[float], BeamSection | None]
+#: Returns the value of a formula at the default parameters.
+ValueOf = Callable[[Formula], float]
+
+
+def varying_element(
+    element: BeamElement, start: float, whole: float, knots: Sequence[float], section_at: SectionAt, value_of: ValueOf
+) -> BeamElement:
+    """Return an element with the means of its sections; the element itself if a fault is found.
+
+    Parameters
+    ----------
+    element : with the section in its middle
+    start, whole : x of its first node and length of the beam, m
+    knots : in order; s of the places at which sections are not smooth
+    """
+    length = float(element.length)
+    ends = start / whole, (start + length) / whole
+    middle = 0.5 * (ends[0] + ends[1])
+    places = sorted({*ends, middle, *(knot for knot in knots if ends[0] < knot < ends[1])})
+    if (rule := _quadrature(places, section_at, value_of)) is None:
+        return element
+    sections, weights = rule.sections, rule.weights
+    prestrain = tuple(mean(weights, [one.prestrain[place] for one in sections]) for place in range(6))
+    distances = [whole * (place - middle) for place in rule.places]
+    halves = [[k for k, distance in enumerate(distances) if (distance > 0.0) == bool(end)] for end in range(2)]
+    return replace(
+        element,
+        section=replace(element.section, prestrain=prestrain),
+        halves=tuple(
+            _with_inertia(element.section, [2.0 * weights[k] for k in half], [sections[k] for k in half])
+            for half in halves
+        ),
+        moments=_moments(weights, distances, length, sections, rule.diverging),
+    )
+
+
+def _with_inertia(section: BeamSection, weights: Sequence[float], sections: Sequence[BeamSection]) -> BeamSection:
+    """Return a section with the mean inertia of several, about their common centre of mass."""
+    mass = mean(weights, [one.mass_per_length for one in sections])
+    center, spread = _center(weights, sections, mass)
+    entries = [mean(weights, [(*one.rotary_inertia, *one.products)[place] for one in sections]) for place in range(6)]
+    xx, yy, zz, xy, xz, yz = (
+        one if more == ZERO else total(one, more) for one, more in zip(entries, spread, strict=True)
+    )
+    return replace(
+        section, mass_per_length=mass, rotary_inertia=(xx, yy, zz), products=(xy, xz, yz), center_of_mass=center
+    )
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """Places, sections and weights of a sum that is the mean over an element, and the strains whose compliance has no
+    mean."""
+
+    places: Sequence[float]
+    sections: Sequence[BeamSection]
+    weights: Sequence[float]
+    diverging: frozenset[int]
+
+
+@dataclass(frozen=True)
+class _Part:
+    """A part of an element: sections at the Gauss points, weights of their numbers, mean size of the numbers, error."""
+
+    start: float
+    end: float
+    places: Sequence[float]
+    sections: Sequence[BeamSection]
+    weights: Array
+    size: Array
+    error: Array
+
+
+def _quadrature(places: Sequence[float], section_at: SectionAt, value_of: ValueOf) -> _Rule | None:
+    """Return the rule for an element with pieces between ``places``; None if there is a fault."""
+    tolerance, finest, most = 1e-9, 2.0**-40, 200
+    whole = places[-1] - places[0]
+    parts: dict[int, _Part] = {}
+    waiting: list[tuple[float, int]] = []
+    pieces = list(pairwise(places))
+    count = 0
+    while pieces:
+        for piece in pieces:
+            part = _part(*piece, whole, section_at, value_of)
+            if part is None:
+                return None
+            parts[count] = part
+            scale = _scale(np.sum([one.size for one in parts.values()], axis=0))
+            heapq.heappush(waiting, (-float(np.max(part.error / scale)), count))
+            count += 1
+        pieces = []
+        while waiting and not pieces and count < most and -sum(error for error, _ in waiting) > tolerance:
+            _, number = heapq.heappop(waiting)
+            start, end = parts[number].start, parts[number].end
+            if end - start > finest * whole:
+                del parts[number]
+                pieces = [(start, 0.5 * (start + end)), (0.5 * (start + end), end)]
+    errors = np.sum([part.error for part in parts.values()], axis=0) / scale
+    return _Rule(
+        [place for part in parts.values() for place in part.places],
+        [section for part in parts.values() for section in part.sections],
+        np.concatenate([part.weights for part in parts.values()]).tolist(),
+        frozenset(strain for strain in range(6) if errors[_COMPLIANCE][7 * strain] > tolerance),
+    )
+
+
+def _part(start: float, end: float, whole: float, section_at: SectionAt, value_of: ValueOf) -> _Part | None:
+    means = []
+    for points in (2, 4):
+        nodes, weights = np.polynomial.legendre.leggauss(points)
+        share = 0.5 * (end - start) / whole * weights
+        places = (0.5 * (start + end) + 0.5 * (end - start) * nodes).tolist()
+        sections = []
+        for place in places:
+            section = section_at(place)
+            if section is None:
+                return None
+            sections.append(section)
+        numbers = np.array([_numbers(section, value_of) for section in sections])
+        means.append(share @ numbers)
+    size = share @ np.abs(numbers)
+    error = np.abs(means[1] - means[0])
+    return _Part(start, end, places, sections, share, size, error * np.minimum(1.0, error / _scale(size)))
+
+
+#: Numbers of a section: mass, moments of mass, rotary inertia about the axis, compliance, damping, prestrain.
+_MASS, _MOMENTS, _INERTIA = slice(0, 1), slice(1, 3), slice(3, 9)
+_COMPLIANCE, _DAMPING, _PRESTRAIN = slice(9, 45), slice(45, 81), slice(81, 87)
+
+
+def _numbers(section: BeamSection, value_of: ValueOf) -> Array:
+    mass, y, z = (value_of(entry) for entry in (section.mass_per_length, *section.center_of_mass))
+    inertia = np.array([value_of(entry) for entry in (*section.rotary_inertia, *section.products)])
+    inertia += mass * np.array([y * y + z * z, z * z, y * y, 0.0, 0.0, -y * z])
+    stiffness, damping = (
+        np.array([[value_of(entry) for entry in row] for row in rows]) for rows in (section.stiffness, section.damping)
+    )
+    prestrain = [value_of(entry) for entry in section.prestrain]
+    return np.concatenate(
+        [[mass, mass * y, mass * z], inertia, _compliance(stiffness).ravel(), damping.ravel(), prestrain]
+    )
+
+
+def _compliance(stiffness: Array) -> Array:
+    """Return the inverse of the block of the strains that a beam has, zeros for the other strains."""
+    has = np.flatnonzero(np.diagonal(stiffness))
+    result = np.zeros((6, 6))
+    result[np.ix_(has, has)] = np.linalg.inv(stiffness[np.ix_(has, has)])
+    return result
+
+
+def _scale(size: Array) -> Array:
+    """Return a size above 0 for each number of a section, from the numbers of the same kind."""
+    trace = np.sum(size[_INERTIA][:3])
+    result = np.empty_like(size)
+    result[_MASS], result[_INERTIA] = size[_MASS], trace
+    result[_MOMENTS] = np.sqrt(size[_MASS] * trace)
+    for matrix in (_COMPLIANCE, _DAMPING):
+        root = np.sqrt(np.diagonal(size[matrix].reshape(6, 6)))
+        result[matrix] = np.outer(root, root).ravel()
+    result[_PRESTRAIN] = np.repeat([np.linalg.norm(part) for part in np.split(size[_PRESTRAIN], 2)], 3)
+    return np.where(result > 0.0, result, 1.0)
+
+
+def _center(
+    weights: Sequence[float], sections: Sequence[BeamSection], mass: Formula
+) -> tuple[tuple[Formula, Formula], tuple[Formula, ...]]:
+    """Return the centre of mass of sections, and the six entries of the inertia of their masses about the centre."""
+    centers = [section.center_of_mass for section in sections]
+    if all(center == centers[0] for center in centers):
+        return centers[0], (ZERO,) * 6
+    masses = [section.mass_per_length for section in sections]
+    y, z = (
+        collected(
+            mean(weights, [product(one, center[axis]) for one, center in zip(masses, centers, strict=True)]) / mass
+        )
+        for axis in range(2)
+    )
+    off = [(folded(center[0] - y), folded(center[1] - z)) for center in centers]
+    along_y, along_z, across = (
+        mean(weights, [product(one, *(pair[axis] for axis in axes)) for one, pair in zip(masses, off, strict=True)])
+        for axes in ((0, 0), (1, 1), (0, 1))
+    )
+    return (y, z), (total(along_y, along_z), along_z, along_y, ZERO, ZERO, folded(-across))
+
+
+def _moments(
+    weights: Sequence[float],
+    distances: Sequence[float],
+    length: float,
+    sections: Sequence[BeamSection],
+    diverging: frozenset[int],
+) -> SectionMoments | None:
+    """Return the moments of compliance and damping, for groups of strains that are coupled in some section."""
+    rows = [(section.stiffness, section.damping) for section in sections]
+    if all(pair == rows[0] for pair in rows):
+        return None
+    by_power = [
+        [weight * distance**power for weight, distance in zip(weights, distances, strict=True)] for power in range(3)
+    ]
+    results = [[[ZERO] * 6 for _ in range(6)] for _ in range(6)]
+    for group in _groups([matrix for pair in rows for matrix in pair]):
+        blocks = [[[[matrix[row][column] for column in group] for row in group] for matrix in pair] for pair in rows]
+        if any(matrix[k][k] != ZERO for matrix, _ in rows for k in group):  # else strains that the beam does not have
+            if not diverging.isdisjoint(group):
+                blocks = [[_sums(weights, [pair[which] for pair in blocks]) for which in range(2)]]
+            for result, block in zip(results, _block_moments(by_power, length, blocks), strict=True):
+                _place(result, group, block)
+    moments = [tuple(map(tuple, matrix)) for matrix in results]
+    return SectionMoments((moments[0], moments[1], moments[2]), (moments[3], moments[4], moments[5]))
+
+
+_Matrix = list[list[Formula]]
+
+
+def _place(matrix: _Matrix, group: Sequence[int], block: _Matrix) -> None:
+    """Put a block in the rows and columns of a group of strains."""
+    for row, entries in zip(group, block, strict=True):
+        for column, entry in zip(group, entries, strict=True):
+            matrix[row][column] = entry
+
+
+def _block_moments(
+    weights: Sequence[Sequence[float]], length: float, blocks: Sequence[Sequence[_Matrix]]
+) -> Iterator[_Matrix]:
+    """Yield the three moments of the inverse of blocks of stiffness, and of damping between two of these inverses."""
+    if all(pair == blocks[0] for pair in blocks):
+        blocks, weights = blocks[:1], [[1.0], [0.0], [length**2 / 12.0]]
+    compliances = [_inverse(pair[0]) for pair in blocks]
+    rates = [_times(_times(one, pair[1]), one) for one, pair in zip(compliances, blocks, strict=True)]
+    for matrices in (compliances, rates):
+        yield from (_sums(each, matrices) for each in weights)
+
+
+def _groups(matrices: Sequence[Rows]) -> list[list[int]]:
+    """Return the strains in groups, of which no matrix has an entry between two."""
+    group_of = list(range(6))
+    for matrix in matrices:
+        for row in range(6):
+            for column in range(6):
+                if matrix[row][column] != ZERO and group_of[row] != group_of[column]:
+                    group_of = [group_of[row] if group == group_of[column] else group for group in group_of]
+    return [[strain for strain in range(6) if group_of[strain] == group] for group in dict.fromkeys(group_of)]
+
+
+def _sums(weights: Sequence[float], matrices: Sequence[_Matrix]) -> _Matrix:
+    places = range(len(matrices[0]))
+    return [
+        [weighted_sum(weights, [matrix[row][column] for matrix in matrices]) for column in places] for row in places
+    ]
+
+
+def _times(first: _Matrix, second: _Matrix) -> _Matrix:
+    columns = list(zip(*second, strict=True))
+    return [[_dot(row, column) for column in columns] for row in first]
+
+
+def _dot(row: Sequence[Formula], column: Sequence[Formula]) -> Formula:
+    pairs = [(one, other) for one, other in zip(row, column, strict=True) if ZERO not in (one, other)]
+    return reduce(total, [collected(product(*pair)) for pair in pairs]) if pairs else ZERO
+
+
+def _inverse(matrix: _Matrix) -> _Matrix:
+    """Return the inverse of a positive definite matrix, symmetric to the last digit."""
+    size = len(matrix)
+    if all(isinstance(entry, Number) for row in matrix for entry in row):
+        inverse = np.linalg.inv([[cast("Number", entry).value for entry in row] for row in matrix])
+        return [[Number(float(0.5 * (inverse[i, j] + inverse[j, i]))) for j in range(size)] for i in range(size)]
+    return _inverse_of_formulas(matrix)
+
+
+def _inverse_of_formulas(matrix: _Matrix) -> _Matrix:
+    size = len(matrix)
+    rows = [[*row, *(ONE if i == j else ZERO for j in range(size))] for i, row in enumerate(matrix)]
+    for pivot in range(size):
+        rows[pivot] = [collected(entry / rows[pivot][pivot]) if entry != ZERO else ZERO for entry in rows[pivot]]
+        for other in range(size):
+            if other != pivot and (factor := rows[other][pivot]) != ZERO:
+                rows[other] = [
+                    one if two == ZERO else total(one, product(Number(-1.0), factor, two))
+                    for one, two in zip(rows[other], rows[pivot], strict=True)
+                ]
+    inverse_rows = [row[size:] for row in rows]
+    return [[inverse_rows[min(i, j)][max(i, j)] for j in range(size)] for i in range(size)]
