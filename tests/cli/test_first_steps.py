@@ -54,7 +54,7 @@ def test_new_makes_a_scene_of_this_name(
         assert eomgen.load(Path(folder, "scene.toml")).name == name
     capsys.readouterr()
     assert main(["info", "second"]) == 2
-    assert "'second' is not a kind of file that can be read; try: a .toml scene" in capsys.readouterr().err
+    assert "there is no file 'second'; try: a .toml scene" in capsys.readouterr().err
     assert main(["info", "my-crane"]) == 2
     assert "'my-crane' is not a kind of file that can be read; try: my-crane/scene.toml" in capsys.readouterr().err
     assert main(["new", "second", "--json"]) == 0

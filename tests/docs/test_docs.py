@@ -131,7 +131,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
     made = from_data(data, file=f"{block.page}:{block.line}")
     assert made.content != load_toml(EXAMPLE).content or made.shapes  # of pictures alone
     system = derive(made)
-    assert system.counts["mass"].statements > 0 or made.coordinates == "absolute"
+    assert system.counts["mass"].statements > 0 or made.coordinates == "absolute" or system.nv == 1  # a number
 
 
 @pytest.mark.slow
