@@ -81,7 +81,7 @@ def test_quantiles_of_centroids_have_the_ranks_that_they_are_of(law: str, monkey
 
 def test_a_histogram_has_the_probabilities_of_its_bins(monkeypatch: pytest.MonkeyPatch) -> None:
     edges = np.linspace(-4, 4, 9)
-    data = RNG.normal(size=(20000, 1, 1))
+    data = np.random.default_rng(7).normal(size=(20000, 1, 1))
     expected = np.histogram(data, edges)[0] / 20000
     np.testing.assert_allclose(reduced(data, (999,)).histogram(0, 0, edges), expected, atol=1e-12)
     monkeypatch.setattr("eomgen.products.ensembles.statistics._KEPT", 2**10)
