@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, overload
@@ -72,6 +72,10 @@ class ModelOfRun(Protocol):
     @property
     def has_poses(self) -> bool:
         """Whether poses need no compilation."""
+
+    @property
+    def alike(self) -> Callable[[], Sequence[Finding]]:
+        """Return findings on motion that runs at other steps do not resolve either."""
 
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
 

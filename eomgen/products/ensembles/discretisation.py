@@ -10,9 +10,9 @@ runs cannot show the error. The share is computed from the spectra of the proces
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
@@ -96,7 +96,8 @@ def _further_doubts(work: SampleRunner, nominal: Solution) -> list[str]:
     span = float(nominal.metadata["t_end"]), float(nominal.metadata["settings"]["step"])
     rows = rows_of("eomgen.ensemble_notes", LateRow) if chosen else ()
     options = {**work.options.common, **work.options.rest}
-    return [note for row in rows for note in named(row.target)(work.model, chosen, varied, span, options)]
+    doubts = [cast("Callable[..., list[str]]", named(row.target)) for row in rows]
+    return [note for doubt in doubts for note in doubt(work.model, chosen, varied, span, options)]
 
 
 def _doubts(nominal: Solution) -> str:

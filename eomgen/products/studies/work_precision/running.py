@@ -307,7 +307,7 @@ class Runner:
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
             said = solution.message.partition("; ")[2]
-            alike = next(map(str, solution.model.alike()), "")
+            alike = next(map(str, () if solution.model is None else solution.model.alike()), "")
             return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took, alike)
         except _BeyondTimeLimit:
             return ComparedRun(
