@@ -156,7 +156,8 @@ def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     t = solution.t
     if not len(times):
         raise UsageError(Problem("plot_sections: at", "there are no times", "times in s, or no at for a map over time"))
-    outside = times[~((times >= t[0] - 1e-9) & (times <= t[-1] + 1e-9))]
+    slack = 1e-9 * (t[-1] - t[0])
+    outside = times[~((times >= t[0] - slack) & (times <= t[-1] + slack))]
     if len(outside):
         fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"
         raise UsageError(Problem("plot_sections: at", fault, "times within it"))

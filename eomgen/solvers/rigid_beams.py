@@ -71,7 +71,7 @@ class RigidBeams:
                 self._first(result), self._from_first, self.beams.followers, strict=True
             ):
                 _put_pose(result, factors, numeric.compose(SE3, pose, relative))
-            if np.max(np.abs(result - before), initial=0.0) <= 1e-14 * max(1.0, np.max(np.abs(result), initial=0.0)):
+            if np.all(np.abs(result - before) <= 1e-14 * np.abs(result).max(axis=0, initial=0.0)):
                 break
         return result.reshape(q.shape)
 

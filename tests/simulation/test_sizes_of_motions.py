@@ -141,7 +141,7 @@ def test_differences_take_quaternions_of_either_sign_for_the_same() -> None:
 
 def test_shares_of_motions_that_rest_in_one_run_alone_are_infinite() -> None:
     size = cast(MotionSize, SimpleNamespace(sizes={"increment": np.array([2.0, math.inf]), "z": np.array([4.0])}))
-    apart = {"increment": np.array([[1.0, 1e-9], [math.nan, 1.1e-9]]), "z": np.array([[1.0], [2.0]])}
+    apart = {"increment": np.array([[1.0, 0.0], [math.nan, 1e-30]]), "z": np.array([[1.0], [2.0]])}
     assert shares(apart, size).tolist() == [[0.5, 0.0, 0.25], [math.inf, math.inf, 0.5]]
     assert shares(apart, size, ("z",)).tolist() == [[0.25], [0.5]]
 

@@ -105,9 +105,6 @@ REST = 1e-9
 _TREMBLING = 1e-12
 #: Part of the energies at work below which the range of an energy counts as kept energy.
 _KEPT = 0.02
-#: Difference, in its unit, of a coordinate or internal state that rests in one run, above which the difference is not
-#: due to rounding.
-_MOVED = 1e-9
 #: Units in which forces are at work.
 _FORCES = ("N", "N m")
 _DUAL = {"m/s": "N", "rad/s": "N m"}
@@ -350,7 +347,7 @@ def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", 
             share = apart[kind] / size.sizes[kind]
         rests = ~np.isfinite(size.sizes[kind])
         if kind in ("increment", "z") and np.any(rests):
-            share[rests & (apart[kind] > _MOVED)] = np.inf
+            share[rests & (apart[kind] > 0.0)] = np.inf
         share[np.isnan(share)] = np.inf
         result.append(share)
     shown = [share for share in result if share.shape[1]]

@@ -1,0 +1,127 @@
+"""Equilibria, paths, linear models, buckling loads, controllers and runs of the same scenes in units of length, mass
+and time from 1e-6 to 1e6: what has a unit is scaled, and nothing else changes."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.control import lqr
+from eomgen.linear.linearization import Linearization
+from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
+
+SCALES = [
+    SceneUnits(**{name: size}) for name in ("length", "mass", "time") for size in (1e-6, 1e6)
+]  # fmt: skip  # a table
+NAMES = [f"{name} {size:g}" for name in ("length", "mass", "time") for size in (1e-6, 1e6)]
+
+_RAIL = {"type": "prismatic", "parent": "base"}
+# fmt: off
+SCENES: dict[str, dict[str, Any]] = {
+    "arm": {  # rests where the moment of weight and load is that of the spring
+        "gravity": [0, 0, -9.81], "parameters": {"load": {"value": 5.0, "unit": "N", "tunable": True}},
+        "bodies": {"arm": {"mass": 2.0, "center_of_mass": [0.3, 0, 0], "inertia": [0.01, 0.08, 0.08]},
+                   "slide": {"mass": 0.5}},
+        "joints": {"hinge": {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, 1, 0],
+                             "stiffness": 60.0, "damping": 0.4},
+                   "rail": {"type": "prismatic", "parent": "arm", "child": "slide", "axis": [1, 0, 0],
+                            "stiffness": 900.0, "damping": 3.0}},
+        "inputs": {"motor": {"unit": "N"}},
+        "efforts": {"push": {"joint": "rail", "effort": "load + motor"}},
+    },
+    "gears": {  # from rest and from zero
+        "gravity": [0, 0, -9.81],
+        "bodies": {name: {"mass": mass} for name, mass in (("a", 1.0), ("b", 3.0))},
+        "joints": {name: {**_RAIL, "child": name, "axis": [0, 0, 1]} for name in ("a", "b")},
+        "constraints": {"gear": {"type": "formula", "equation": "q.a + 2*q.b", "unit": "m"}},
+    },
+    "crank": {
+        "gravity": [0, -9.81, 0],
+        "bodies": {name: {"mass": 1.0, "center_of_mass": [length / 2, 0, 0], "inertia": [1e-3, 0.02, 0.02]}
+                   for name, length in (("crank", 0.3), ("rod", 1.0))},
+        "joints": {"a": {"type": "revolute", "parent": "base", "child": "crank", "axis": [0, 0, 1],
+                         "initial": {"position": 0.8, "velocity": 3.0}},
+                   "b": {"type": "revolute", "parent": "crank", "child": "rod", "axis": [0, 0, 1],
+                         "position": [0.3, 0, 0], "initial": {"position": -1.0}}},
+        "constraints": {"guide": {"type": "point_on_line", "first": {"body": "base", "axis": [1, 0, 0]},
+                                  "second": {"body": "rod", "position": [1.0, 0, 0]}}},
+    },
+}
+# fmt: on
+
+
+@cache
+def model_of(scene: str, units: SceneUnits, *terms: str) -> eomgen.Model:
+    """Return a model in units that are fixed numbers."""
+    data = with_factors({"format": 1, "name": scene, **SCENES[scene]}, (LENGTH, MASS, TIME))
+    for name, size in units.parameters.items():
+        data["parameters"][name] = {"value": size}
+    return eomgen.build(data, profile="quick")
+
+
+def linear_of(model: eomgen.Model) -> Linearization:
+    rest = model.equilibrium()
+    return model.linearize(rest.q)
+
+
+def own(values: Any, units: SceneUnits, of: Any) -> Any:
+    """Return values in the units of the scene."""
+    return np.asarray(values) / [units.size(unit) for unit in of]
+
+
+def alike(found: Any, expected: Any, within: float = 1e-7) -> None:
+    size = float(np.abs(expected).max(initial=0.0))
+    np.testing.assert_allclose(found, expected, rtol=within, atol=within * size)
+
+
+@pytest.mark.parametrize("units", SCALES, ids=NAMES)
+def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
+    found, expected = model_of("arm", units), model_of("arm", SceneUnits())
+    rest, known = found.equilibrium(), expected.equilibrium()
+    alike(own(rest.q, units, found.q_units), known.q)
+    values, of = (linear_of(model).modes().eigenvalues for model in (found, expected))
+    alike(values * units.time, of)
+
+
+@pytest.mark.parametrize("units", SCALES, ids=NAMES)
+def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
+    ends = []
+    for model, one in ((model_of("arm", units), units), (model_of("arm", SceneUnits()), SceneUnits())):
+        path = model.equilibrium_path("motor", 300.0 * one.size("N"), stability=False)
+        assert path.success, path.message
+        ends.append(own(path.q[-1], one, model.q_units))
+    alike(*ends)
+
+
+@pytest.mark.parametrize("units", SCALES, ids=NAMES)
+@pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
+@pytest.mark.parametrize("scene", ["gears", "crank"])
+def test_runs_of_constrained_scenes_are_the_same(scene: str, method: str, units: SceneUnits) -> None:
+    rows = []
+    for one in (units, SceneUnits()):
+        model = model_of(scene, one)
+        known = model_of(scene, SceneUnits())
+        start = {  # initial values have no factors
+            "q": known.initial_q * [one.size(unit) for unit in model.q_units],
+            "v": known.initial_v * [one.size(unit) for unit in model.v_units],
+        }
+        run = model.simulate(0.2 * one.time, 2e-3 * one.time, initial=start, method=method, record_every=50)
+        assert run.success, run.message
+        rows.append((own(run.q, one, model.q_units), own(run.v, one, model.v_units)))
+    for found, expected in zip(*rows, strict=True):
+        alike(found, expected, 1e-6)
+
+
+@pytest.mark.parametrize("units", SCALES, ids=NAMES)
+def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
+    gains = []
+    for one in (units, SceneUnits()):
+        model = model_of("arm", one)
+        linear = linear_of(model).state_space()
+        law = lqr(linear, {"q.hinge": 100.0, "q.rail": 1e4 / one.size("m") ** 2}, {"motor": 1.0 / one.size("N") ** 2})
+        gains.append(np.asarray(law.closed_loop.eigenvalues) * one.time)
+    alike(np.sort_complex(gains[0]), np.sort_complex(gains[1]), 1e-6)
