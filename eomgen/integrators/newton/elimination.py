@@ -158,6 +158,7 @@ def eliminate(
         own_rows, own_columns = [*late_rows, *new_rows], [*late_columns, *new_columns]
         state.rows_of_stage |= set(new_rows)
         state.columns_of_stage |= set(new_columns)
+        state.sizes.clear()
         structure = None
         if long or not delayed:
             structure = len(late_rows), len(late_columns), state.structure(own_rows, own_columns)
@@ -223,6 +224,7 @@ class _ActiveSubmatrix:
             self.columns[column].add(row)
         self.rows_of_stage: set[int] = set()
         self.columns_of_stage: set[int] = set()
+        self.sizes: dict[int, dict[float, dict[int, float]]] = {}  # by column, threshold and row, while they hold
 
     def left(self, *, long: bool) -> tuple[list[int], list[int]]:
         """Return the rows and columns that earlier stages leave; none unless there are many stages."""
@@ -267,14 +269,21 @@ class _ActiveSubmatrix:
                 return 0.0
             pivot = self._pivot_value(row, column)
             return 1.0 if np.all(np.isfinite(pivot) & (pivot != 0.0)) else 0.0
-        near, all_rows = self.rows_of_stage, self.columns[column]
-        own = np.abs(self._value(row, column))
-        largest = self._largest(column, [other for other in all_rows if other in near])
-        if not (np.all(own > 1e-13) and np.all(own >= threshold * largest)):
-            return 0.0
-        if len(all_rows) > 1 and not np.all(own >= _OF_ALL * self._largest(column, all_rows)):
-            return 0.0
-        return float(np.min(own / largest))
+        of_column = self.sizes.setdefault(column, {})
+        if threshold not in of_column:
+            of_column[threshold] = self._sizes_in(column, threshold)
+        return of_column[threshold].get(row, 0.0)
+
+    def _sizes_in(self, column: int, threshold: float) -> dict[int, float]:
+        """Return the size of each entry of a column that can be a pivot of the stage."""
+        all_rows = self.columns[column]
+        near = [row for row in all_rows if row in self.rows_of_stage]
+        own = np.abs(self.values[[self.rows[row][column] for row in near]])
+        largest = own.max(axis=0)
+        able = np.all((own > 1e-13) & (own >= threshold * largest), axis=1)
+        if len(all_rows) > 1:
+            able &= np.all(own >= _OF_ALL * self._largest(column, all_rows), axis=1)
+        return {near[k]: float(np.min(own[k] / largest)) for k in np.flatnonzero(able)}
 
     def _value(self, row: int, column: int) -> Array:
         return np.asarray(self.values[self.rows[row][column]])
@@ -306,6 +315,8 @@ class _ActiveSubmatrix:
     def eliminate(self, row: int, column: int) -> tuple[list[int], list[int]]:
         """Eliminate with a pivot; return the remaining rows and columns that the pivot changes."""
         pivot_row, group = self.rows[row], self.group[row]
+        for changed in pivot_row:
+            self.sizes.pop(changed, None)
         pivot = self._pivot_value(row, column)
         sums = self._sums(row) if self.grouped else {}
         if group >= 0:

@@ -61,7 +61,7 @@ def varying_element(
             _with_inertia(element.section, [2.0 * weights[k] for k in half], [sections[k] for k in half])
             for half in halves
         ),
-        moments=_moments(weights, distances, length, sections, rule.diverging),
+        moments=_moments(weights, distances, length, sections, rule.diverging) if _vary(sections) else None,
     )
 
 
@@ -215,26 +215,27 @@ def _center(
     return (y, z), (total(along_y, along_z), along_z, along_y, ZERO, ZERO, folded(-across))
 
 
+def _vary(sections: Sequence[BeamSection]) -> bool:
+    first = sections[0]
+    return any(one.stiffness != first.stiffness or one.damping != first.damping for one in sections)
+
+
 def _moments(
     weights: Sequence[float],
     distances: Sequence[float],
     length: float,
     sections: Sequence[BeamSection],
     diverging: frozenset[int],
-) -> SectionMoments | None:
+) -> SectionMoments:
     """Return the moments of compliance and damping, for groups of strains that are coupled in some section."""
     rows = [(section.stiffness, section.damping) for section in sections]
-    if all(pair == rows[0] for pair in rows):
-        return None
-    by_power = [
-        [weight * distance**power for weight, distance in zip(weights, distances, strict=True)] for power in range(3)
-    ]
+    by_power = (np.array(weights) * np.power.outer(np.array(distances), range(3)).T).tolist()
     results = [[[ZERO] * 6 for _ in range(6)] for _ in range(6)]
     for group in _groups([matrix for pair in rows for matrix in pair]):
         blocks = [[[[matrix[row][column] for column in group] for row in group] for matrix in pair] for pair in rows]
+        if not diverging.isdisjoint(group):
+            blocks = [[_sums(weights, [pair[which] for pair in blocks]) for which in range(2)]]
         if any(matrix[k][k] != ZERO for matrix, _ in rows for k in group):  # else strains that the beam does not have
-            if not diverging.isdisjoint(group):
-                blocks = [[_sums(weights, [pair[which] for pair in blocks]) for which in range(2)]]
             for result, block in zip(results, _block_moments(by_power, length, blocks), strict=True):
                 _place(result, group, block)
     moments = [tuple(map(tuple, matrix)) for matrix in results]
