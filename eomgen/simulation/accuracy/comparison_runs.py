@@ -209,6 +209,7 @@ class ComparisonRuns:
         at_rows: AtRows | None = None,
     ) -> None:
         self.run, self._library, self._progress = run, library, progress
+        self._recorded = rows, parameters
         self.events = "events" in library.layout["method"]
         self.span = span_of(run, rows, parameters)
         self._at_rows = at_rows if len(self.span.rows) == len(rows) else None
@@ -246,6 +247,14 @@ class ComparisonRuns:
     @property
     def _same(self) -> float:
         return SAME_TIME * self.step
+
+    def beginning(self, count: int) -> ComparisonRuns:
+        """Return the comparison runs of the first rows, with errors relative to the motion of the whole run."""
+        rows, parameters = (recorded[: count + 1] for recorded in self._recorded)
+        parameters = parameters if self._recorded[1].ndim > 1 else self._recorded[1]
+        first = ComparisonRuns(self.run, self._library, rows, parameters, self._progress, None, self.own.statistics)
+        first.size = self.size
+        return first
 
     def at(self, *, multiple: float = 1.0, tolerance: float | None = None, largest: float = math.inf) -> ComparedMotion:
         """Return the motion with another step or tolerance, and own steps up to ``largest``, s.

@@ -12,10 +12,12 @@ import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.calls import NamedResults
 from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
@@ -53,6 +55,8 @@ _DOUBTFUL = 0.1
 #: Step times a rate of decay, above which steps four times as long leave out the decay: explicit methods of order 2 are
 #: stable up to 2.
 _RESOLVED = 0.5
+#: Number of rows at the start that are compared one by one if decays are not resolved.
+_FIRST_ROWS = 8
 #: Steps of a run below which comparison runs in longer steps give no estimate.
 _FEW_STEPS = 16
 #: Fractions of the step, and the order of their errors, for runs that cross jumps of forces: a run at half the step
@@ -245,13 +249,9 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
     if not (runs.tell(1.0, 2.0) and runs.tell(2.0, 4.0) and runs.tell(0.5, 1.0)):
         return _by_shorter_steps(runs, order)
     twice = runs.at(multiple=2.0)
-    fastest = None if rates is None else rates()
-    sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
-    jumps = crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
-    jumps = jumps or (fastest is not None and fastest.passed.rate * runs.step > 1.0)
+    jumps, resolved = _laws_within_steps(runs, rates)
     if jumps and (result := _by_prime_parts(runs, twice)):
         return result
-    resolved = fastest is None or max(fastest.decay.rate, fastest.states.rate) * runs.step < _RESOLVED
     four = runs.at(multiple=4.0) if resolved and not twice.stopped else None
     near = runs.apart(runs.own, twice)
     result = far = None
@@ -275,11 +275,45 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
         if halved and runs.same(apart):
             return _by_much_shorter_steps(runs, order)
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
-        return replace(estimate(runs, pair, order), passed_over=passed_over)
+        result = replace(estimate(runs, pair, order), passed_over=passed_over)
+        return result if resolved else _with_first_rows(runs, result, order)
     if result is None or not result.relative < _EXPLODED:
         reason = f"runs neither at twice nor at half the step hold: {stopped}"
         raise NoEstimateError(reason, _smaller(runs))
     return result
+
+
+def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None) -> tuple[bool, bool]:
+    """Return whether the motion crosses jumps, and whether steps four times as long resolve decays."""
+    sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
+    jumps = crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
+    if rates is None:
+        return jumps, True
+    decay, _, passed, states = rates()
+    return jumps or passed.rate * runs.step > 1.0, max(decay.rate, states.rate) * runs.step < _RESOLVED
+
+
+def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) -> ErrorEstimate:
+    """Return an estimate with the errors at the first rows of the run, which decays leave before the first compared
+    row."""
+    first = runs.beginning(_FIRST_ROWS)
+    shorter = first.at(multiple=0.5)
+    if len(shorter.rows) < 2 or shorter.stopped:
+        return result
+    apart = first.apart(first.own, shorter)
+    start = estimate(first, Pair(apart, gain_by(first.ratio(0.5, apart.t)), result.method), order)
+    later = result.t > start.t[-1]
+    rows = ("t", "q_at", "increment_at", "v_at", "z_at", "multipliers_at", "relative_at")
+    joined: dict[str, Any] = {
+        name: np.concatenate([getattr(start, name), getattr(result, name)[later]]) for name in rows
+    }
+    outputs = {name: np.concatenate([start.outputs_at[name], one[later]]) for name, one in result.outputs_at.items()}
+    largest: dict[str, Any] = {}
+    for name in ("largest", "largest_velocity", "largest_output"):
+        known = [one for one in (getattr(start, name), getattr(result, name)) if one is not None]
+        largest[name] = max(known, key=lambda one: one.share, default=None)
+    relative = max(start.relative, result.relative)
+    return replace(result, **joined, **largest, relative=relative, outputs_at=NamedResults("output", outputs))
 
 
 def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimate | None:
