@@ -198,12 +198,10 @@ def campbell(
         raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
     units = {item.name: item.unit for item in model.description.parameters}
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
-    if orders and unit not in ("", _SPEED):
-        fault = f"orders are multiples of a speed in rad/s, and {speed} is in {unit}"
-        raise UsageError(Problem("orders", fault, "no orders, a speed of rotation, or root_locus over a parameter"))
     if orders is None:
         orders = ORDERS if unit == _SPEED else ()
-    _check_orders(orders, whirl)
+    _check_orders(orders, speed, unit)
+    _check_pairs(whirl)
     if not is_parameter:
         _check_whirl(model, speed, whirl, initial, parameters)
     held = coordinates or {}
@@ -297,11 +295,18 @@ def _check_whirl(
             warnings.warn(f"campbell: {text}; try: {second}:{first}", RuntimeWarning, stacklevel=4)
 
 
-def _check_orders(orders: Sequence[float], whirl: Sequence[tuple[str, str]]) -> None:
-    """Raise UsageError for an order that is not positive, or a pair of deflections that is none."""
+def _check_orders(orders: Sequence[float], speed: str, unit: str) -> None:
+    """Raise UsageError for an order that is not positive, or orders of a parameter that has no unit of speeds."""
     bad = [order for order in orders if not order > 0.0]
     if bad:
         raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
+    if orders and unit not in ("", _SPEED):
+        fault = f"orders are multiples of a speed in rad/s, and {speed} is in {unit}"
+        raise UsageError(Problem("orders", fault, "no orders, a speed of rotation, or root_locus over a parameter"))
+
+
+def _check_pairs(whirl: Sequence[tuple[str, str]]) -> None:
+    """Raise UsageError for an entry that is not a pair of deflections."""
     wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
     if wrong:
         fault = f"{shown(wrong[0])} is not a pair of deflections"

@@ -451,7 +451,7 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
         from eomgen.linear.campbell_plot import numbering  # noqa: PLC0415
 
         if not diagram.orders:
-            say(f"no orders: {diagram.parameter} is no speed of rotation (unit {diagram.unit or 'not given'})")
+            say(f"no orders: {diagram.parameter} is not a speed of rotation (unit {diagram.unit or 'not given'})")
             return
         words = f"crossings with orders; modes: {numbering(diagram)}"
         print_table(words, diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))

@@ -59,4 +59,4 @@ def test_orders_are_of_speeds_of_rotation(capsys: pytest.CaptureFixture[str]) ->
         model.campbell("damper", [500.0, 1500.0], orders=(1,))
     assert main(["linearize", "examples/quarter_car/scene.toml", "--campbell", "damper=500:1500:3"]) == 0
     printed = capsys.readouterr()
-    assert "crossings" not in printed.out and "no orders: damper is no speed of rotation (unit N s/m)" in printed.err
+    assert "crossings" not in printed.out and "no orders: damper is not a speed of rotation (unit N s/m)" in printed.err
