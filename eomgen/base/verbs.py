@@ -44,6 +44,8 @@ class Verb:
         model as its first argument, ``model``.
     behind : str
         Name of the verb before this verb in lists; at the end if there is none of this name.
+    heading : str
+        Heading under which the list of commands has the verb.
     takes_scene : bool
         Whether the command takes a scene.
     entry : EntryPoint, optional
@@ -55,6 +57,7 @@ class Verb:
     command: str = ""
     methods: tuple[str, ...] = ()
     behind: str = ""
+    heading: str = "More"
     takes_scene: bool = True
     #: Entry point of a row of another distribution, set by the register.
     entry: EntryPoint | None = field(default=None, compare=False, repr=False)
@@ -98,11 +101,31 @@ Verb.__module__ = "eomgen.verbs"  # the name from which other distributions impo
 
 CORE: tuple[Verb, ...] = (
     Verb(
-        "new", "Make a folder with a first scene, or with an example.", "eomgen.cli.first_steps:new", takes_scene=False
+        "new",
+        "Make a folder with a first scene, or with an example.",
+        "eomgen.cli.first_steps:new",
+        takes_scene=False,
+        heading="Build and run",
     ),
-    Verb("examples", "List the examples, or copy one.", "eomgen.cli.first_steps:examples", takes_scene=False),
-    Verb("info", "Degrees of freedom, kept and dropped terms, operation counts.", "eomgen.cli.info:info"),
-    Verb("generate", "Write the model and its stepper as a folder of C.", "eomgen.cli.generate:generate"),
+    Verb(
+        "examples",
+        "List the examples, or copy one.",
+        "eomgen.cli.first_steps:examples",
+        takes_scene=False,
+        heading="Build and run",
+    ),
+    Verb(
+        "info",
+        "Degrees of freedom, kept and dropped terms, operation counts.",
+        "eomgen.cli.info:info",
+        heading="Build and run",
+    ),
+    Verb(
+        "generate",
+        "Write the model and its stepper as a folder of C.",
+        "eomgen.cli.generate:generate",
+        heading="Import and export",
+    ),
     Verb(
         "equilibrium",
         "Find the equilibrium of a scene.",
@@ -112,6 +135,7 @@ CORE: tuple[Verb, ...] = (
             "eomgen.analysis.path_following:equilibrium_path",
             "eomgen.analysis.path_following:buckling_loads",
         ),
+        heading="Build and run",
     ),
     Verb(
         "linearize",
@@ -123,6 +147,7 @@ CORE: tuple[Verb, ...] = (
             "eomgen.analysis.eigenvalue_loci:campbell",
             "eomgen.analysis.road_excitation:road_excitation",
         ),
+        heading="Build and run",
     ),
     Verb(
         "simulate",
@@ -134,34 +159,61 @@ CORE: tuple[Verb, ...] = (
             "eomgen.simulation.checkpoint:resume",
             "eomgen.simulation.run_model:attach",
         ),
+        heading="Build and run",
     ),
-    Verb("plot", "Draw a stored solution, over time or over another column.", "eomgen.cli.plot:plot"),
-    Verb("animate", "Write the motion as one HTML page in three dimensions.", "eomgen.cli.animate:animate"),
-    Verb("schema", "Print the JSON Schema of scene files.", "eomgen.cli.schema:schema", takes_scene=False),
+    Verb(
+        "plot",
+        "Draw a stored solution, over time or over another column.",
+        "eomgen.cli.plot:plot",
+        heading="Build and run",
+    ),
+    Verb(
+        "animate",
+        "Write the motion as one HTML page in three dimensions.",
+        "eomgen.cli.animate:animate",
+        heading="Build and run",
+    ),
+    Verb(
+        "schema",
+        "Print the JSON Schema of scene files.",
+        "eomgen.cli.schema:schema",
+        takes_scene=False,
+        heading="Housekeeping",
+    ),
     Verb(
         "migrate",
         "Write the present names of keys into scene files.",
         "eomgen.cli.schema:migrate",
         takes_scene=False,
+        heading="Housekeeping",
     ),
     Verb(
         "doctor",
         "Examine the machine: compiler, headers, cache, packages.",
         "eomgen.cli.doctor:doctor",
         takes_scene=False,
+        heading="Housekeeping",
     ),
     Verb(
         "explain",
         "Explain a message by its code, or search messages.",
         "eomgen.cli.explain:explain",
         takes_scene=False,
+        heading="Housekeeping",
     ),
-    Verb("cite", "Print BibTeX of eomgen and of the papers of a method.", "eomgen.cli.cite:cite", takes_scene=False),
+    Verb(
+        "cite",
+        "Print BibTeX of eomgen and of the papers of a method.",
+        "eomgen.cli.cite:cite",
+        takes_scene=False,
+        heading="Housekeeping",
+    ),
     Verb(
         "completion",
         "Print the script by which a shell completes words.",
         "eomgen.cli.first_steps:completion",
         takes_scene=False,
+        heading="Housekeeping",
     ),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),

@@ -59,8 +59,12 @@ class _Verbs(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        with formatter.section("Commands"):
-            formatter.write_dl([(name, verb.summary) for name, verb in _every_verb().items()])
+        every = _every_verb()
+        width = max(map(len, every))
+        for heading in dict.fromkeys(verb.heading for verb in every.values()):
+            with formatter.section(heading):
+                rows = [(name.ljust(width), verb.summary) for name, verb in every.items() if verb.heading == heading]
+                formatter.write_dl(rows)
         for fault in others().faults.values():
             click.echo(f"left out: {fault.report()}", err=True)
 

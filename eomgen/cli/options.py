@@ -186,9 +186,30 @@ def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]
             if option.name not in without:
                 command = _source_option(source, option)(command)
         text = "Refuse elements that an importer would leave out with a note."
-        return click.option("--strict", is_flag=True, help=text)(command)
+        command = click.option("--strict", is_flag=True, help=text)(command)
+        text = "Show the options for files of other tools (URDF, SDF, MJCF ...), and exit."
+        return click.option(
+            "--help-files", is_flag=True, is_eager=True, expose_value=False, help=text, callback=_show_file_options
+        )(command)
 
     return decorated
+
+
+def _show_file_options(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    """Print the options of the sources that a command takes, and exit."""
+    if not wanted:
+        return
+    names, formatter = {f"--{name}" for name in all_options()}, context.make_formatter()
+    with formatter.section("Options for files of other tools"):
+        rows = []
+        for option in context.command.params:
+            if isinstance(option, click.Option) and names & {*option.opts}:
+                option.hidden = False
+                rows.append(option.get_help_record(context))
+                option.hidden = True
+        formatter.write_dl([row for row in rows if row])
+    click.echo(formatter.getvalue().rstrip("\n"))
+    context.exit()
 
 
 def scene_options(command: Command) -> Command:
@@ -207,12 +228,14 @@ def _source_option(source: Source, option: Option) -> Callable[[Command], Comman
     """Return the decorator that adds an option of a kind of file."""
     name, text = f"--{option.name}", f"{formats_with(source, option)}: {option.description}."
     if isinstance(option.default, bool):
-        return click.option(name, is_flag=True, help=text)
+        return click.option(name, hidden=True, is_flag=True, help=text)
     if isinstance(option.default, tuple):
-        return click.option(name, multiple=True, metavar=option.metavar, help=text)
+        return click.option(name, hidden=True, multiple=True, metavar=option.metavar, help=text)
     if not option.choices:
-        return click.option(name, default=option.default, metavar=option.metavar, help=text)
-    return click.option(name, type=click.Choice(option.choices), default=option.default, show_default=True, help=text)
+        return click.option(name, hidden=True, default=option.default, metavar=option.metavar, help=text)
+    return click.option(
+        name, hidden=True, type=click.Choice(option.choices), default=option.default, show_default=True, help=text
+    )
 
 
 end_option = click.option(

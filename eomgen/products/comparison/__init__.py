@@ -17,6 +17,7 @@ PRODUCT = Product(
                 "Compare two descriptions of one machine; name the first difference.",
                 "eomgen.products.comparison.command:compare",
                 behind="info",
+                heading="Import and export",
             ),
         ),
     },

@@ -43,6 +43,7 @@ PRODUCT = Product(
                 "eomgen.products.ensembles.command:ensemble",
                 ("eomgen.products.ensembles.simulate_many:simulate_many",),
                 behind="simulate",
+                heading="Studies",
             ),
         ),
     },

@@ -15,6 +15,7 @@ PRODUCT = Product(
                 "Sample fields on a mesh from their posterior, by Hamiltonian Monte Carlo.",
                 "eomgen.products.fields.commands:sample",
                 behind="identify",
+                heading="Studies",
             ),
         ),
     },

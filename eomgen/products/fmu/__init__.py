@@ -14,6 +14,7 @@ PRODUCT = Product(
                 "Write a model for other simulation tools: FMI 2.0 or 3.0.",
                 "eomgen.products.fmu.command:fmu",
                 behind="generate",
+                heading="Import and export",
             ),
         ),
     },

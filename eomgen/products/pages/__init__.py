@@ -14,6 +14,7 @@ PRODUCT = Product(
                 "eomgen.products.pages.commands:live",
                 ("eomgen.products.pages.live:live",),
                 behind="animate",
+                heading="Build and run",
             ),
             Verb(
                 "report",
@@ -21,12 +22,14 @@ PRODUCT = Product(
                 "eomgen.products.pages.commands:report",
                 ("eomgen.products.pages.report:report",),
                 behind="live",
+                heading="Build and run",
             ),
             Verb(
                 "latex",
                 "Write the equations of motion as a LaTeX document.",
                 "eomgen.products.pages.commands:latex",
                 behind="generate",
+                heading="Import and export",
             ),
         )
     },

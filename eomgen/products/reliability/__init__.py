@@ -19,6 +19,7 @@ PRODUCT = Product(
                 "Distribution of an output under random processes, and its tails.",
                 "eomgen.products.reliability.command:random",
                 behind="ensemble",
+                heading="Studies",
             ),
         ),
     },
