@@ -52,10 +52,10 @@ def _file(path: Path) -> Path:
         return file
     if path.is_dir():
         fault, hint = "this folder has no solution.npz", "the folder that eomgen simulate SCENE --out DIR writes"
-    elif not path.exists():
-        fault, hint = "there is no such file or folder", "the folder of a run of eomgen simulate, or its solution.npz"
     elif (kept := path.parent / "solution.npz").is_file():
         fault, hint = "a stored solution is needed, a file .npz", f"{kept}"
+    elif not path.exists():
+        fault, hint = "there is no such file or folder", "the folder of a run of eomgen simulate, or its solution.npz"
     else:
         fault, hint = "a stored solution is needed, a file .npz", f"eomgen simulate {path} --out DIR, which draws, too"
         hint = (

@@ -214,16 +214,14 @@ def _simulated(words: list[str], folder: Path, capsys: pytest.CaptureFixture[str
 def test_the_command_line_steps_short_first_runs_on_the_tape_engine(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    told = "which should end before a compiler would; with --profile written out, as --profile quick, a run waits for"
     monkeypatch.delenv("EOMGEN_PROFILE")
     for _ in range(2):  # then from the cache
         profile, talk = _simulated(["--t-end", "0.05"], tmp_path / "out", capsys)
         assert profile == "instant"
-        assert talk.count(told) == 1
+        assert "tape" not in talk
     assert _simulated(["--t-end", "0.05", "--checkpoint", str(tmp_path / "c")], tmp_path / "out", capsys)[0] == "quick"
     profile, talk = _simulated(["--t-end", "0.05"], tmp_path / "out", capsys)
     assert profile == "quick"  # the compiled library is in the cache by now
-    assert told not in talk
 
 
 @pytest.mark.parametrize(

@@ -339,7 +339,7 @@ def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np
         assert [text.get_text() for text in axis.texts] == degrees
         places = [(abs(value) + 0.02, 2 - k) for k, value in shown]
         np.testing.assert_allclose([text.get_position() for text in axis.texts], places, rtol=1e-12)
-        assert axis.get_title("left") == f"mode {k + 1}: {modes.frequency[k]:.5g} Hz, damping ratio 0.05"
+        assert axis.get_title("left") == f"mode {k + 1}: {modes.frequency[k]:.5g} Hz undamped, damping ratio 0.05"
         assert axis.get_xlim() == (0.0, 1.2) and axis.get_ylim() == (-0.6, 2.6)
 
 

@@ -286,7 +286,7 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
 def _laws_within_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None) -> tuple[bool, bool]:
     """Return whether the motion crosses jumps, and whether steps four times as long resolve decays."""
     sizes = np.concatenate([runs.size.sizes["increment"], runs.size.sizes["z"]])
-    jumps = crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
+    jumps = not runs.size.still and crosses_jumps(runs.run, runs.span.rows, runs.span.parameters, sizes)
     if rates is None:
         return jumps, True
     decay, _, passed, states = rates()

@@ -8,6 +8,7 @@ constraint. The angle of a symmetric wheel, for which no shift changes any force
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -18,6 +19,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.equations import accelerations
 from eomgen.errors import EomgenError
+from eomgen.formula.evaluate import evaluate
 from eomgen.lie import product
 from eomgen.lie.product import Factor
 from eomgen.simulation.stepping.states import states_of
@@ -103,6 +105,8 @@ _SMALL = 1e-3
 REST = 1e-9
 #: The same of motions of which forces have no digits, either.
 _TREMBLING = 1e-12
+#: Rounding of weights that are in balance.
+_BALANCED = 16.0 * float(np.finfo(float).eps)
 #: Part of the energies at work below which the range of an energy counts as kept energy.
 _KEPT = 0.02
 #: Units in which forces are at work.
@@ -202,11 +206,13 @@ class Work(NamedTuple):
     duration : s
     forces : the largest force by unit, N or N m: on a component that alone has the accelerations of the run, in the
         metric of kinetic energy
+    fall : m, of a free fall over the run: weights in balance leave rounding of it
     """
 
     rates: Array
     duration: float
     forces: Mapping[str, float]
+    fall: float
 
 
 def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
@@ -237,7 +243,10 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     for unit, load in zip(model.v_units, loads.tolist(), strict=True):
         if (dual := _DUAL.get(unit)) and np.isfinite(load):
             forces[dual] = max(forces.get(dual, 0.0), load)
-    return Work(known, float(rows[-1, 0] - rows[0, 0]), forces)
+    duration = float(rows[-1, 0] - rows[0, 0])
+    values = {item.name: item.value for item in model.description.parameters}
+    gravity = [evaluate(entry, lambda symbol: values[symbol.name]) for entry in model.description.gravity]
+    return Work(known, duration, forces, 0.5 * math.hypot(*gravity) * duration**2)
 
 
 def motion_size(
@@ -307,7 +316,9 @@ def size_of(
         sizes[f"output.{name}"] = _measure(extent, floor=REST * least)
     moved = np.concatenate([size, np.ptp(column["z"], axis=0)])
     own = moved >= np.concatenate([sizes["increment"], sizes["z"]])
-    least = np.concatenate([_TREMBLING * reach, np.zeros(len(model.z_names))])
+    fallen = 0.0 if work is None else _BALANCED * work.fall
+    least = np.where(np.array(units, dtype=str) == "m", np.maximum(_TREMBLING * reach, fallen), _TREMBLING * reach)
+    least = np.concatenate([least, np.zeros(len(model.z_names))])
     still = bool(np.all(moved <= least))
     of_turns = (*turns.tolist(), *[False] * len(model.z_names))
     travelled = np.concatenate([travelled, np.ptp(column["z"], axis=0)])

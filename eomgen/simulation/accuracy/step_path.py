@@ -440,7 +440,9 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         bent = np.maximum(np.pad(bends, ((1, 0), (0, 0))), np.pad(bends, ((0, 1), (0, 0)))).max(axis=1, initial=0.0)
         places = [place for place in _places(run, "jumps", jumps) if path.knows(place)]
         known = [(place, _crossings(path, place)[:_EXAMINED]) for place in places]
-        examined = [*known, (None, np.sort(np.argsort(-bent)[:_EXAMINED]))]
+        most = np.argsort(-bent)[:_EXAMINED]
+        most = most[bent[most] > _STEEPER * np.median(bent)]  # bends of all steps alike are rounding
+        examined = [*known, (None, np.sort(most))]
         return any(_jumps(path, place, steps, least) for place, steps in examined if len(steps))
     except (EomgenError, np.linalg.LinAlgError):
         return False
