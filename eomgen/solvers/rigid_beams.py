@@ -43,8 +43,11 @@ class RigidBeams:
         ]
         following = [factor for _, _, own in beams.followers for factor in own]
         self.free: NDArray[np.bool_] = np.ones(len(angular), dtype=bool)
+        self._positions: NDArray[np.bool_] = np.zeros(q.shape[1], dtype=bool)  # of nodes, after their quaternions
         for factor in following:
             self.free[factor.v] = False
+            turned = 0 if factor.group == "R" else 4
+            self._positions[factor.q_start + turned : factor.q_start + factor.q_size] = True
 
     def of(self, beams: Beams) -> RigidBeams:
         """Return rigid beams of these shapes at other parameters."""
@@ -71,7 +74,8 @@ class RigidBeams:
                 self._first(result), self._from_first, self.beams.followers, strict=True
             ):
                 _put_pose(result, factors, numeric.compose(SE3, pose, relative))
-            if np.all(np.abs(result - before) <= 1e-14 * np.abs(result).max(axis=0, initial=0.0)):
+            lengths = np.where(self._positions, np.abs(result).max(axis=0, initial=0.0), 0.0).max()
+            if np.all(np.abs(result - before) <= 1e-14 * np.where(self._positions, lengths, 1.0)):
                 break
         return result.reshape(q.shape)
 

@@ -116,20 +116,21 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real minus_direction_front_left_z = minus_span_front_left_z * x44;
     const real x48 = p->p_damper_front * (minus_v_mount_front_left_x * minus_direction_front_left_x
         - v_mount_front_left_y * minus_direction_front_left_y + minus_rate_front_left_z * minus_direction_front_left_z);
-    const real minus_tension_front_left = K(35000.0) * (K(0.515278801843318) - length_front_left) - x48
-        - p->p_skyhook * v_mount_front_left_z;
-    const real force_front_left_x = minus_direction_front_left_x * minus_tension_front_left;
-    const real force_front_left_y = minus_direction_front_left_y * minus_tension_front_left;
-    const real force_front_left_z = minus_direction_front_left_z * minus_tension_front_left;
-    const real x53 = cos_pitch * force_front_left_x - sin_pitch * force_front_left_z;
-    const real x54 = R_body_xy * force_front_left_x;
-    const real x55 = cos_roll * force_front_left_y;
-    const real x56 = R_body_zy * force_front_left_z;
-    const real x57 = x54 + x55 + x56;
-    const real x58 = R_body_xz * force_front_left_x;
-    const real x59 = sin_roll * force_front_left_y;
-    const real x60 = R_body_zz * force_front_left_z;
-    const real x61 = x58 - x59 + x60;
+    const real tension_front_left = p->p_skyhook * v_mount_front_left_z
+        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - x48);
+    const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
+    const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
+    const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
+    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
+        - sin_pitch * minus_force_front_left_z;
+    const real x54 = R_body_xy * minus_force_front_left_x;
+    const real x55 = cos_roll * minus_force_front_left_y;
+    const real x56 = R_body_zy * minus_force_front_left_z;
+    const real force_on_mount_front_left_y = x54 + x55 + x56;
+    const real x58 = R_body_xz * minus_force_front_left_x;
+    const real x59 = sin_roll * minus_force_front_left_y;
+    const real x60 = R_body_zz * minus_force_front_left_z;
+    const real force_on_mount_front_left_z = x58 - x59 + x60;
 
     /* Spring front_right */
     const real p_mount_front_right_x = x16 - x17;
@@ -154,21 +155,23 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real minus_direction_front_right_z = minus_span_front_right_z * x77;
     const real x81 = p->p_damper_front * (v_mount_front_right_x * minus_direction_front_right_x
         - v_mount_front_right_y * direction_front_right_y - minus_rate_front_right_z * minus_direction_front_right_z);
-    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x81
-        - p->p_skyhook * v_mount_front_right_z;
-    const real force_front_right_x = minus_direction_front_right_x * minus_tension_front_right;
-    const real minus_force_front_right_y = direction_front_right_y * minus_tension_front_right;
-    const real force_front_right_z = minus_direction_front_right_z * minus_tension_front_right;
-    const real x86 = cos_pitch * force_front_right_x - sin_pitch * force_front_right_z;
-    const real x87 = R_body_xy * force_front_right_x;
-    const real x88 = cos_roll * minus_force_front_right_y;
-    const real x89 = R_body_zy * force_front_right_z;
-    const real x90 = x87 - x88 + x89;
-    const real x91 = R_body_xz * force_front_right_x;
-    const real x92 = sin_roll * minus_force_front_right_y;
-    const real x93 = R_body_zz * force_front_right_z;
-    const real x94 = x91 + x92 + x93;
-    const real x95 = K(1.4) * x90 + K(0.75) * x86;
+    const real tension_front_right = p->p_skyhook * v_mount_front_right_z
+        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + x81);
+    const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
+    const real force_front_right_y = direction_front_right_y * tension_front_right;
+    const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
+    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
+        - sin_pitch * minus_force_front_right_z;
+    const real x87 = R_body_xy * minus_force_front_right_x;
+    const real x88 = cos_roll * force_front_right_y;
+    const real x89 = R_body_zy * minus_force_front_right_z;
+    const real force_on_mount_front_right_y = x87 - x88 + x89;
+    const real x91 = R_body_xz * minus_force_front_right_x;
+    const real x92 = sin_roll * force_front_right_y;
+    const real x93 = R_body_zz * minus_force_front_right_z;
+    const real force_on_mount_front_right_z = x91 + x92 + x93;
+    const real moment_on_mount_front_right_z = K(1.4) * force_on_mount_front_right_y
+        + K(0.75) * force_on_mount_front_right_x;
 
     /* Spring rear_left */
     const real x96 = K(1.7) * cos_pitch;
@@ -197,21 +200,22 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real minus_direction_rear_left_z = minus_span_rear_left_z * x115;
     const real x119 = p->p_damper_rear * (minus_v_mount_rear_left_x * direction_rear_left_x
         + v_mount_rear_left_y * minus_direction_rear_left_y - minus_rate_rear_left_z * minus_direction_rear_left_z);
-    const real minus_tension_rear_left = K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x119
-        - p->p_skyhook * v_mount_rear_left_z;
-    const real minus_force_rear_left_x = direction_rear_left_x * minus_tension_rear_left;
-    const real force_rear_left_y = minus_direction_rear_left_y * minus_tension_rear_left;
-    const real force_rear_left_z = minus_direction_rear_left_z * minus_tension_rear_left;
-    const real force_on_mount_rear_left_x = cos_pitch * minus_force_rear_left_x + sin_pitch * force_rear_left_z;
-    const real x125 = R_body_xy * minus_force_rear_left_x;
-    const real x126 = cos_roll * force_rear_left_y;
-    const real x127 = R_body_zy * force_rear_left_z;
-    const real force_on_mount_rear_left_y = x125 - x126 - x127;
-    const real x129 = R_body_xz * minus_force_rear_left_x;
-    const real x130 = sin_roll * force_rear_left_y;
-    const real x131 = R_body_zz * force_rear_left_z;
-    const real force_on_mount_rear_left_z = x129 + x130 - x131;
-    const real x133 = K(1.4) * x57 - K(0.75) * x53 + x95;
+    const real tension_rear_left = p->p_skyhook * v_mount_rear_left_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x119);
+    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
+    const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
+    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
+    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real x125 = R_body_xy * force_rear_left_x;
+    const real x126 = cos_roll * minus_force_rear_left_y;
+    const real x127 = R_body_zy * minus_force_rear_left_z;
+    const real minus_force_on_mount_rear_left_y = x125 - x126 - x127;
+    const real x129 = R_body_xz * force_rear_left_x;
+    const real x130 = sin_roll * minus_force_rear_left_y;
+    const real x131 = R_body_zz * minus_force_rear_left_z;
+    const real minus_force_on_mount_rear_left_z = x129 + x130 - x131;
+    const real x133 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x
+        + moment_on_mount_front_right_z;
 
     /* Spring rear_right */
     const real minus_p_mount_rear_right_x = x17 + x96;
@@ -233,35 +237,38 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real minus_direction_rear_right_z = minus_span_rear_right_z * x146;
     const real x150 = p->p_damper_rear * (minus_v_mount_rear_right_x * direction_rear_right_x
         - v_mount_rear_right_y * direction_rear_right_y - minus_rate_rear_right_z * minus_direction_rear_right_z);
-    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x150
-        - p->p_skyhook * v_mount_rear_right_z;
-    const real minus_force_rear_right_x = direction_rear_right_x * minus_tension_rear_right;
-    const real minus_force_rear_right_y = direction_rear_right_y * minus_tension_rear_right;
-    const real force_rear_right_z = minus_direction_rear_right_z * minus_tension_rear_right;
-    const real force_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x + sin_pitch * force_rear_right_z;
-    const real x156 = R_body_xy * minus_force_rear_right_x;
-    const real x157 = cos_roll * minus_force_rear_right_y;
-    const real x158 = R_body_zy * force_rear_right_z;
-    const real force_on_mount_rear_right_y = x156 + x157 - x158;
-    const real x160 = R_body_xz * minus_force_rear_right_x;
-    const real x161 = sin_roll * minus_force_rear_right_y;
-    const real x162 = R_body_zz * force_rear_right_z;
-    const real force_on_mount_rear_right_z = x160 - x161 - x162;
-    const real x164 = K(1.4) * x61 + K(1.4) * x94 + K(1.7) * force_on_mount_rear_left_z;
-    const real x165 = x133 + (K(1.7) * force_on_mount_rear_left_y + K(0.75) * force_on_mount_rear_left_x);
-    const real x166 = x57 + x90 - force_on_mount_rear_left_y - force_on_mount_rear_right_y;
-    const real x167 = x61 + x94 - force_on_mount_rear_left_z - force_on_mount_rear_right_z;
+    const real tension_rear_right = p->p_skyhook * v_mount_rear_right_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x150);
+    const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
+    const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
+    const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
+    const real x155 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real x156 = R_body_xy * force_rear_right_x;
+    const real x157 = cos_roll * force_rear_right_y;
+    const real x158 = R_body_zy * minus_force_rear_right_z;
+    const real x159 = x156 + x157 - x158;
+    const real x160 = R_body_xz * force_rear_right_x;
+    const real x161 = sin_roll * force_rear_right_y;
+    const real x162 = R_body_zz * minus_force_rear_right_z;
+    const real x163 = x160 - x161 - x162;
+    const real x164 = K(1.4) * force_on_mount_front_left_z + K(1.4) * force_on_mount_front_right_z
+        + K(1.7) * minus_force_on_mount_rear_left_z;
+    const real x165 = x133 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
+    const real x166 = force_on_mount_front_left_y + force_on_mount_front_right_y - minus_force_on_mount_rear_left_y
+        - x159;
+    const real x167 = force_on_mount_front_left_z + force_on_mount_front_right_z - minus_force_on_mount_rear_left_z
+        - x163;
 
     /* Applied forces at joint roll */
-    const real x168 = sin_roll * (x164 + K(1.7) * force_on_mount_rear_right_z);
-    const real x169 = cos_roll * (x165 + (K(1.7) * force_on_mount_rear_right_y
-        - K(0.75) * force_on_mount_rear_right_x));
+    const real x168 = sin_roll * (x164 + K(1.7) * x163);
+    const real x169 = cos_roll * (x165 + (K(1.7) * x159 - K(0.75) * x155));
     const real x170 = cos_roll * x166;
     const real x171 = sin_roll * x167;
 
     /* Applied forces at joint pitch */
     const real x172 = sin_pitch * (sin_roll * x166 + cos_roll * x167);
-    const real x173 = cos_pitch * (x53 + x86 - force_on_mount_rear_left_x - force_on_mount_rear_right_x);
+    const real x173 = cos_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
+        - minus_force_on_mount_rear_left_x - x155);
 
     /* Partials of applied forces */
     const real p_mount_front_left_x_d2 = K(0.75) * R_body_xz;
@@ -305,164 +312,164 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real v_mount_front_left_z_d7 = sin_pitch * sin_pitch + R_body_zy * R_body_zy + R_body_zz * R_body_zz;
     const real minus_v_mount_front_left_z_d8 = x202 + x208 + x210;
     const real minus_v_mount_front_left_z_d2 = x203 - x207 + (x206 + R_body_zy * x27);
-    const real x215 = K(2.0) * (minus_span_front_left_y * minus_p_mount_front_left_y_d2);
-    const real x216 = K(0.5) / length_front_left;
+    const real x215 = p->p_skyhook * v_mount_front_left_z_d7;
+    const real x216 = p->p_skyhook * p_mount_front_left_z_d2;
+    const real x217 = K(2.0) * (minus_span_front_left_y * minus_p_mount_front_left_y_d2);
+    const real x218 = K(0.5) / length_front_left;
     const real length_front_left_d1 = (K(2.0) * (x21 * minus_span_front_left_x)
-        + K(2.0) * (p_mount_front_left_x * minus_span_front_left_z)) * x216;
-    const real x218 = K(2.0) * (minus_span_front_left_x * p_mount_front_left_x_d2) - x215
+        + K(2.0) * (p_mount_front_left_x * minus_span_front_left_z)) * x218;
+    const real x220 = K(2.0) * (minus_span_front_left_x * p_mount_front_left_x_d2) - x217
         + K(2.0) * (minus_span_front_left_z * p_mount_front_left_z_d2);
-    const real minus_length_front_left_d2 = x218 * x216;
-    const real length_front_left_d3 = K(2.0) * minus_span_front_left_z * x216;
-    const real x221 = x44 * x44;
-    const real x222 = length_front_left_d1 * x221;
-    const real x223 = minus_length_front_left_d2 * x221;
-    const real x224 = length_front_left_d3 * x221;
-    const real minus_direction_front_left_x_d1 = x21 * x44 - minus_span_front_left_x * x222;
-    const real direction_front_left_x_d2 = x44 * p_mount_front_left_x_d2 - minus_span_front_left_x * x223;
-    const real direction_front_left_x_d3 = minus_span_front_left_x * x224;
-    const real minus_direction_front_left_y_d2 = x44 * minus_p_mount_front_left_y_d2 + minus_span_front_left_y * x223;
-    const real direction_front_left_y_d1 = minus_span_front_left_y * x222;
-    const real direction_front_left_y_d3 = minus_span_front_left_y * x224;
-    const real minus_direction_front_left_z_d3 = x44 - minus_span_front_left_z * x224;
-    const real minus_direction_front_left_z_d1 = p_mount_front_left_x * x44 - minus_span_front_left_z * x222;
-    const real direction_front_left_z_d2 = x44 * p_mount_front_left_z_d2 - minus_span_front_left_z * x223;
-    const real x234 = minus_direction_front_left_x * (x186 + x190 - (x189 + R_body_xy * x27));
-    const real x235 = minus_direction_front_left_x * (x184 + x188 + (x36 - x192))
+    const real minus_length_front_left_d2 = x220 * x218;
+    const real length_front_left_d3 = K(2.0) * minus_span_front_left_z * x218;
+    const real x223 = x44 * x44;
+    const real x224 = length_front_left_d1 * x223;
+    const real x225 = minus_length_front_left_d2 * x223;
+    const real x226 = length_front_left_d3 * x223;
+    const real minus_direction_front_left_x_d1 = x21 * x44 - minus_span_front_left_x * x224;
+    const real direction_front_left_x_d2 = x44 * p_mount_front_left_x_d2 - minus_span_front_left_x * x225;
+    const real direction_front_left_x_d3 = minus_span_front_left_x * x226;
+    const real minus_direction_front_left_y_d2 = x44 * minus_p_mount_front_left_y_d2 + minus_span_front_left_y * x225;
+    const real direction_front_left_y_d1 = minus_span_front_left_y * x224;
+    const real direction_front_left_y_d3 = minus_span_front_left_y * x226;
+    const real minus_direction_front_left_z_d3 = x44 - minus_span_front_left_z * x226;
+    const real minus_direction_front_left_z_d1 = p_mount_front_left_x * x44 - minus_span_front_left_z * x224;
+    const real direction_front_left_z_d2 = x44 * p_mount_front_left_z_d2 - minus_span_front_left_z * x225;
+    const real x236 = minus_direction_front_left_x * (x186 + x190 - (x189 + R_body_xy * x27));
+    const real x237 = minus_direction_front_left_x * (x184 + x188 + (x36 - x192))
         - minus_v_mount_front_left_x * minus_direction_front_left_x_d1;
-    const real x236 = minus_direction_front_left_y * (x196 - (x195 - cos_roll * x27))
+    const real x238 = minus_direction_front_left_y * (x196 - (x195 - cos_roll * x27))
         - v_mount_front_left_y * minus_direction_front_left_y_d2;
-    const real x237 = x235 - (minus_direction_front_left_y * minus_v_mount_front_left_y_d1
+    const real x239 = x237 - (minus_direction_front_left_y * minus_v_mount_front_left_y_d1
         + v_mount_front_left_y * direction_front_left_y_d1);
-    const real x238 = minus_direction_front_left_x * (x185 - x191 - x193)
+    const real x240 = minus_direction_front_left_x * (x185 - x191 - x193)
         - minus_direction_front_left_y * minus_v_mount_front_left_y_d8;
-    const real x239 = minus_direction_front_left_z * minus_v_mount_front_left_z_d2
+    const real x241 = minus_direction_front_left_z * minus_v_mount_front_left_z_d2
         - minus_rate_front_left_z * direction_front_left_z_d2;
     const real tension_front_left_d10 = p->p_damper_front * minus_direction_front_left_z;
-    const real x241 = p->p_damper_front * (x237 + (minus_direction_front_left_z * v_mount_front_left_z_d1
+    const real x243 = p->p_damper_front * (x239 + (minus_direction_front_left_z * v_mount_front_left_z_d1
         - minus_rate_front_left_z * minus_direction_front_left_z_d1));
-    const real x242 = p->p_damper_front * (x234 + minus_v_mount_front_left_x * direction_front_left_x_d2 - x236 - x239);
-    const real x243 = p->p_damper_front * (minus_v_mount_front_left_x * direction_front_left_x_d3
+    const real x244 = p->p_damper_front * (x236 + minus_v_mount_front_left_x * direction_front_left_x_d2 - x238 - x241);
+    const real x245 = p->p_damper_front * (minus_v_mount_front_left_x * direction_front_left_x_d3
         - v_mount_front_left_y * direction_front_left_y_d3 - minus_rate_front_left_z * minus_direction_front_left_z_d3);
-    const real tension_front_left_d3 = K(35000.0) * length_front_left_d3 - x243;
-    const real x245 = p->p_skyhook * v_mount_front_left_z_d7;
-    const real x246 = p->p_skyhook * p_mount_front_left_z_d2;
-    const real tension_front_left_d1 = K(35000.0) * length_front_left_d1 - x241
-        + p->p_skyhook * v_mount_front_left_z_d1;
-    const real minus_tension_front_left_d2 = K(35000.0) * minus_length_front_left_d2 + x242
-        + p->p_skyhook * minus_v_mount_front_left_z_d2;
-    const real x249 = p->p_damper_front * (minus_direction_front_left_x * minus_v_mount_front_left_x_d7
+    const real tension_front_left_d3 = K(35000.0) * length_front_left_d3 - x245;
+    const real tension_front_left_d1 = p->p_skyhook * v_mount_front_left_z_d1
+        + (K(35000.0) * length_front_left_d1 - x243);
+    const real x248 = p->p_damper_front * (minus_direction_front_left_x * minus_v_mount_front_left_x_d7
         - minus_direction_front_left_y * v_mount_front_left_y_d7
         - minus_direction_front_left_z * v_mount_front_left_z_d7);
-    const real tension_front_left_d7 = x249 + x245;
-    const real minus_tension_front_left_d8 = p->p_damper_front * (x238
-        - minus_direction_front_left_z * minus_v_mount_front_left_z_d8) + p->p_skyhook * minus_v_mount_front_left_z_d8;
+    const real tension_front_left_d7 = x215 + x248;
+    const real minus_tension_front_left_d8 = p->p_skyhook * minus_v_mount_front_left_z_d8
+        + p->p_damper_front * (x240 - minus_direction_front_left_z * minus_v_mount_front_left_z_d8);
+    const real minus_tension_front_left_d2 = p->p_skyhook * minus_v_mount_front_left_z_d2
+        + (K(35000.0) * minus_length_front_left_d2 + x244);
     const real x252 = p->p_damper_front * (minus_direction_front_left_x * p_mount_front_left_x_d2
         - minus_direction_front_left_y * minus_p_mount_front_left_y_d2
         + minus_direction_front_left_z * p_mount_front_left_z_d2);
-    const real minus_tension_front_left_d9 = x252 - x246;
-    const real force_front_left_x_d1 = minus_tension_front_left * minus_direction_front_left_x_d1
-        - minus_direction_front_left_x * tension_front_left_d1;
-    const real minus_force_front_left_x_d2 = minus_tension_front_left * direction_front_left_x_d2
-        - minus_direction_front_left_x * minus_tension_front_left_d2;
-    const real minus_force_front_left_x_d3 = minus_tension_front_left * direction_front_left_x_d3
-        + minus_direction_front_left_x * tension_front_left_d3;
+    const real tension_front_left_d9 = x216 - x252;
+    const real minus_force_front_left_x_d1 = tension_front_left * minus_direction_front_left_x_d1
+        + minus_direction_front_left_x * tension_front_left_d1;
+    const real force_front_left_x_d2 = tension_front_left * direction_front_left_x_d2
+        + minus_direction_front_left_x * minus_tension_front_left_d2;
+    const real force_front_left_x_d3 = tension_front_left * direction_front_left_x_d3
+        - minus_direction_front_left_x * tension_front_left_d3;
     const real minus_force_front_left_x_d7 = minus_direction_front_left_x * tension_front_left_d7;
     const real force_front_left_x_d8 = minus_direction_front_left_x * minus_tension_front_left_d8;
-    const real force_front_left_x_d9 = minus_direction_front_left_x * minus_tension_front_left_d9;
+    const real minus_force_front_left_x_d9 = minus_direction_front_left_x * tension_front_left_d9;
     const real minus_force_front_left_x_d10 = minus_direction_front_left_x * tension_front_left_d10;
-    const real force_front_left_y_d2 = minus_tension_front_left * minus_direction_front_left_y_d2
-        + minus_direction_front_left_y * minus_tension_front_left_d2;
-    const real minus_force_front_left_y_d1 = minus_tension_front_left * direction_front_left_y_d1
-        + minus_direction_front_left_y * tension_front_left_d1;
-    const real minus_force_front_left_y_d3 = minus_tension_front_left * direction_front_left_y_d3
-        + minus_direction_front_left_y * tension_front_left_d3;
+    const real minus_force_front_left_y_d2 = tension_front_left * minus_direction_front_left_y_d2
+        - minus_direction_front_left_y * minus_tension_front_left_d2;
+    const real force_front_left_y_d1 = tension_front_left * direction_front_left_y_d1
+        - minus_direction_front_left_y * tension_front_left_d1;
+    const real force_front_left_y_d3 = tension_front_left * direction_front_left_y_d3
+        - minus_direction_front_left_y * tension_front_left_d3;
     const real minus_force_front_left_y_d7 = minus_direction_front_left_y * tension_front_left_d7;
     const real force_front_left_y_d8 = minus_direction_front_left_y * minus_tension_front_left_d8;
-    const real force_front_left_y_d9 = minus_direction_front_left_y * minus_tension_front_left_d9;
+    const real minus_force_front_left_y_d9 = minus_direction_front_left_y * tension_front_left_d9;
     const real minus_force_front_left_y_d10 = minus_direction_front_left_y * tension_front_left_d10;
-    const real force_front_left_z_d3 = minus_tension_front_left * minus_direction_front_left_z_d3
-        - minus_direction_front_left_z * tension_front_left_d3;
-    K[21] = force_front_left_z_d3;
-    const real force_front_left_z_d1 = minus_tension_front_left * minus_direction_front_left_z_d1
-        - minus_direction_front_left_z * tension_front_left_d1;
-    K[22] = -force_front_left_z_d1;
-    const real minus_force_front_left_z_d2 = minus_tension_front_left * direction_front_left_z_d2
-        - minus_direction_front_left_z * minus_tension_front_left_d2;
-    K[23] = minus_force_front_left_z_d2;
+    const real minus_force_front_left_z_d3 = tension_front_left * minus_direction_front_left_z_d3
+        + minus_direction_front_left_z * tension_front_left_d3;
+    K[21] = -minus_force_front_left_z_d3;
+    const real minus_force_front_left_z_d1 = tension_front_left * minus_direction_front_left_z_d1
+        + minus_direction_front_left_z * tension_front_left_d1;
+    K[22] = minus_force_front_left_z_d1;
+    const real force_front_left_z_d2 = tension_front_left * direction_front_left_z_d2
+        + minus_direction_front_left_z * minus_tension_front_left_d2;
+    K[23] = -force_front_left_z_d2;
     const real minus_force_front_left_z_d7 = minus_direction_front_left_z * tension_front_left_d7;
     C[21] = minus_force_front_left_z_d7;
     const real force_front_left_z_d8 = minus_direction_front_left_z * minus_tension_front_left_d8;
     C[22] = -force_front_left_z_d8;
-    const real force_front_left_z_d9 = minus_direction_front_left_z * minus_tension_front_left_d9;
-    C[23] = -force_front_left_z_d9;
+    const real minus_force_front_left_z_d9 = minus_direction_front_left_z * tension_front_left_d9;
+    C[23] = minus_force_front_left_z_d9;
     const real minus_force_front_left_z_d10 = minus_direction_front_left_z * tension_front_left_d10;
     C[24] = minus_force_front_left_z_d10;
-    const real x275 = cos_pitch * force_front_left_z + sin_pitch * force_front_left_z_d1;
-    const real force_on_mount_front_left_x_d1 = sin_pitch * force_front_left_x - cos_pitch * force_front_left_x_d1
-        + x275;
-    const real force_on_mount_front_left_x_d2 = cos_pitch * minus_force_front_left_x_d2
-        - sin_pitch * minus_force_front_left_z_d2;
-    const real force_on_mount_front_left_x_d3 = cos_pitch * minus_force_front_left_x_d3
-        + sin_pitch * force_front_left_z_d3;
+    const real x275 = cos_pitch * minus_force_front_left_z + sin_pitch * minus_force_front_left_z_d1;
+    const real x276 = sin_pitch * minus_force_front_left_x - cos_pitch * minus_force_front_left_x_d1 + x275;
+    const real x277 = cos_pitch * force_front_left_x_d2 - sin_pitch * force_front_left_z_d2;
+    const real x278 = cos_pitch * force_front_left_x_d3 + sin_pitch * minus_force_front_left_z_d3;
     const real force_on_mount_front_left_x_d7 = cos_pitch * minus_force_front_left_x_d7
         - sin_pitch * minus_force_front_left_z_d7;
     const real x280 = cos_pitch * force_front_left_x_d8 - sin_pitch * force_front_left_z_d8;
-    const real x281 = cos_pitch * force_front_left_x_d9 - sin_pitch * force_front_left_z_d9;
+    const real force_on_mount_front_left_x_d9 = cos_pitch * minus_force_front_left_x_d9
+        - sin_pitch * minus_force_front_left_z_d9;
     const real force_on_mount_front_left_x_d10 = cos_pitch * minus_force_front_left_x_d10
         - sin_pitch * minus_force_front_left_z_d10;
-    const real x283 = R_body_zy * force_front_left_x + R_body_xy * force_front_left_x_d1
-        - cos_roll * minus_force_front_left_y_d1;
-    const real x284 = x283 - (R_body_xy * force_front_left_z - R_body_zy * force_front_left_z_d1);
-    const real x285 = x58 - R_body_xy * minus_force_front_left_x_d2 - (x59 - cos_roll * force_front_left_y_d2);
-    const real x286 = x285 + (x60 - R_body_zy * minus_force_front_left_z_d2);
-    const real force_on_mount_front_left_y_d3 = R_body_xy * minus_force_front_left_x_d3
-        + cos_roll * minus_force_front_left_y_d3 - R_body_zy * force_front_left_z_d3;
+    const real x283 = R_body_zy * minus_force_front_left_x + R_body_xy * minus_force_front_left_x_d1
+        - cos_roll * force_front_left_y_d1;
+    const real force_on_mount_front_left_y_d1 = x283 - (R_body_xy * minus_force_front_left_z
+        - R_body_zy * minus_force_front_left_z_d1);
+    const real x285 = x58 - R_body_xy * force_front_left_x_d2 - (x59 - cos_roll * minus_force_front_left_y_d2);
+    const real force_on_mount_front_left_y_d2 = x285 + (x60 - R_body_zy * force_front_left_z_d2);
+    const real x287 = R_body_xy * force_front_left_x_d3 + cos_roll * force_front_left_y_d3
+        - R_body_zy * minus_force_front_left_z_d3;
     const real force_on_mount_front_left_y_d7 = R_body_xy * minus_force_front_left_x_d7
         + cos_roll * minus_force_front_left_y_d7 + R_body_zy * minus_force_front_left_z_d7;
     const real x289 = R_body_xy * force_front_left_x_d8 + cos_roll * force_front_left_y_d8
         + R_body_zy * force_front_left_z_d8;
-    const real x290 = R_body_xy * force_front_left_x_d9 + cos_roll * force_front_left_y_d9
-        + R_body_zy * force_front_left_z_d9;
+    const real force_on_mount_front_left_y_d9 = R_body_xy * minus_force_front_left_x_d9
+        + cos_roll * minus_force_front_left_y_d9 + R_body_zy * minus_force_front_left_z_d9;
     const real force_on_mount_front_left_y_d10 = R_body_xy * minus_force_front_left_x_d10
         + cos_roll * minus_force_front_left_y_d10 + R_body_zy * minus_force_front_left_z_d10;
-    const real x292 = R_body_zz * force_front_left_x + R_body_xz * force_front_left_x_d1
-        + sin_roll * minus_force_front_left_y_d1;
-    const real x293 = x292 - (R_body_xz * force_front_left_z - R_body_zz * force_front_left_z_d1);
-    const real x294 = x54 + R_body_xz * minus_force_front_left_x_d2 + (x55 + sin_roll * force_front_left_y_d2);
-    const real force_on_mount_front_left_z_d2 = x294 + (x56 + R_body_zz * minus_force_front_left_z_d2);
-    const real force_on_mount_front_left_z_d3 = R_body_xz * minus_force_front_left_x_d3
-        - sin_roll * minus_force_front_left_y_d3 - R_body_zz * force_front_left_z_d3;
+    const real x292 = R_body_zz * minus_force_front_left_x + R_body_xz * minus_force_front_left_x_d1
+        + sin_roll * force_front_left_y_d1;
+    const real force_on_mount_front_left_z_d1 = x292 - (R_body_xz * minus_force_front_left_z
+        - R_body_zz * minus_force_front_left_z_d1);
+    const real x294 = x54 + R_body_xz * force_front_left_x_d2 + (x55 + sin_roll * minus_force_front_left_y_d2);
+    const real x295 = x294 + (x56 + R_body_zz * force_front_left_z_d2);
+    const real x296 = R_body_xz * force_front_left_x_d3 - sin_roll * force_front_left_y_d3
+        - R_body_zz * minus_force_front_left_z_d3;
     const real force_on_mount_front_left_z_d7 = R_body_xz * minus_force_front_left_x_d7
         - sin_roll * minus_force_front_left_y_d7 + R_body_zz * minus_force_front_left_z_d7;
     const real x298 = R_body_xz * force_front_left_x_d8 - sin_roll * force_front_left_y_d8
         + R_body_zz * force_front_left_z_d8;
-    const real x299 = R_body_xz * force_front_left_x_d9 - sin_roll * force_front_left_y_d9
-        + R_body_zz * force_front_left_z_d9;
+    const real force_on_mount_front_left_z_d9 = R_body_xz * minus_force_front_left_x_d9
+        - sin_roll * minus_force_front_left_y_d9 + R_body_zz * minus_force_front_left_z_d9;
     const real force_on_mount_front_left_z_d10 = R_body_xz * minus_force_front_left_x_d10
         - sin_roll * minus_force_front_left_y_d10 + R_body_zz * minus_force_front_left_z_d10;
-    const real x301 = K(0.75) * x293;
-    const real moment_on_mount_front_left_x_d2 = K(0.75) * force_on_mount_front_left_z_d2;
-    const real moment_on_mount_front_left_x_d3 = K(0.75) * force_on_mount_front_left_z_d3;
-    K[17] = -moment_on_mount_front_left_x_d3;
+    const real moment_on_mount_front_left_x_d1 = K(0.75) * force_on_mount_front_left_z_d1;
+    const real x302 = K(0.75) * x295;
+    const real x303 = K(0.75) * x296;
+    K[17] = x303;
     const real moment_on_mount_front_left_x_d7 = K(0.75) * force_on_mount_front_left_z_d7;
     const real x305 = K(0.75) * x298;
-    const real x306 = K(0.75) * x299;
+    const real moment_on_mount_front_left_x_d9 = K(0.75) * force_on_mount_front_left_z_d9;
     C[17] = -(K(0.75) * force_on_mount_front_left_z_d10);
-    const real moment_on_mount_front_left_y_d1 = K(1.4) * x293;
-    const real x308 = K(1.4) * force_on_mount_front_left_z_d2;
-    const real x309 = K(1.4) * force_on_mount_front_left_z_d3;
+    const real x307 = K(1.4) * force_on_mount_front_left_z_d1;
+    const real moment_on_mount_front_left_y_d2 = K(1.4) * x295;
+    const real moment_on_mount_front_left_y_d3 = K(1.4) * x296;
     const real x310 = K(1.4) * force_on_mount_front_left_z_d7;
     const real moment_on_mount_front_left_y_d8 = K(1.4) * x298;
-    const real moment_on_mount_front_left_y_d9 = K(1.4) * x299;
+    const real x312 = K(1.4) * force_on_mount_front_left_z_d9;
     const real x313 = K(1.4) * force_on_mount_front_left_z_d10;
-    const real x314 = K(1.4) * x284 + K(0.75) * force_on_mount_front_left_x_d1;
-    const real x315 = K(1.4) * x286 + K(0.75) * force_on_mount_front_left_x_d2;
-    const real moment_on_mount_front_left_z_d3 = K(1.4) * force_on_mount_front_left_y_d3
-        - K(0.75) * force_on_mount_front_left_x_d3;
+    const real moment_on_mount_front_left_z_d1 = K(1.4) * force_on_mount_front_left_y_d1 + K(0.75) * x276;
+    const real moment_on_mount_front_left_z_d2 = K(1.4) * force_on_mount_front_left_y_d2 + K(0.75) * x277;
+    const real x316 = K(1.4) * x287 - K(0.75) * x278;
     const real moment_on_mount_front_left_z_d7 = K(1.4) * force_on_mount_front_left_y_d7
         - K(0.75) * force_on_mount_front_left_x_d7;
     const real x318 = K(1.4) * x289 - K(0.75) * x280;
-    const real x319 = K(1.4) * x290 - K(0.75) * x281;
+    const real moment_on_mount_front_left_z_d9 = K(1.4) * force_on_mount_front_left_y_d9
+        - K(0.75) * force_on_mount_front_left_x_d9;
     const real moment_on_mount_front_left_z_d10 = K(1.4) * force_on_mount_front_left_y_d10
         - K(0.75) * force_on_mount_front_left_x_d10;
     const real x321 = x70 - x183;
@@ -471,7 +478,7 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     const real v_mount_front_right_z_d2 = x203 + x207 - (x206 + R_body_zy * x65);
     const real minus_v_mount_front_right_z_d8 = x210 - (x202 - x208);
     const real x326 = K(0.5) / length_front_right;
-    const real x327 = x215 + K(2.0) * (minus_span_front_right_x * p_mount_front_left_x_d2)
+    const real x327 = x217 + K(2.0) * (minus_span_front_right_x * p_mount_front_left_x_d2)
         + K(2.0) * (minus_span_front_right_z * p_mount_front_left_z_d2);
     const real length_front_right_d2 = x327 * x326;
     const real length_front_right_d1 = (K(2.0) * (x63 * minus_span_front_right_x)
@@ -510,124 +517,123 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
         - v_mount_front_right_y * minus_direction_front_right_y_d4
         + minus_rate_front_right_z * minus_direction_front_right_z_d4);
     const real tension_front_right_d4 = K(35000.0) * length_front_right_d4 + x353;
-    const real tension_front_right_d2 = K(35000.0) * length_front_right_d2 + x351
-        + p->p_skyhook * v_mount_front_right_z_d2;
-    const real tension_front_right_d1 = K(35000.0) * length_front_right_d1 - x352
-        - p->p_skyhook * minus_v_mount_front_right_z_d1;
+    const real minus_tension_front_right_d1 = p->p_skyhook * minus_v_mount_front_right_z_d1
+        - (K(35000.0) * length_front_right_d1 - x352);
+    const real tension_front_right_d2 = p->p_skyhook * v_mount_front_right_z_d2
+        + (K(35000.0) * length_front_right_d2 + x351);
     const real x357 = p->p_damper_front * (minus_direction_front_right_x * minus_v_mount_front_left_x_d7
         + direction_front_right_y * v_mount_front_left_y_d7 - minus_direction_front_right_z * v_mount_front_left_z_d7);
-    const real tension_front_right_d7 = x245 + x357;
-    const real tension_front_right_d8 = p->p_damper_front * (x349
-        + minus_direction_front_right_z * minus_v_mount_front_right_z_d8)
-        - p->p_skyhook * minus_v_mount_front_right_z_d8;
+    const real tension_front_right_d7 = x215 + x357;
+    const real minus_tension_front_right_d8 = p->p_skyhook * minus_v_mount_front_right_z_d8
+        - p->p_damper_front * (x349 + minus_direction_front_right_z * minus_v_mount_front_right_z_d8);
     const real x360 = p->p_damper_front * (minus_direction_front_right_x * p_mount_front_left_x_d2
         + direction_front_right_y * minus_p_mount_front_left_y_d2
         + minus_direction_front_right_z * p_mount_front_left_z_d2);
-    const real minus_tension_front_right_d9 = x246 - x360;
-    const real force_front_right_x_d1 = minus_tension_front_right * minus_direction_front_right_x_d1
-        - minus_direction_front_right_x * tension_front_right_d1;
-    const real force_front_right_x_d2 = minus_tension_front_right * minus_direction_front_right_x_d2
-        - minus_direction_front_right_x * tension_front_right_d2;
-    const real minus_force_front_right_x_d4 = minus_tension_front_right * direction_front_right_x_d4
-        + minus_direction_front_right_x * tension_front_right_d4;
+    const real minus_tension_front_right_d9 = x216 - x360;
+    const real minus_force_front_right_x_d1 = tension_front_right * minus_direction_front_right_x_d1
+        - minus_direction_front_right_x * minus_tension_front_right_d1;
+    const real minus_force_front_right_x_d2 = tension_front_right * minus_direction_front_right_x_d2
+        + minus_direction_front_right_x * tension_front_right_d2;
+    const real force_front_right_x_d4 = tension_front_right * direction_front_right_x_d4
+        - minus_direction_front_right_x * tension_front_right_d4;
     const real minus_force_front_right_x_d7 = minus_direction_front_right_x * tension_front_right_d7;
-    const real minus_force_front_right_x_d8 = minus_direction_front_right_x * tension_front_right_d8;
+    const real force_front_right_x_d8 = minus_direction_front_right_x * minus_tension_front_right_d8;
     const real force_front_right_x_d9 = minus_direction_front_right_x * minus_tension_front_right_d9;
     const real minus_force_front_right_x_d11 = minus_direction_front_right_x * tension_front_right_d11;
-    const real minus_force_front_right_y_d2 = minus_tension_front_right * direction_front_right_y_d2
-        - direction_front_right_y * tension_front_right_d2;
-    const real force_front_right_y_d1 = minus_tension_front_right * minus_direction_front_right_y_d1
-        + direction_front_right_y * tension_front_right_d1;
-    const real force_front_right_y_d4 = minus_tension_front_right * minus_direction_front_right_y_d4
-        + direction_front_right_y * tension_front_right_d4;
+    const real force_front_right_y_d2 = tension_front_right * direction_front_right_y_d2
+        + direction_front_right_y * tension_front_right_d2;
+    const real minus_force_front_right_y_d1 = tension_front_right * minus_direction_front_right_y_d1
+        + direction_front_right_y * minus_tension_front_right_d1;
+    const real minus_force_front_right_y_d4 = tension_front_right * minus_direction_front_right_y_d4
+        - direction_front_right_y * tension_front_right_d4;
     const real force_front_right_y_d7 = direction_front_right_y * tension_front_right_d7;
-    const real force_front_right_y_d8 = direction_front_right_y * tension_front_right_d8;
+    const real minus_force_front_right_y_d8 = direction_front_right_y * minus_tension_front_right_d8;
     const real minus_force_front_right_y_d9 = direction_front_right_y * minus_tension_front_right_d9;
     const real force_front_right_y_d11 = direction_front_right_y * tension_front_right_d11;
-    const real force_front_right_z_d4 = minus_tension_front_right * minus_direction_front_right_z_d4
-        - minus_direction_front_right_z * tension_front_right_d4;
-    K[28] = force_front_right_z_d4;
-    const real force_front_right_z_d1 = minus_tension_front_right * minus_direction_front_right_z_d1
-        - minus_direction_front_right_z * tension_front_right_d1;
-    K[29] = -force_front_right_z_d1;
-    const real force_front_right_z_d2 = minus_tension_front_right * minus_direction_front_right_z_d2
-        - minus_direction_front_right_z * tension_front_right_d2;
-    K[30] = -force_front_right_z_d2;
+    const real minus_force_front_right_z_d4 = tension_front_right * minus_direction_front_right_z_d4
+        + minus_direction_front_right_z * tension_front_right_d4;
+    K[28] = -minus_force_front_right_z_d4;
+    const real minus_force_front_right_z_d1 = tension_front_right * minus_direction_front_right_z_d1
+        - minus_direction_front_right_z * minus_tension_front_right_d1;
+    K[29] = minus_force_front_right_z_d1;
+    const real minus_force_front_right_z_d2 = tension_front_right * minus_direction_front_right_z_d2
+        + minus_direction_front_right_z * tension_front_right_d2;
+    K[30] = minus_force_front_right_z_d2;
     const real minus_force_front_right_z_d7 = minus_direction_front_right_z * tension_front_right_d7;
     C[28] = minus_force_front_right_z_d7;
-    const real minus_force_front_right_z_d8 = minus_direction_front_right_z * tension_front_right_d8;
-    C[29] = minus_force_front_right_z_d8;
+    const real force_front_right_z_d8 = minus_direction_front_right_z * minus_tension_front_right_d8;
+    C[29] = -force_front_right_z_d8;
     const real force_front_right_z_d9 = minus_direction_front_right_z * minus_tension_front_right_d9;
     C[30] = -force_front_right_z_d9;
     const real minus_force_front_right_z_d11 = minus_direction_front_right_z * tension_front_right_d11;
     C[32] = minus_force_front_right_z_d11;
-    const real x383 = cos_pitch * force_front_right_z + sin_pitch * force_front_right_z_d1;
-    const real force_on_mount_front_right_x_d1 = sin_pitch * force_front_right_x - cos_pitch * force_front_right_x_d1
-        + x383;
-    const real x385 = cos_pitch * force_front_right_x_d2 - sin_pitch * force_front_right_z_d2;
-    const real force_on_mount_front_right_x_d4 = cos_pitch * minus_force_front_right_x_d4
-        + sin_pitch * force_front_right_z_d4;
+    const real x383 = cos_pitch * minus_force_front_right_z + sin_pitch * minus_force_front_right_z_d1;
+    const real x384 = sin_pitch * minus_force_front_right_x - cos_pitch * minus_force_front_right_x_d1 + x383;
+    const real force_on_mount_front_right_x_d2 = cos_pitch * minus_force_front_right_x_d2
+        - sin_pitch * minus_force_front_right_z_d2;
+    const real x386 = cos_pitch * force_front_right_x_d4 + sin_pitch * minus_force_front_right_z_d4;
     const real force_on_mount_front_right_x_d7 = cos_pitch * minus_force_front_right_x_d7
         - sin_pitch * minus_force_front_right_z_d7;
-    const real force_on_mount_front_right_x_d8 = cos_pitch * minus_force_front_right_x_d8
-        - sin_pitch * minus_force_front_right_z_d8;
+    const real x388 = cos_pitch * force_front_right_x_d8 - sin_pitch * force_front_right_z_d8;
     const real x389 = cos_pitch * force_front_right_x_d9 - sin_pitch * force_front_right_z_d9;
     const real force_on_mount_front_right_x_d11 = cos_pitch * minus_force_front_right_x_d11
         - sin_pitch * minus_force_front_right_z_d11;
-    const real x391 = R_body_zy * force_front_right_x + R_body_xy * force_front_right_x_d1
-        + cos_roll * force_front_right_y_d1;
-    const real x392 = x391 - (R_body_xy * force_front_right_z - R_body_zy * force_front_right_z_d1);
-    const real x393 = x91 + R_body_xy * force_front_right_x_d2 + (x92 - cos_roll * minus_force_front_right_y_d2);
-    const real x394 = x393 + (x93 + R_body_zy * force_front_right_z_d2);
-    const real force_on_mount_front_right_y_d4 = R_body_xy * minus_force_front_right_x_d4
-        - cos_roll * force_front_right_y_d4 - R_body_zy * force_front_right_z_d4;
+    const real x391 = R_body_zy * minus_force_front_right_x + R_body_xy * minus_force_front_right_x_d1
+        + cos_roll * minus_force_front_right_y_d1;
+    const real force_on_mount_front_right_y_d1 = x391 - (R_body_xy * minus_force_front_right_z
+        - R_body_zy * minus_force_front_right_z_d1);
+    const real x393 = x91 + R_body_xy * minus_force_front_right_x_d2 + (x92 - cos_roll * force_front_right_y_d2);
+    const real force_on_mount_front_right_y_d2 = x393 + (x93 + R_body_zy * minus_force_front_right_z_d2);
+    const real x395 = R_body_xy * force_front_right_x_d4 - cos_roll * minus_force_front_right_y_d4
+        - R_body_zy * minus_force_front_right_z_d4;
     const real force_on_mount_front_right_y_d7 = R_body_xy * minus_force_front_right_x_d7
         - cos_roll * force_front_right_y_d7 + R_body_zy * minus_force_front_right_z_d7;
-    const real force_on_mount_front_right_y_d8 = R_body_xy * minus_force_front_right_x_d8
-        - cos_roll * force_front_right_y_d8 + R_body_zy * minus_force_front_right_z_d8;
+    const real x397 = R_body_xy * force_front_right_x_d8 - cos_roll * minus_force_front_right_y_d8
+        + R_body_zy * force_front_right_z_d8;
     const real x398 = R_body_xy * force_front_right_x_d9 - cos_roll * minus_force_front_right_y_d9
         + R_body_zy * force_front_right_z_d9;
     const real force_on_mount_front_right_y_d11 = R_body_xy * minus_force_front_right_x_d11
         - cos_roll * force_front_right_y_d11 + R_body_zy * minus_force_front_right_z_d11;
-    const real x400 = R_body_zz * force_front_right_x + R_body_xz * force_front_right_x_d1
-        - sin_roll * force_front_right_y_d1;
-    const real x401 = x400 - (R_body_xz * force_front_right_z - R_body_zz * force_front_right_z_d1);
-    const real x402 = x87 - R_body_xz * force_front_right_x_d2 - (x88 + sin_roll * minus_force_front_right_y_d2);
-    const real force_on_mount_front_right_z_d2 = x402 + (x89 - R_body_zz * force_front_right_z_d2);
-    const real force_on_mount_front_right_z_d4 = R_body_xz * minus_force_front_right_x_d4
-        + sin_roll * force_front_right_y_d4 - R_body_zz * force_front_right_z_d4;
+    const real x400 = R_body_zz * minus_force_front_right_x + R_body_xz * minus_force_front_right_x_d1
+        - sin_roll * minus_force_front_right_y_d1;
+    const real force_on_mount_front_right_z_d1 = x400 - (R_body_xz * minus_force_front_right_z
+        - R_body_zz * minus_force_front_right_z_d1);
+    const real x402 = x87 - R_body_xz * minus_force_front_right_x_d2 - (x88 + sin_roll * force_front_right_y_d2);
+    const real x403 = x402 + (x89 - R_body_zz * minus_force_front_right_z_d2);
+    const real x404 = R_body_xz * force_front_right_x_d4 + sin_roll * minus_force_front_right_y_d4
+        - R_body_zz * minus_force_front_right_z_d4;
     const real force_on_mount_front_right_z_d7 = R_body_xz * minus_force_front_right_x_d7
         + sin_roll * force_front_right_y_d7 + R_body_zz * minus_force_front_right_z_d7;
-    const real force_on_mount_front_right_z_d8 = R_body_xz * minus_force_front_right_x_d8
-        + sin_roll * force_front_right_y_d8 + R_body_zz * minus_force_front_right_z_d8;
+    const real x406 = R_body_xz * force_front_right_x_d8 + sin_roll * minus_force_front_right_y_d8
+        + R_body_zz * force_front_right_z_d8;
     const real x407 = R_body_xz * force_front_right_x_d9 + sin_roll * minus_force_front_right_y_d9
         + R_body_zz * force_front_right_z_d9;
     const real force_on_mount_front_right_z_d11 = R_body_xz * minus_force_front_right_x_d11
         + sin_roll * force_front_right_y_d11 + R_body_zz * minus_force_front_right_z_d11;
-    const real moment_on_mount_front_right_x_d1 = K(0.75) * x401;
-    const real x410 = K(0.75) * force_on_mount_front_right_z_d2;
-    const real x411 = K(0.75) * force_on_mount_front_right_z_d4;
-    K[18] = x411;
+    const real x409 = K(0.75) * force_on_mount_front_right_z_d1;
+    const real moment_on_mount_front_right_x_d2 = K(0.75) * x403;
+    const real moment_on_mount_front_right_x_d4 = K(0.75) * x404;
+    K[18] = -moment_on_mount_front_right_x_d4;
     const real x412 = K(0.75) * force_on_mount_front_right_z_d7;
-    const real x413 = K(0.75) * force_on_mount_front_right_z_d8;
+    const real moment_on_mount_front_right_x_d8 = K(0.75) * x406;
     const real moment_on_mount_front_right_x_d9 = K(0.75) * x407;
     C[18] = K(0.75) * force_on_mount_front_right_z_d11;
-    const real moment_on_mount_front_right_y_d1 = K(1.4) * x401;
-    const real x416 = K(1.4) * force_on_mount_front_right_z_d2;
-    const real x417 = K(1.4) * force_on_mount_front_right_z_d4;
+    const real x415 = K(1.4) * force_on_mount_front_right_z_d1;
+    const real moment_on_mount_front_right_y_d2 = K(1.4) * x403;
+    const real moment_on_mount_front_right_y_d4 = K(1.4) * x404;
     const real x418 = K(1.4) * force_on_mount_front_right_z_d7;
-    const real x419 = K(1.4) * force_on_mount_front_right_z_d8;
+    const real moment_on_mount_front_right_y_d8 = K(1.4) * x406;
     const real moment_on_mount_front_right_y_d9 = K(1.4) * x407;
     const real x421 = K(1.4) * force_on_mount_front_right_z_d11;
-    const real x422 = K(1.4) * x392;
-    const real x423 = K(1.4) * x394;
-    const real x424 = K(1.4) * force_on_mount_front_right_y_d4;
+    const real x422 = K(1.4) * force_on_mount_front_right_y_d1;
+    const real x423 = K(1.4) * force_on_mount_front_right_y_d2;
+    const real x424 = K(1.4) * x395;
     const real x425 = K(1.4) * force_on_mount_front_right_y_d7;
-    const real x426 = K(1.4) * force_on_mount_front_right_y_d8;
+    const real x426 = K(1.4) * x397;
     const real x427 = K(1.4) * x398;
     const real x428 = K(1.4) * force_on_mount_front_right_y_d11;
-    const real x429 = K(0.75) * force_on_mount_front_right_x_d1;
-    const real x430 = K(0.75) * x385;
+    const real x429 = K(0.75) * x384;
+    const real x430 = K(0.75) * force_on_mount_front_right_x_d2;
 
     /* Values that later parts read */
     w[0] = cos_pitch; w[1] = sin_pitch; w[2] = cos_roll; w[3] = sin_roll; w[4] = v_body_z; w[5] = omega_body_y;
@@ -636,116 +642,115 @@ EG_NOINLINE void active_vehicle_partials_part1(const active_vehicle_parameters *
     w[17] = x103; w[18] = x104; w[19] = minus_v_mount_rear_left_x; w[20] = v_mount_rear_left_y; w[21] = x108;
     w[22] = x109; w[23] = span_rear_left_x; w[24] = minus_span_rear_left_z; w[25] = minus_rate_rear_left_z;
     w[26] = length_rear_left; w[27] = x115; w[28] = direction_rear_left_x; w[29] = minus_direction_rear_left_y;
-    w[30] = minus_direction_rear_left_z; w[31] = minus_tension_rear_left; w[32] = minus_force_rear_left_x;
-    w[33] = force_rear_left_z; w[34] = x125; w[35] = x126; w[36] = x127; w[37] = x129; w[38] = x130; w[39] = x131;
+    w[30] = minus_direction_rear_left_z; w[31] = tension_rear_left; w[32] = force_rear_left_x;
+    w[33] = minus_force_rear_left_z; w[34] = x125; w[35] = x126; w[36] = x127; w[37] = x129; w[38] = x130; w[39] = x131;
     w[40] = minus_p_mount_rear_right_x; w[41] = x135; w[42] = x136; w[43] = x137; w[44] = minus_v_mount_rear_right_x;
     w[45] = v_mount_rear_right_y; w[46] = x140; w[47] = span_rear_right_x; w[48] = minus_span_rear_right_z;
     w[49] = minus_rate_rear_right_z; w[50] = length_rear_right; w[51] = x146; w[52] = direction_rear_right_x;
-    w[53] = direction_rear_right_y; w[54] = minus_direction_rear_right_z; w[55] = minus_tension_rear_right;
-    w[56] = minus_force_rear_right_x; w[57] = force_rear_right_z; w[58] = x156; w[59] = x157; w[60] = x158;
+    w[53] = direction_rear_right_y; w[54] = minus_direction_rear_right_z; w[55] = tension_rear_right;
+    w[56] = force_rear_right_x; w[57] = minus_force_rear_right_z; w[58] = x156; w[59] = x157; w[60] = x158;
     w[61] = x160; w[62] = x161; w[63] = x162; w[64] = x168; w[65] = x169; w[66] = x170; w[67] = x171; w[68] = x172;
     w[69] = x173; w[70] = p_mount_front_left_x_d2; w[71] = minus_p_mount_front_left_y_d2;
     w[72] = p_mount_front_left_z_d2; w[73] = x184; w[74] = x185; w[75] = x186; w[76] = x187; w[77] = x192;
     w[78] = minus_v_mount_front_left_x_d7; w[79] = v_mount_front_left_y_d7; w[80] = minus_v_mount_front_left_y_d1;
     w[81] = x201; w[82] = x202; w[83] = x203; w[84] = x204; w[85] = x209; w[86] = v_mount_front_left_z_d7; w[87] = x215;
-    w[88] = x245; w[89] = x246; w[90] = force_front_left_z_d3; w[91] = force_on_mount_front_left_x_d1;
-    w[92] = force_on_mount_front_left_x_d2; w[93] = force_on_mount_front_left_x_d3;
-    w[94] = force_on_mount_front_left_x_d7; w[95] = x280; w[96] = x281; w[97] = force_on_mount_front_left_x_d10;
-    w[98] = x284; w[99] = x286; w[100] = force_on_mount_front_left_y_d3; w[101] = force_on_mount_front_left_y_d7;
-    w[102] = x289; w[103] = x290; w[104] = force_on_mount_front_left_y_d10; w[105] = x293;
-    w[106] = force_on_mount_front_left_z_d2; w[107] = force_on_mount_front_left_z_d3;
-    w[108] = force_on_mount_front_left_z_d7; w[109] = x298; w[110] = x299; w[111] = force_on_mount_front_left_z_d10;
-    w[112] = x301; w[113] = moment_on_mount_front_left_x_d2; w[114] = moment_on_mount_front_left_x_d3;
-    w[115] = moment_on_mount_front_left_x_d7; w[116] = x305; w[117] = x306; w[118] = moment_on_mount_front_left_y_d1;
-    w[119] = x308; w[120] = x309; w[121] = x310; w[122] = moment_on_mount_front_left_y_d8;
-    w[123] = moment_on_mount_front_left_y_d9; w[124] = x313; w[125] = x314; w[126] = x315;
-    w[127] = moment_on_mount_front_left_z_d3; w[128] = moment_on_mount_front_left_z_d7; w[129] = x318; w[130] = x319;
-    w[131] = moment_on_mount_front_left_z_d10; w[132] = x321; w[133] = x322; w[134] = force_front_right_z_d4;
-    w[135] = force_on_mount_front_right_x_d1; w[136] = x385; w[137] = force_on_mount_front_right_x_d4;
-    w[138] = force_on_mount_front_right_x_d7; w[139] = force_on_mount_front_right_x_d8; w[140] = x389;
-    w[141] = force_on_mount_front_right_x_d11; w[142] = x392; w[143] = x394; w[144] = force_on_mount_front_right_y_d4;
-    w[145] = force_on_mount_front_right_y_d7; w[146] = force_on_mount_front_right_y_d8; w[147] = x398;
-    w[148] = force_on_mount_front_right_y_d11; w[149] = x401; w[150] = force_on_mount_front_right_z_d2;
-    w[151] = force_on_mount_front_right_z_d4; w[152] = force_on_mount_front_right_z_d7;
-    w[153] = force_on_mount_front_right_z_d8; w[154] = x407; w[155] = force_on_mount_front_right_z_d11;
-    w[156] = moment_on_mount_front_right_x_d1; w[157] = x410; w[158] = x411; w[159] = x412; w[160] = x413;
-    w[161] = moment_on_mount_front_right_x_d9; w[162] = moment_on_mount_front_right_y_d1; w[163] = x416; w[164] = x417;
-    w[165] = x418; w[166] = x419; w[167] = moment_on_mount_front_right_y_d9; w[168] = x421; w[169] = x422;
-    w[170] = x423; w[171] = x424; w[172] = x425; w[173] = x426; w[174] = x427; w[175] = x428; w[176] = x429;
-    w[177] = x430;
+    w[88] = x216; w[89] = x217; w[90] = minus_force_front_left_z_d3; w[91] = x276; w[92] = x277; w[93] = x278;
+    w[94] = force_on_mount_front_left_x_d7; w[95] = x280; w[96] = force_on_mount_front_left_x_d9;
+    w[97] = force_on_mount_front_left_x_d10; w[98] = force_on_mount_front_left_y_d1;
+    w[99] = force_on_mount_front_left_y_d2; w[100] = x287; w[101] = force_on_mount_front_left_y_d7; w[102] = x289;
+    w[103] = force_on_mount_front_left_y_d9; w[104] = force_on_mount_front_left_y_d10;
+    w[105] = force_on_mount_front_left_z_d1; w[106] = x295; w[107] = x296; w[108] = force_on_mount_front_left_z_d7;
+    w[109] = x298; w[110] = force_on_mount_front_left_z_d9; w[111] = force_on_mount_front_left_z_d10;
+    w[112] = moment_on_mount_front_left_x_d1; w[113] = x302; w[114] = x303; w[115] = moment_on_mount_front_left_x_d7;
+    w[116] = x305; w[117] = moment_on_mount_front_left_x_d9; w[118] = x307; w[119] = moment_on_mount_front_left_y_d2;
+    w[120] = moment_on_mount_front_left_y_d3; w[121] = x310; w[122] = moment_on_mount_front_left_y_d8; w[123] = x312;
+    w[124] = x313; w[125] = moment_on_mount_front_left_z_d1; w[126] = moment_on_mount_front_left_z_d2; w[127] = x316;
+    w[128] = moment_on_mount_front_left_z_d7; w[129] = x318; w[130] = moment_on_mount_front_left_z_d9;
+    w[131] = moment_on_mount_front_left_z_d10; w[132] = x321; w[133] = x322; w[134] = minus_force_front_right_z_d4;
+    w[135] = x384; w[136] = force_on_mount_front_right_x_d2; w[137] = x386; w[138] = force_on_mount_front_right_x_d7;
+    w[139] = x388; w[140] = x389; w[141] = force_on_mount_front_right_x_d11; w[142] = force_on_mount_front_right_y_d1;
+    w[143] = force_on_mount_front_right_y_d2; w[144] = x395; w[145] = force_on_mount_front_right_y_d7; w[146] = x397;
+    w[147] = x398; w[148] = force_on_mount_front_right_y_d11; w[149] = force_on_mount_front_right_z_d1; w[150] = x403;
+    w[151] = x404; w[152] = force_on_mount_front_right_z_d7; w[153] = x406; w[154] = x407;
+    w[155] = force_on_mount_front_right_z_d11; w[156] = x409; w[157] = moment_on_mount_front_right_x_d2;
+    w[158] = moment_on_mount_front_right_x_d4; w[159] = x412; w[160] = moment_on_mount_front_right_x_d8;
+    w[161] = moment_on_mount_front_right_x_d9; w[162] = x415; w[163] = moment_on_mount_front_right_y_d2;
+    w[164] = moment_on_mount_front_right_y_d4; w[165] = x418; w[166] = moment_on_mount_front_right_y_d8;
+    w[167] = moment_on_mount_front_right_y_d9; w[168] = x421; w[169] = x422; w[170] = x423; w[171] = x424;
+    w[172] = x425; w[173] = x426; w[174] = x427; w[175] = x428; w[176] = x429; w[177] = x430;
 }
 
 EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *p, const real *v, const real *a,
     real *restrict w, real *restrict K, real *restrict C, real *restrict M)
 {
     /* Partials of applied forces */
-    const real force_on_mount_front_right_x_d4 = w[137];
+    const real x431 = w[137];
     const real force_on_mount_front_right_x_d7 = w[138];
-    const real force_on_mount_front_right_x_d8 = w[139];
+    const real x433 = w[139];
     const real x434 = w[140];
     const real force_on_mount_front_right_x_d11 = w[141];
-    const real moment_on_mount_front_right_z_d4 = w[171] + K(0.75) * force_on_mount_front_right_x_d4;
-    const real x437 = w[112];
-    const real moment_on_mount_front_right_x_d1 = w[156];
-    const real moment_on_mount_front_left_x_d2 = w[113];
-    const real x440 = w[157];
-    const real moment_on_mount_front_left_x_d3 = w[114];
-    const real x442 = w[158];
+    const real x436 = w[171] + K(0.75) * x431;
+    const real moment_on_mount_front_left_x_d1 = w[112];
+    const real x438 = w[156];
+    const real x439 = w[113];
+    const real moment_on_mount_front_right_x_d2 = w[157];
+    const real x441 = w[114];
+    const real moment_on_mount_front_right_x_d4 = w[158];
     const real moment_on_mount_front_left_x_d7 = w[115];
     const real x444 = w[159];
     const real x445 = w[116];
-    const real x446 = w[160];
-    const real x447 = w[117];
+    const real moment_on_mount_front_right_x_d8 = w[160];
+    const real moment_on_mount_front_left_x_d9 = w[117];
     const real moment_on_mount_front_right_x_d9 = w[161];
-    const real moment_on_mount_front_left_y_d1 = w[118];
-    const real moment_on_mount_front_right_y_d1 = w[162];
-    const real x451 = w[119];
-    const real x452 = w[163];
-    const real x453 = w[120];
-    const real x454 = w[164];
+    const real x449 = w[118];
+    const real x450 = w[162];
+    const real moment_on_mount_front_left_y_d2 = w[119];
+    const real moment_on_mount_front_right_y_d2 = w[163];
+    const real moment_on_mount_front_left_y_d3 = w[120];
+    const real moment_on_mount_front_right_y_d4 = w[164];
     const real x455 = w[121];
     const real x456 = w[165];
     const real moment_on_mount_front_left_y_d8 = w[122];
-    const real x458 = w[166];
-    const real moment_on_mount_front_left_y_d9 = w[123];
+    const real moment_on_mount_front_right_y_d8 = w[166];
+    const real x459 = w[123];
     const real moment_on_mount_front_right_y_d9 = w[167];
-    const real x461 = w[125];
-    const real x462 = w[126];
-    const real moment_on_mount_front_left_z_d3 = w[127];
+    const real moment_on_mount_front_left_z_d1 = w[125];
+    const real moment_on_mount_front_left_z_d2 = w[126];
+    const real x463 = w[127];
     const real moment_on_mount_front_left_z_d7 = w[128];
     const real x465 = w[129];
-    const real x466 = w[130];
-    const real force_on_mount_front_left_x_d1 = w[91];
-    const real force_on_mount_front_right_x_d1 = w[135];
-    const real force_on_mount_front_left_x_d2 = w[92];
-    const real x470 = w[136];
-    const real force_on_mount_front_left_x_d3 = w[93];
+    const real moment_on_mount_front_left_z_d9 = w[130];
+    const real x467 = w[91];
+    const real x468 = w[135];
+    const real x469 = w[92];
+    const real force_on_mount_front_right_x_d2 = w[136];
+    const real x471 = w[93];
     const real force_on_mount_front_left_x_d7 = w[94];
     const real x473 = w[95];
-    const real x474 = w[96];
-    const real x475 = w[98];
-    const real x476 = w[142];
-    const real x477 = w[99];
-    const real x478 = w[143];
-    const real force_on_mount_front_left_y_d3 = w[100];
-    const real force_on_mount_front_right_y_d4 = w[144];
+    const real force_on_mount_front_left_x_d9 = w[96];
+    const real force_on_mount_front_left_y_d1 = w[98];
+    const real force_on_mount_front_right_y_d1 = w[142];
+    const real force_on_mount_front_left_y_d2 = w[99];
+    const real force_on_mount_front_right_y_d2 = w[143];
+    const real x479 = w[100];
+    const real x480 = w[144];
     const real force_on_mount_front_left_y_d7 = w[101];
     const real force_on_mount_front_right_y_d7 = w[145];
     const real x483 = w[102];
-    const real force_on_mount_front_right_y_d8 = w[146];
-    const real x485 = w[103];
+    const real x484 = w[146];
+    const real force_on_mount_front_left_y_d9 = w[103];
     const real x486 = w[147];
-    const real x487 = w[105];
-    const real x488 = w[149];
-    const real force_on_mount_front_left_z_d2 = w[106];
-    const real force_on_mount_front_right_z_d2 = w[150];
-    const real force_on_mount_front_left_z_d3 = w[107];
-    const real force_on_mount_front_right_z_d4 = w[151];
+    const real force_on_mount_front_left_z_d1 = w[105];
+    const real force_on_mount_front_right_z_d1 = w[149];
+    const real x489 = w[106];
+    const real x490 = w[150];
+    const real x491 = w[107];
+    const real x492 = w[151];
     const real force_on_mount_front_left_z_d7 = w[108];
     const real force_on_mount_front_right_z_d7 = w[152];
     const real x495 = w[109];
-    const real force_on_mount_front_right_z_d8 = w[153];
-    const real x497 = w[110];
+    const real x496 = w[153];
+    const real force_on_mount_front_left_z_d9 = w[110];
     const real x498 = w[154];
     const real sin_roll = w[3];
     const real x500 = K(1.7) * sin_roll;
@@ -780,7 +785,7 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     const real p_mount_front_left_z_d2 = w[72];
     const real length_rear_left = w[26];
     const real x531 = K(0.5) / length_rear_left;
-    const real x532 = w[87] + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
+    const real x532 = w[89] + K(2.0) * (span_rear_left_x * p_mount_front_left_x_d2)
         - K(2.0) * (minus_span_rear_left_z * p_mount_front_left_z_d2);
     const real length_rear_left_d2 = x532 * x531;
     const real length_rear_left_d1 = (K(2.0) * (w[13] * span_rear_left_x)
@@ -829,109 +834,108 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     const real x570 = p->p_damper_rear * (minus_v_mount_rear_left_x * minus_direction_rear_left_x_d5
         + v_mount_rear_left_y * direction_rear_left_y_d5 + minus_rate_rear_left_z * minus_direction_rear_left_z_d5);
     const real tension_rear_left_d5 = K(38000.0) * length_rear_left_d5 + x570;
-    const real tension_rear_left_d2 = K(38000.0) * length_rear_left_d2 + x568
-        - p->p_skyhook * minus_v_mount_rear_left_z_d2;
-    const real tension_rear_left_d1 = K(38000.0) * length_rear_left_d1 + x569 + p->p_skyhook * v_mount_rear_left_z_d1;
-    const real x574 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
+    const real tension_rear_left_d1 = p->p_skyhook * v_mount_rear_left_z_d1 + (K(38000.0) * length_rear_left_d1 + x569);
+    const real x573 = p->p_damper_rear * (direction_rear_left_x * minus_v_mount_front_left_x_d7
         + minus_direction_rear_left_y * v_mount_front_left_y_d7
         + minus_direction_rear_left_z * v_mount_front_left_z_d7);
-    const real tension_rear_left_d7 = w[88] - x574;
-    const real tension_rear_left_d8 = p->p_damper_rear * (x565
-        + minus_direction_rear_left_z * minus_v_mount_rear_left_z_d8) - p->p_skyhook * minus_v_mount_rear_left_z_d8;
+    const real tension_rear_left_d7 = w[87] - x573;
+    const real minus_tension_rear_left_d8 = p->p_skyhook * minus_v_mount_rear_left_z_d8
+        - p->p_damper_rear * (x565 + minus_direction_rear_left_z * minus_v_mount_rear_left_z_d8);
+    const real minus_tension_rear_left_d2 = p->p_skyhook * minus_v_mount_rear_left_z_d2
+        - (K(38000.0) * length_rear_left_d2 + x568);
     const real x577 = p->p_damper_rear * (direction_rear_left_x * p_mount_front_left_x_d2
         + minus_direction_rear_left_y * minus_p_mount_front_left_y_d2
         - minus_direction_rear_left_z * p_mount_front_left_z_d2);
-    const real tension_rear_left_d9 = w[89] + x577;
-    const real minus_tension_rear_left = w[31];
-    const real minus_force_rear_left_x_d1 = minus_tension_rear_left * direction_rear_left_x_d1
-        - direction_rear_left_x * tension_rear_left_d1;
-    const real minus_force_rear_left_x_d2 = minus_tension_rear_left * direction_rear_left_x_d2
-        - direction_rear_left_x * tension_rear_left_d2;
-    const real force_rear_left_x_d5 = minus_tension_rear_left * minus_direction_rear_left_x_d5
-        + direction_rear_left_x * tension_rear_left_d5;
+    const real tension_rear_left_d9 = w[88] + x577;
+    const real tension_rear_left = w[31];
+    const real force_rear_left_x_d1 = tension_rear_left * direction_rear_left_x_d1
+        + direction_rear_left_x * tension_rear_left_d1;
+    const real force_rear_left_x_d2 = tension_rear_left * direction_rear_left_x_d2
+        - direction_rear_left_x * minus_tension_rear_left_d2;
+    const real minus_force_rear_left_x_d5 = tension_rear_left * minus_direction_rear_left_x_d5
+        - direction_rear_left_x * tension_rear_left_d5;
     const real force_rear_left_x_d7 = direction_rear_left_x * tension_rear_left_d7;
-    const real force_rear_left_x_d8 = direction_rear_left_x * tension_rear_left_d8;
+    const real minus_force_rear_left_x_d8 = direction_rear_left_x * minus_tension_rear_left_d8;
     const real force_rear_left_x_d9 = direction_rear_left_x * tension_rear_left_d9;
     const real force_rear_left_x_d12 = direction_rear_left_x * tension_rear_left_d12;
-    const real force_rear_left_y_d2 = minus_tension_rear_left * minus_direction_rear_left_y_d2
-        - minus_direction_rear_left_y * tension_rear_left_d2;
-    const real minus_force_rear_left_y_d1 = minus_tension_rear_left * direction_rear_left_y_d1
-        + minus_direction_rear_left_y * tension_rear_left_d1;
-    const real minus_force_rear_left_y_d5 = minus_tension_rear_left * direction_rear_left_y_d5
-        + minus_direction_rear_left_y * tension_rear_left_d5;
+    const real minus_force_rear_left_y_d2 = tension_rear_left * minus_direction_rear_left_y_d2
+        - minus_direction_rear_left_y * minus_tension_rear_left_d2;
+    const real force_rear_left_y_d1 = tension_rear_left * direction_rear_left_y_d1
+        - minus_direction_rear_left_y * tension_rear_left_d1;
+    const real force_rear_left_y_d5 = tension_rear_left * direction_rear_left_y_d5
+        - minus_direction_rear_left_y * tension_rear_left_d5;
     const real minus_force_rear_left_y_d7 = minus_direction_rear_left_y * tension_rear_left_d7;
-    const real minus_force_rear_left_y_d8 = minus_direction_rear_left_y * tension_rear_left_d8;
+    const real force_rear_left_y_d8 = minus_direction_rear_left_y * minus_tension_rear_left_d8;
     const real minus_force_rear_left_y_d9 = minus_direction_rear_left_y * tension_rear_left_d9;
     const real minus_force_rear_left_y_d12 = minus_direction_rear_left_y * tension_rear_left_d12;
-    const real force_rear_left_z_d5 = minus_tension_rear_left * minus_direction_rear_left_z_d5
-        - minus_direction_rear_left_z * tension_rear_left_d5;
-    K[35] = force_rear_left_z_d5;
-    const real force_rear_left_z_d1 = minus_tension_rear_left * minus_direction_rear_left_z_d1
-        - minus_direction_rear_left_z * tension_rear_left_d1;
-    K[36] = -force_rear_left_z_d1;
-    const real minus_force_rear_left_z_d2 = minus_tension_rear_left * direction_rear_left_z_d2
-        + minus_direction_rear_left_z * tension_rear_left_d2;
-    K[37] = minus_force_rear_left_z_d2;
+    const real minus_force_rear_left_z_d5 = tension_rear_left * minus_direction_rear_left_z_d5
+        + minus_direction_rear_left_z * tension_rear_left_d5;
+    K[35] = -minus_force_rear_left_z_d5;
+    const real minus_force_rear_left_z_d1 = tension_rear_left * minus_direction_rear_left_z_d1
+        + minus_direction_rear_left_z * tension_rear_left_d1;
+    K[36] = minus_force_rear_left_z_d1;
+    const real force_rear_left_z_d2 = tension_rear_left * direction_rear_left_z_d2
+        + minus_direction_rear_left_z * minus_tension_rear_left_d2;
+    K[37] = -force_rear_left_z_d2;
     const real minus_force_rear_left_z_d7 = minus_direction_rear_left_z * tension_rear_left_d7;
     C[35] = minus_force_rear_left_z_d7;
-    const real minus_force_rear_left_z_d8 = minus_direction_rear_left_z * tension_rear_left_d8;
-    C[36] = minus_force_rear_left_z_d8;
+    const real force_rear_left_z_d8 = minus_direction_rear_left_z * minus_tension_rear_left_d8;
+    C[36] = -force_rear_left_z_d8;
     const real minus_force_rear_left_z_d9 = minus_direction_rear_left_z * tension_rear_left_d9;
     C[37] = minus_force_rear_left_z_d9;
     const real minus_force_rear_left_z_d12 = minus_direction_rear_left_z * tension_rear_left_d12;
     C[40] = minus_force_rear_left_z_d12;
     const real sin_pitch = w[1];
-    const real minus_force_rear_left_x = w[32];
+    const real force_rear_left_x = w[32];
     const real cos_pitch = w[0];
-    const real force_rear_left_z = w[33];
-    const real x605 = cos_pitch * force_rear_left_z + sin_pitch * force_rear_left_z_d1;
-    const real x606 = sin_pitch * minus_force_rear_left_x - cos_pitch * minus_force_rear_left_x_d1 - x605;
-    const real force_on_mount_rear_left_x_d2 = cos_pitch * minus_force_rear_left_x_d2
-        - sin_pitch * minus_force_rear_left_z_d2;
-    const real x608 = cos_pitch * force_rear_left_x_d5 - sin_pitch * force_rear_left_z_d5;
+    const real minus_force_rear_left_z = w[33];
+    const real x605 = cos_pitch * minus_force_rear_left_z + sin_pitch * minus_force_rear_left_z_d1;
+    const real force_on_mount_rear_left_x_d1 = sin_pitch * force_rear_left_x - cos_pitch * force_rear_left_x_d1 - x605;
+    const real x607 = cos_pitch * force_rear_left_x_d2 - sin_pitch * force_rear_left_z_d2;
+    const real force_on_mount_rear_left_x_d5 = cos_pitch * minus_force_rear_left_x_d5
+        - sin_pitch * minus_force_rear_left_z_d5;
     const real x609 = cos_pitch * force_rear_left_x_d7 + sin_pitch * minus_force_rear_left_z_d7;
-    const real x610 = cos_pitch * force_rear_left_x_d8 + sin_pitch * minus_force_rear_left_z_d8;
+    const real force_on_mount_rear_left_x_d8 = cos_pitch * minus_force_rear_left_x_d8
+        + sin_pitch * force_rear_left_z_d8;
     const real x611 = cos_pitch * force_rear_left_x_d9 + sin_pitch * minus_force_rear_left_z_d9;
     const real x612 = cos_pitch * force_rear_left_x_d12 + sin_pitch * minus_force_rear_left_z_d12;
-    const real x613 = R_body_zy * minus_force_rear_left_x + R_body_xy * minus_force_rear_left_x_d1
-        + cos_roll * minus_force_rear_left_y_d1;
-    const real force_on_mount_rear_left_y_d1 = x613 + (R_body_xy * force_rear_left_z
-        - R_body_zy * force_rear_left_z_d1);
-    const real x615 = w[37] + R_body_xy * minus_force_rear_left_x_d2 + (w[38] - cos_roll * force_rear_left_y_d2);
-    const real force_on_mount_rear_left_y_d2 = x615 - (w[39] - R_body_zy * minus_force_rear_left_z_d2);
-    const real x617 = R_body_xy * force_rear_left_x_d5 - cos_roll * minus_force_rear_left_y_d5
-        + R_body_zy * force_rear_left_z_d5;
+    const real x613 = R_body_zy * force_rear_left_x + R_body_xy * force_rear_left_x_d1
+        + cos_roll * force_rear_left_y_d1;
+    const real x614 = x613 + (R_body_xy * minus_force_rear_left_z - R_body_zy * minus_force_rear_left_z_d1);
+    const real x615 = w[37] + R_body_xy * force_rear_left_x_d2 + (w[38] - cos_roll * minus_force_rear_left_y_d2);
+    const real x616 = x615 - (w[39] - R_body_zy * force_rear_left_z_d2);
+    const real force_on_mount_rear_left_y_d5 = R_body_xy * minus_force_rear_left_x_d5
+        - cos_roll * force_rear_left_y_d5 + R_body_zy * minus_force_rear_left_z_d5;
     const real x618 = R_body_xy * force_rear_left_x_d7 - cos_roll * minus_force_rear_left_y_d7
         - R_body_zy * minus_force_rear_left_z_d7;
-    const real x619 = R_body_xy * force_rear_left_x_d8 - cos_roll * minus_force_rear_left_y_d8
-        - R_body_zy * minus_force_rear_left_z_d8;
+    const real force_on_mount_rear_left_y_d8 = R_body_xy * minus_force_rear_left_x_d8
+        - cos_roll * force_rear_left_y_d8 - R_body_zy * force_rear_left_z_d8;
     const real x620 = R_body_xy * force_rear_left_x_d9 - cos_roll * minus_force_rear_left_y_d9
         - R_body_zy * minus_force_rear_left_z_d9;
     const real x621 = R_body_xy * force_rear_left_x_d12 - cos_roll * minus_force_rear_left_y_d12
         - R_body_zy * minus_force_rear_left_z_d12;
-    const real x622 = R_body_zz * minus_force_rear_left_x + R_body_xz * minus_force_rear_left_x_d1
-        - sin_roll * minus_force_rear_left_y_d1;
-    const real force_on_mount_rear_left_z_d1 = x622 + (R_body_xz * force_rear_left_z
-        - R_body_zz * force_rear_left_z_d1);
-    const real x624 = w[34] - R_body_xz * minus_force_rear_left_x_d2 - (w[35] + sin_roll * force_rear_left_y_d2);
-    const real x625 = x624 - (w[36] + R_body_zz * minus_force_rear_left_z_d2);
-    const real x626 = R_body_xz * force_rear_left_x_d5 + sin_roll * minus_force_rear_left_y_d5
-        + R_body_zz * force_rear_left_z_d5;
+    const real x622 = R_body_zz * force_rear_left_x + R_body_xz * force_rear_left_x_d1
+        - sin_roll * force_rear_left_y_d1;
+    const real x623 = x622 + (R_body_xz * minus_force_rear_left_z - R_body_zz * minus_force_rear_left_z_d1);
+    const real x624 = w[34] - R_body_xz * force_rear_left_x_d2 - (w[35] + sin_roll * minus_force_rear_left_y_d2);
+    const real force_on_mount_rear_left_z_d2 = x624 - (w[36] + R_body_zz * force_rear_left_z_d2);
+    const real force_on_mount_rear_left_z_d5 = R_body_xz * minus_force_rear_left_x_d5
+        + sin_roll * force_rear_left_y_d5 + R_body_zz * minus_force_rear_left_z_d5;
     const real x627 = R_body_xz * force_rear_left_x_d7 + sin_roll * minus_force_rear_left_y_d7
         - R_body_zz * minus_force_rear_left_z_d7;
-    const real x628 = R_body_xz * force_rear_left_x_d8 + sin_roll * minus_force_rear_left_y_d8
-        - R_body_zz * minus_force_rear_left_z_d8;
+    const real force_on_mount_rear_left_z_d8 = R_body_xz * minus_force_rear_left_x_d8
+        + sin_roll * force_rear_left_y_d8 - R_body_zz * force_rear_left_z_d8;
     const real x629 = R_body_xz * force_rear_left_x_d9 + sin_roll * minus_force_rear_left_y_d9
         - R_body_zz * minus_force_rear_left_z_d9;
     const real x630 = R_body_xz * force_rear_left_x_d12 + sin_roll * minus_force_rear_left_y_d12
         - R_body_zz * minus_force_rear_left_z_d12;
-    const real x631 = K(0.75) * x626;
-    K[19] = x631;
+    const real moment_on_mount_rear_left_x_d5 = K(0.75) * force_on_mount_rear_left_z_d5;
+    K[19] = -moment_on_mount_rear_left_x_d5;
     C[19] = K(0.75) * x630;
-    const real x632 = K(1.7) * x626;
-    const real moment_on_mount_rear_left_z_d5 = K(1.7) * x617 + K(0.75) * x608;
+    const real moment_on_mount_rear_left_y_d5 = K(1.7) * force_on_mount_rear_left_z_d5;
+    const real x633 = K(1.7) * force_on_mount_rear_left_y_d5 + K(0.75) * force_on_mount_rear_left_x_d5;
     const real moment_on_mount_rear_left_z_d7 = K(1.7) * x618 + K(0.75) * x609;
-    const real moment_on_mount_rear_left_z_d8 = K(1.7) * x619 + K(0.75) * x610;
+    const real x635 = K(1.7) * force_on_mount_rear_left_y_d8 + K(0.75) * force_on_mount_rear_left_x_d8;
     const real moment_on_mount_rear_left_z_d9 = K(1.7) * x620 + K(0.75) * x611;
     const real v_mount_rear_right_z_d1 = w[133] - x515 - (w[43] + w[85]);
     const real v_mount_rear_right_z_d8 = x521 + (w[82] + x520);
@@ -941,7 +945,7 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     const real minus_p_mount_rear_right_x = w[40];
     const real length_rear_right = w[50];
     const real x644 = K(0.5) / length_rear_right;
-    const real x645 = w[87] - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
+    const real x645 = w[89] - K(2.0) * (span_rear_right_x * p_mount_front_left_x_d2)
         + K(2.0) * (minus_span_rear_right_z * p_mount_front_left_z_d2);
     const real length_rear_right_d2 = x645 * x644;
     const real minus_length_rear_right_d1 = (K(2.0) * (w[41] * span_rear_right_x)
@@ -986,49 +990,49 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
         - v_mount_rear_right_y * minus_direction_rear_right_y_d6
         + minus_rate_rear_right_z * minus_direction_rear_right_z_d6);
     const real tension_rear_right_d6 = K(38000.0) * length_rear_right_d6 + x677;
-    const real tension_rear_right_d2 = K(38000.0) * length_rear_right_d2 - x675
-        + p->p_skyhook * v_mount_rear_right_z_d2;
-    const real minus_tension_rear_right_d1 = K(38000.0) * minus_length_rear_right_d1 - x676
-        - p->p_skyhook * v_mount_rear_right_z_d1;
-    const real x681 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
+    const real tension_rear_right_d1 = p->p_skyhook * v_mount_rear_right_z_d1
+        - (K(38000.0) * minus_length_rear_right_d1 - x676);
+    const real x680 = p->p_damper_rear * (direction_rear_right_x * minus_v_mount_front_left_x_d7
         - direction_rear_right_y * v_mount_front_left_y_d7 + minus_direction_rear_right_z * v_mount_front_left_z_d7);
-    const real tension_rear_right_d7 = w[88] - x681;
-    const real tension_rear_right_d8 = p->p_damper_rear * (x672
-        - minus_direction_rear_right_z * v_mount_rear_right_z_d8) + p->p_skyhook * v_mount_rear_right_z_d8;
+    const real tension_rear_right_d7 = w[87] - x680;
+    const real tension_rear_right_d8 = p->p_skyhook * v_mount_rear_right_z_d8
+        + p->p_damper_rear * (x672 - minus_direction_rear_right_z * v_mount_rear_right_z_d8);
+    const real tension_rear_right_d2 = p->p_skyhook * v_mount_rear_right_z_d2
+        + (K(38000.0) * length_rear_right_d2 - x675);
     const real x684 = p->p_damper_rear * (direction_rear_right_x * p_mount_front_left_x_d2
         - direction_rear_right_y * minus_p_mount_front_left_y_d2
         - minus_direction_rear_right_z * p_mount_front_left_z_d2);
-    const real minus_tension_rear_right_d9 = w[89] + x684;
-    const real minus_tension_rear_right = w[55];
-    const real force_rear_right_x_d1 = minus_tension_rear_right * minus_direction_rear_right_x_d1
-        - direction_rear_right_x * minus_tension_rear_right_d1;
-    const real force_rear_right_x_d2 = minus_tension_rear_right * minus_direction_rear_right_x_d2
-        + direction_rear_right_x * tension_rear_right_d2;
-    const real force_rear_right_x_d6 = minus_tension_rear_right * minus_direction_rear_right_x_d6
-        + direction_rear_right_x * tension_rear_right_d6;
+    const real minus_tension_rear_right_d9 = w[88] + x684;
+    const real tension_rear_right = w[55];
+    const real minus_force_rear_right_x_d1 = tension_rear_right * minus_direction_rear_right_x_d1
+        - direction_rear_right_x * tension_rear_right_d1;
+    const real minus_force_rear_right_x_d2 = tension_rear_right * minus_direction_rear_right_x_d2
+        - direction_rear_right_x * tension_rear_right_d2;
+    const real minus_force_rear_right_x_d6 = tension_rear_right * minus_direction_rear_right_x_d6
+        - direction_rear_right_x * tension_rear_right_d6;
     const real force_rear_right_x_d7 = direction_rear_right_x * tension_rear_right_d7;
     const real force_rear_right_x_d8 = direction_rear_right_x * tension_rear_right_d8;
     const real minus_force_rear_right_x_d9 = direction_rear_right_x * minus_tension_rear_right_d9;
     const real force_rear_right_x_d13 = direction_rear_right_x * tension_rear_right_d13;
-    const real minus_force_rear_right_y_d2 = minus_tension_rear_right * direction_rear_right_y_d2
-        - direction_rear_right_y * tension_rear_right_d2;
-    const real minus_force_rear_right_y_d1 = minus_tension_rear_right * direction_rear_right_y_d1
-        + direction_rear_right_y * minus_tension_rear_right_d1;
-    const real force_rear_right_y_d6 = minus_tension_rear_right * minus_direction_rear_right_y_d6
-        + direction_rear_right_y * tension_rear_right_d6;
+    const real force_rear_right_y_d2 = tension_rear_right * direction_rear_right_y_d2
+        + direction_rear_right_y * tension_rear_right_d2;
+    const real force_rear_right_y_d1 = tension_rear_right * direction_rear_right_y_d1
+        + direction_rear_right_y * tension_rear_right_d1;
+    const real minus_force_rear_right_y_d6 = tension_rear_right * minus_direction_rear_right_y_d6
+        - direction_rear_right_y * tension_rear_right_d6;
     const real force_rear_right_y_d7 = direction_rear_right_y * tension_rear_right_d7;
     const real force_rear_right_y_d8 = direction_rear_right_y * tension_rear_right_d8;
     const real minus_force_rear_right_y_d9 = direction_rear_right_y * minus_tension_rear_right_d9;
     const real force_rear_right_y_d13 = direction_rear_right_y * tension_rear_right_d13;
-    const real force_rear_right_z_d6 = minus_tension_rear_right * minus_direction_rear_right_z_d6
-        - minus_direction_rear_right_z * tension_rear_right_d6;
-    K[42] = force_rear_right_z_d6;
-    const real minus_force_rear_right_z_d1 = minus_tension_rear_right * direction_rear_right_z_d1
-        - minus_direction_rear_right_z * minus_tension_rear_right_d1;
-    K[43] = minus_force_rear_right_z_d1;
-    const real force_rear_right_z_d2 = minus_tension_rear_right * minus_direction_rear_right_z_d2
-        - minus_direction_rear_right_z * tension_rear_right_d2;
-    K[44] = -force_rear_right_z_d2;
+    const real minus_force_rear_right_z_d6 = tension_rear_right * minus_direction_rear_right_z_d6
+        + minus_direction_rear_right_z * tension_rear_right_d6;
+    K[42] = -minus_force_rear_right_z_d6;
+    const real force_rear_right_z_d1 = tension_rear_right * direction_rear_right_z_d1
+        - minus_direction_rear_right_z * tension_rear_right_d1;
+    K[43] = -force_rear_right_z_d1;
+    const real minus_force_rear_right_z_d2 = tension_rear_right * minus_direction_rear_right_z_d2
+        + minus_direction_rear_right_z * tension_rear_right_d2;
+    K[44] = minus_force_rear_right_z_d2;
     const real minus_force_rear_right_z_d7 = minus_direction_rear_right_z * tension_rear_right_d7;
     C[42] = minus_force_rear_right_z_d7;
     const real minus_force_rear_right_z_d8 = minus_direction_rear_right_z * tension_rear_right_d8;
@@ -1037,25 +1041,27 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     C[44] = -force_rear_right_z_d9;
     const real minus_force_rear_right_z_d13 = minus_direction_rear_right_z * tension_rear_right_d13;
     C[48] = minus_force_rear_right_z_d13;
-    const real minus_force_rear_right_x = w[56];
-    const real force_rear_right_z = w[57];
-    const real x710 = cos_pitch * force_rear_right_z - sin_pitch * minus_force_rear_right_z_d1;
-    const real x711 = sin_pitch * minus_force_rear_right_x + cos_pitch * force_rear_right_x_d1 - x710;
-    const real x712 = cos_pitch * force_rear_right_x_d2 - sin_pitch * force_rear_right_z_d2;
-    const real x713 = cos_pitch * force_rear_right_x_d6 - sin_pitch * force_rear_right_z_d6;
+    const real force_rear_right_x = w[56];
+    const real minus_force_rear_right_z = w[57];
+    const real x710 = cos_pitch * minus_force_rear_right_z - sin_pitch * force_rear_right_z_d1;
+    const real force_on_mount_rear_right_x_d1 = sin_pitch * force_rear_right_x
+        + cos_pitch * minus_force_rear_right_x_d1 - x710;
+    const real force_on_mount_rear_right_x_d2 = cos_pitch * minus_force_rear_right_x_d2
+        - sin_pitch * minus_force_rear_right_z_d2;
+    const real force_on_mount_rear_right_x_d6 = cos_pitch * minus_force_rear_right_x_d6
+        - sin_pitch * minus_force_rear_right_z_d6;
     const real x714 = cos_pitch * force_rear_right_x_d7 + sin_pitch * minus_force_rear_right_z_d7;
     const real x715 = cos_pitch * force_rear_right_x_d8 + sin_pitch * minus_force_rear_right_z_d8;
     const real force_on_mount_rear_right_x_d9 = cos_pitch * minus_force_rear_right_x_d9
         + sin_pitch * force_rear_right_z_d9;
     const real x717 = cos_pitch * force_rear_right_x_d13 + sin_pitch * minus_force_rear_right_z_d13;
-    const real x718 = R_body_zy * minus_force_rear_right_x - R_body_xy * force_rear_right_x_d1
-        + cos_roll * minus_force_rear_right_y_d1;
-    const real force_on_mount_rear_right_y_d1 = x718 + (R_body_xy * force_rear_right_z
-        + R_body_zy * minus_force_rear_right_z_d1);
-    const real x720 = w[61] - R_body_xy * force_rear_right_x_d2 - (w[62] - cos_roll * minus_force_rear_right_y_d2);
-    const real force_on_mount_rear_right_y_d2 = x720 - (w[63] + R_body_zy * force_rear_right_z_d2);
-    const real x722 = R_body_xy * force_rear_right_x_d6 + cos_roll * force_rear_right_y_d6
-        + R_body_zy * force_rear_right_z_d6;
+    const real x718 = R_body_zy * force_rear_right_x - R_body_xy * minus_force_rear_right_x_d1
+        + cos_roll * force_rear_right_y_d1;
+    const real x719 = x718 + (R_body_xy * minus_force_rear_right_z + R_body_zy * force_rear_right_z_d1);
+    const real x720 = w[61] - R_body_xy * minus_force_rear_right_x_d2 - (w[62] - cos_roll * force_rear_right_y_d2);
+    const real x721 = x720 - (w[63] + R_body_zy * minus_force_rear_right_z_d2);
+    const real force_on_mount_rear_right_y_d6 = R_body_xy * minus_force_rear_right_x_d6
+        + cos_roll * minus_force_rear_right_y_d6 + R_body_zy * minus_force_rear_right_z_d6;
     const real x723 = R_body_xy * force_rear_right_x_d7 + cos_roll * force_rear_right_y_d7
         - R_body_zy * minus_force_rear_right_z_d7;
     const real x724 = R_body_xy * force_rear_right_x_d8 + cos_roll * force_rear_right_y_d8
@@ -1064,14 +1070,13 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
         + cos_roll * minus_force_rear_right_y_d9 - R_body_zy * force_rear_right_z_d9;
     const real x726 = R_body_xy * force_rear_right_x_d13 + cos_roll * force_rear_right_y_d13
         - R_body_zy * minus_force_rear_right_z_d13;
-    const real x727 = R_body_zz * minus_force_rear_right_x - R_body_xz * force_rear_right_x_d1
-        - sin_roll * minus_force_rear_right_y_d1;
-    const real force_on_mount_rear_right_z_d1 = x727 + (R_body_xz * force_rear_right_z
-        + R_body_zz * minus_force_rear_right_z_d1);
-    const real x729 = w[58] + R_body_xz * force_rear_right_x_d2 + (w[59] + sin_roll * minus_force_rear_right_y_d2);
-    const real x730 = x729 - (w[60] - R_body_zz * force_rear_right_z_d2);
-    const real x731 = R_body_xz * force_rear_right_x_d6 - sin_roll * force_rear_right_y_d6
-        + R_body_zz * force_rear_right_z_d6;
+    const real x727 = R_body_zz * force_rear_right_x - R_body_xz * minus_force_rear_right_x_d1
+        - sin_roll * force_rear_right_y_d1;
+    const real x728 = x727 + (R_body_xz * minus_force_rear_right_z + R_body_zz * force_rear_right_z_d1);
+    const real x729 = w[58] + R_body_xz * minus_force_rear_right_x_d2 + (w[59] + sin_roll * force_rear_right_y_d2);
+    const real force_on_mount_rear_right_z_d2 = x729 - (w[60] - R_body_zz * minus_force_rear_right_z_d2);
+    const real force_on_mount_rear_right_z_d6 = R_body_xz * minus_force_rear_right_x_d6
+        - sin_roll * minus_force_rear_right_y_d6 + R_body_zz * minus_force_rear_right_z_d6;
     const real x732 = R_body_xz * force_rear_right_x_d7 - sin_roll * force_rear_right_y_d7
         - R_body_zz * minus_force_rear_right_z_d7;
     const real x733 = R_body_xz * force_rear_right_x_d8 - sin_roll * force_rear_right_y_d8
@@ -1080,98 +1085,99 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
         - sin_roll * minus_force_rear_right_y_d9 - R_body_zz * force_rear_right_z_d9;
     const real x735 = R_body_xz * force_rear_right_x_d13 - sin_roll * force_rear_right_y_d13
         - R_body_zz * minus_force_rear_right_z_d13;
-    const real moment_on_mount_rear_right_x_d6 = K(0.75) * x731;
-    K[20] = -moment_on_mount_rear_right_x_d6;
+    const real x736 = K(0.75) * force_on_mount_rear_right_z_d6;
+    K[20] = x736;
     C[20] = -(K(0.75) * x735);
-    const real x737 = K(1.7) * x731;
-    const real moment_on_mount_rear_right_z_d6 = K(1.7) * x722 - K(0.75) * x713;
-    K[15] = x437 - moment_on_mount_front_right_x_d1 - K(0.75) * force_on_mount_rear_left_z_d1
-        + K(0.75) * force_on_mount_rear_right_z_d1;
-    K[14] = moment_on_mount_front_left_x_d3 - x442 - x631 + moment_on_mount_rear_right_x_d6;
+    const real moment_on_mount_rear_right_y_d6 = K(1.7) * force_on_mount_rear_right_z_d6;
+    const real x738 = K(1.7) * force_on_mount_rear_right_y_d6 - K(0.75) * force_on_mount_rear_right_x_d6;
+    K[15] = -(moment_on_mount_front_left_x_d1 - x438 - K(0.75) * x623 + K(0.75) * x728);
+    K[14] = -(x441 - moment_on_mount_front_right_x_d4 - moment_on_mount_rear_left_x_d5 + x736);
     C[14] = -(moment_on_mount_front_left_x_d7 - x444 - K(0.75) * x627 + K(0.75) * x732);
-    C[16] = x447 - moment_on_mount_front_right_x_d9 + K(0.75) * x629 + K(0.75) * force_on_mount_rear_right_z_d9;
-    const real x739 = x461 + (w[169] - w[176]) + (K(1.7) * force_on_mount_rear_left_y_d1 - K(0.75) * x606);
-    const real x740 = x462 + (w[170] + w[177]) + (K(1.7) * force_on_mount_rear_left_y_d2
-        + K(0.75) * force_on_mount_rear_left_x_d2);
+    C[16] = -(moment_on_mount_front_left_x_d9 + moment_on_mount_front_right_x_d9 - K(0.75) * x629
+        - K(0.75) * force_on_mount_rear_right_z_d9);
+    const real x739 = moment_on_mount_front_left_z_d1 + (w[169] - w[176])
+        + (K(1.7) * x614 - K(0.75) * force_on_mount_rear_left_x_d1);
+    const real x740 = moment_on_mount_front_left_z_d2 + (w[170] + w[177]) + (K(1.7) * x616 + K(0.75) * x607);
     const real x741 = moment_on_mount_front_left_z_d7 + (w[172] + K(0.75) * force_on_mount_front_right_x_d7)
         + moment_on_mount_rear_left_z_d7;
-    const real x742 = x465 - (w[173] + K(0.75) * force_on_mount_front_right_x_d8) - moment_on_mount_rear_left_z_d8;
-    const real x743 = x466 + (w[174] + K(0.75) * x434) - moment_on_mount_rear_left_z_d9;
-    const real x744 = cos_roll * (x451 + x452 + K(1.7) * x625 + K(1.7) * x730);
+    const real x742 = x465 + (w[173] + K(0.75) * x433) + x635;
+    const real x743 = moment_on_mount_front_left_z_d9 - (w[174] + K(0.75) * x434) + moment_on_mount_rear_left_z_d9;
+    const real x744 = cos_roll * (moment_on_mount_front_left_y_d2 + moment_on_mount_front_right_y_d2
+        + K(1.7) * force_on_mount_rear_left_z_d2 + K(1.7) * force_on_mount_rear_right_z_d2);
     const real x745 = w[124];
     const real x746 = w[168];
     const real moment_on_mount_front_left_z_d10 = w[131];
-    const real x748 = w[65] + sin_roll * (x740 + (K(1.7) * force_on_mount_rear_right_y_d2 + K(0.75) * x712));
-    const real x749 = cos_roll * (moment_on_mount_front_left_y_d1 + moment_on_mount_front_right_y_d1
-        + K(1.7) * force_on_mount_rear_left_z_d1 + K(1.7) * force_on_mount_rear_right_z_d1);
-    K[8] = -(x749 + sin_roll * (x739 + (K(1.7) * force_on_mount_rear_right_y_d1 + K(0.75) * x711)));
-    K[10] = cos_roll * x453 + sin_roll * moment_on_mount_front_left_z_d3;
-    const real x750 = sin_roll * (moment_on_mount_front_left_z_d3 + moment_on_mount_front_right_z_d4
-        + moment_on_mount_rear_left_z_d5 + moment_on_mount_rear_right_z_d6);
-    K[7] = -(cos_roll * (x453 + x454 + x632 + x737) + x750);
+    const real x748 = w[65] + sin_roll * (x740 + (K(1.7) * x721 + K(0.75) * force_on_mount_rear_right_x_d2));
+    const real x749 = cos_roll * (x449 + x450 + K(1.7) * x623 + K(1.7) * x728);
+    K[8] = x749 + sin_roll * (x739 + (K(1.7) * x719 + K(0.75) * force_on_mount_rear_right_x_d1));
+    K[10] = -(cos_roll * moment_on_mount_front_left_y_d3 + sin_roll * x463);
+    const real x750 = sin_roll * (x463 + x436 + x633 + x738);
+    K[7] = cos_roll * (moment_on_mount_front_left_y_d3 + moment_on_mount_front_right_y_d4
+        + moment_on_mount_rear_left_y_d5 + moment_on_mount_rear_right_y_d6) + x750;
     const real x751 = cos_roll * (x455 + x456 + K(1.7) * x627 + K(1.7) * x732);
     C[7] = x751 + sin_roll * (x741 + (K(1.7) * x723 - K(0.75) * x714));
-    const real x752 = cos_roll * (moment_on_mount_front_left_y_d8 - x458 - K(1.7) * x628 - K(1.7) * x733);
-    const real x753 = cos_roll * (moment_on_mount_front_left_y_d9 + moment_on_mount_front_right_y_d9 - K(1.7) * x629
-        + K(1.7) * force_on_mount_rear_right_z_d9);
+    const real x752 = cos_roll * (moment_on_mount_front_left_y_d8 + moment_on_mount_front_right_y_d8
+        + K(1.7) * force_on_mount_rear_left_z_d8 - K(1.7) * x733);
+    const real x753 = cos_roll * (x459 - moment_on_mount_front_right_y_d9 + K(1.7) * x629
+        - K(1.7) * force_on_mount_rear_right_z_d9);
     C[10] = cos_roll * x745 + sin_roll * moment_on_mount_front_left_z_d10;
-    K[11] = cos_roll * x454 + sin_roll * moment_on_mount_front_right_z_d4;
+    K[11] = -(cos_roll * moment_on_mount_front_right_y_d4 + sin_roll * x436);
     C[11] = cos_roll * x746 + sin_roll * (w[175] + K(0.75) * force_on_mount_front_right_x_d11);
-    K[12] = cos_roll * x632 + sin_roll * moment_on_mount_rear_left_z_d5;
+    K[12] = -(cos_roll * moment_on_mount_rear_left_y_d5 + sin_roll * x633);
     const real x754 = sin_roll * (K(1.7) * x621 + K(0.75) * x612);
     C[12] = cos_roll * (K(1.7) * x630) + x754;
-    K[13] = cos_roll * x737 + sin_roll * moment_on_mount_rear_right_z_d6;
+    K[13] = -(cos_roll * moment_on_mount_rear_right_y_d6 + sin_roll * x738);
     const real x755 = sin_roll * (K(1.7) * x726 - K(0.75) * x717);
     C[13] = cos_roll * (K(1.7) * x735) + x755;
     const real force_on_mount_front_left_y_d10 = w[104];
     const real force_on_mount_front_right_y_d11 = w[148];
     const real force_on_mount_front_left_z_d10 = w[111];
     const real force_on_mount_front_right_z_d11 = w[155];
-    const real x760 = w[67] + cos_roll * (force_on_mount_front_left_z_d2 + force_on_mount_front_right_z_d2 - x625
-        - x730);
-    const real x761 = cos_roll * (x487 + x488 - force_on_mount_rear_left_z_d1 - force_on_mount_rear_right_z_d1);
-    const real x762 = cos_roll * (force_on_mount_front_left_z_d3 + force_on_mount_front_right_z_d4 - x626 - x731);
+    const real x760 = w[67] + cos_roll * (x489 + x490 - force_on_mount_rear_left_z_d2 - force_on_mount_rear_right_z_d2);
+    const real x761 = cos_roll * (force_on_mount_front_left_z_d1 + force_on_mount_front_right_z_d1 - x623 - x728);
+    const real x762 = cos_roll * (x491 + x492 - force_on_mount_rear_left_z_d5 - force_on_mount_rear_right_z_d6);
     const real x763 = cos_roll * (force_on_mount_front_left_z_d7 + force_on_mount_front_right_z_d7 - x627 - x732);
-    const real x764 = cos_roll * (x495 - force_on_mount_front_right_z_d8 + x628 + x733);
-    const real x765 = cos_roll * (x497 + x498 + x629 - force_on_mount_rear_right_z_d9);
-    const real x766 = cos_pitch * (sin_roll * (x475 + x476 - force_on_mount_rear_left_y_d1
-        - force_on_mount_rear_right_y_d1) + x761);
-    const real x767 = w[66] + sin_roll * (x477 + x478 - force_on_mount_rear_left_y_d2
-        - force_on_mount_rear_right_y_d2) - x760;
+    const real x764 = cos_roll * (x495 + x496 - force_on_mount_rear_left_z_d8 + x733);
+    const real x765 = cos_roll * (force_on_mount_front_left_z_d9 - x498 - x629 + force_on_mount_rear_right_z_d9);
+    const real x766 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d1 + force_on_mount_front_right_y_d1 - x614
+        - x719) + x761);
+    const real x767 = w[66] + sin_roll * (force_on_mount_front_left_y_d2 + force_on_mount_front_right_y_d2 - x616
+        - x721) - x760;
     const real force_on_mount_front_left_x_d10 = w[97];
-    const real x769 = w[69] - sin_pitch * (force_on_mount_front_left_x_d1 + force_on_mount_front_right_x_d1 - x606
-        - x711);
-    K[1] = -(w[68] - x766 + x769);
-    K[2] = cos_pitch * x767 + sin_pitch * (force_on_mount_front_left_x_d2 - x470 + force_on_mount_rear_left_x_d2
-        - x712);
-    K[3] = -(cos_pitch * (sin_roll * force_on_mount_front_left_y_d3 + cos_roll * force_on_mount_front_left_z_d3)
-        - sin_pitch * force_on_mount_front_left_x_d3);
-    const real x770 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d3 + force_on_mount_front_right_y_d4 - x617
-        - x722) + x762);
-    K[0] = x770 - sin_pitch * (force_on_mount_front_left_x_d3 + force_on_mount_front_right_x_d4 - x608 - x713);
+    const real x769 = w[69] - sin_pitch * (x467 + x468 - force_on_mount_rear_left_x_d1
+        - force_on_mount_rear_right_x_d1);
+    K[1] = w[68] - x766 + x769;
+    K[2] = -(cos_pitch * x767 + sin_pitch * (x469 - force_on_mount_front_right_x_d2 + x607
+        - force_on_mount_rear_right_x_d2));
+    K[3] = cos_pitch * (sin_roll * x479 + cos_roll * x491) - sin_pitch * x471;
+    const real x770 = cos_pitch * (sin_roll * (x479 + x480 - force_on_mount_rear_left_y_d5
+        - force_on_mount_rear_right_y_d6) + x762);
+    K[0] = -(x770 - sin_pitch * (x471 + x431 - force_on_mount_rear_left_x_d5 - force_on_mount_rear_right_x_d6));
     const real x771 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d7 + force_on_mount_front_right_y_d7 - x618
         - x723) + x763);
     C[0] = -(x771 - sin_pitch * (force_on_mount_front_left_x_d7 + force_on_mount_front_right_x_d7 - x609 - x714));
-    const real x772 = cos_pitch * (sin_roll * (x483 - force_on_mount_front_right_y_d8 + x619 + x724) + x764);
-    C[1] = x772 - sin_pitch * (x473 - force_on_mount_front_right_x_d8 + x610 + x715);
-    const real x773 = cos_pitch * (sin_roll * (x485 + x486 + x620 - force_on_mount_rear_right_y_d9) + x765);
-    C[2] = x773 - sin_pitch * (x474 + x434 + x611 - force_on_mount_rear_right_x_d9);
+    const real x772 = cos_pitch * (sin_roll * (x483 + x484 - force_on_mount_rear_left_y_d8 + x724) + x764);
+    C[1] = x772 - sin_pitch * (x473 + x433 - force_on_mount_rear_left_x_d8 + x715);
+    const real x773 = cos_pitch * (sin_roll * (force_on_mount_front_left_y_d9 - x486 - x620
+        + force_on_mount_rear_right_y_d9) + x765);
+    C[2] = -(x773 - sin_pitch * (force_on_mount_front_left_x_d9 - x434 - x611 + force_on_mount_rear_right_x_d9));
     C[3] = -(cos_pitch * (sin_roll * force_on_mount_front_left_y_d10 + cos_roll * force_on_mount_front_left_z_d10)
         - sin_pitch * force_on_mount_front_left_x_d10);
-    K[4] = -(cos_pitch * (sin_roll * force_on_mount_front_right_y_d4 + cos_roll * force_on_mount_front_right_z_d4)
-        - sin_pitch * force_on_mount_front_right_x_d4);
+    K[4] = cos_pitch * (sin_roll * x480 + cos_roll * x492) - sin_pitch * x431;
     C[4] = -(cos_pitch * (sin_roll * force_on_mount_front_right_y_d11 + cos_roll * force_on_mount_front_right_z_d11)
         - sin_pitch * force_on_mount_front_right_x_d11);
-    K[5] = cos_pitch * (sin_roll * x617 + cos_roll * x626) - sin_pitch * x608;
+    K[5] = -(cos_pitch * (sin_roll * force_on_mount_rear_left_y_d5 + cos_roll * force_on_mount_rear_left_z_d5)
+        - sin_pitch * force_on_mount_rear_left_x_d5);
     C[5] = cos_pitch * (sin_roll * x621 + cos_roll * x630) - sin_pitch * x612;
-    K[6] = cos_pitch * (sin_roll * x722 + cos_roll * x731) - sin_pitch * x713;
+    K[6] = -(cos_pitch * (sin_roll * force_on_mount_rear_right_y_d6 + cos_roll * force_on_mount_rear_right_z_d6)
+        - sin_pitch * force_on_mount_rear_right_x_d6);
     C[6] = cos_pitch * (sin_roll * x726 + cos_roll * x735) - sin_pitch * x717;
-    const real force_front_left_z_d3 = w[90];
-    K[24] = K(190000.0) - force_front_left_z_d3;
-    const real force_front_right_z_d4 = w[134];
-    K[32] = K(190000.0) - force_front_right_z_d4;
-    K[40] = K(190000.0) - force_rear_left_z_d5;
-    K[48] = K(190000.0) - force_rear_right_z_d6;
+    const real minus_force_front_left_z_d3 = w[90];
+    K[24] = K(190000.0) + minus_force_front_left_z_d3;
+    const real minus_force_front_right_z_d4 = w[134];
+    K[32] = K(190000.0) + minus_force_front_right_z_d4;
+    K[40] = K(190000.0) + minus_force_rear_left_z_d5;
+    K[48] = K(190000.0) + minus_force_rear_right_z_d6;
     const real minus_omega_body_z = w[6];
     const real omega_body_y = w[5];
     const real x778 = K(60.0) * v[2];
@@ -1196,15 +1202,17 @@ EG_NOINLINE void active_vehicle_partials_part2(const active_vehicle_parameters *
     /* Mass matrix, columns of joint pitch */
     M[8] = K(2100.0) + (K(60.0) + sin_roll * (K(340.0) * sin_roll));
     const real x789 = cos_roll * (K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + x784)) - x786) + x788;
-    K[9] = x789 + (w[64] + x744 - x748);
+    K[9] = x789 - (w[64] + x744 - x748);
     const real x790 = x752 + sin_roll * (x742 - (K(1.7) * x724 - K(0.75) * x715));
     C[8] = -(K(2.0) * (sin_roll * (cos_roll * (x778 - x779))) + x790);
-    const real x791 = x753 + sin_roll * (x743 + (K(1.7) * force_on_mount_rear_right_y_d9
+    const real x791 = x753 + sin_roll * (x743 - (K(1.7) * force_on_mount_rear_right_y_d9
         - K(0.75) * force_on_mount_rear_right_x_d9));
-    C[9] = -(cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y) + x791);
-    const real x792 = moment_on_mount_front_left_x_d2 - x440 - K(0.75) * x625 + K(0.75) * x730;
-    K[16] = -(K(400.0) * x782 + K(60.0) * x782 - x785 + x792);
-    const real x793 = x445 + x446 + K(0.75) * x628 - K(0.75) * x733;
+    C[9] = -(cos_roll * (K(120.0) * minus_omega_body_z) - sin_roll * (K(800.0) * omega_body_y) - x791);
+    const real x792 = x439 - moment_on_mount_front_right_x_d2 - K(0.75) * force_on_mount_rear_left_z_d2
+        + K(0.75) * force_on_mount_rear_right_z_d2;
+    K[16] = -(K(400.0) * x782 + K(60.0) * x782 - x785 - x792);
+    const real x793 = x445 - moment_on_mount_front_right_x_d8 - K(0.75) * force_on_mount_rear_left_z_d8
+        - K(0.75) * x733;
     C[15] = -(cos_roll * (K(800.0) * minus_omega_body_z) - sin_roll * (K(120.0) * omega_body_y) - x793);
 }
 
@@ -1315,14 +1323,17 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real x41 = (x26 - x27 - R_body_xz * x25) * minus_direction_front_left_x;
     const real x42 = x41 - (x28 - sin_roll * x25) * minus_direction_front_left_y;
     const real x43 = p->p_damper_front * (x42 + (v[3] - v_mount_front_left_z) * minus_direction_front_left_z);
-    const real minus_tension_front_left = K(35000.0) * (K(0.515278801843318) - length_front_left) - x43
-        - p->p_skyhook * v_mount_front_left_z;
-    const real force_front_left_x = minus_direction_front_left_x * minus_tension_front_left;
-    const real force_front_left_y = minus_direction_front_left_y * minus_tension_front_left;
-    const real force_front_left_z = minus_direction_front_left_z * minus_tension_front_left;
-    const real x48 = cos_pitch * force_front_left_x - sin_pitch * force_front_left_z;
-    const real x49 = R_body_xy * force_front_left_x + cos_roll * force_front_left_y + R_body_zy * force_front_left_z;
-    const real x50 = R_body_xz * force_front_left_x - sin_roll * force_front_left_y + R_body_zz * force_front_left_z;
+    const real tension_front_left = p->p_skyhook * v_mount_front_left_z
+        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - x43);
+    const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
+    const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
+    const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
+    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
+        - sin_pitch * minus_force_front_left_z;
+    const real force_on_mount_front_left_y = R_body_xy * minus_force_front_left_x
+        + cos_roll * minus_force_front_left_y + R_body_zy * minus_force_front_left_z;
+    const real force_on_mount_front_left_z = R_body_xz * minus_force_front_left_x
+        - sin_roll * minus_force_front_left_y + R_body_zz * minus_force_front_left_z;
 
     /* Spring front_right */
     const real x51 = minus_v_pitching_x + x20;
@@ -1341,17 +1352,19 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real x63 = (x27 - x53 + R_body_xz * x52) * minus_direction_front_right_x;
     const real x64 = x63 - (x28 - sin_roll * x52) * direction_front_right_y;
     const real x65 = p->p_damper_front * (x64 - (v[4] - v_mount_front_right_z) * minus_direction_front_right_z);
-    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x65
-        - p->p_skyhook * v_mount_front_right_z;
-    const real force_front_right_x = minus_direction_front_right_x * minus_tension_front_right;
-    const real minus_force_front_right_y = direction_front_right_y * minus_tension_front_right;
-    const real force_front_right_z = minus_direction_front_right_z * minus_tension_front_right;
-    const real x70 = cos_pitch * force_front_right_x - sin_pitch * force_front_right_z;
-    const real x71 = R_body_xy * force_front_right_x - cos_roll * minus_force_front_right_y
-        + R_body_zy * force_front_right_z;
-    const real x72 = R_body_xz * force_front_right_x + sin_roll * minus_force_front_right_y
-        + R_body_zz * force_front_right_z;
-    const real x73 = K(1.4) * x71 + K(0.75) * x70;
+    const real tension_front_right = p->p_skyhook * v_mount_front_right_z
+        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + x65);
+    const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
+    const real force_front_right_y = direction_front_right_y * tension_front_right;
+    const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
+    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
+        - sin_pitch * minus_force_front_right_z;
+    const real force_on_mount_front_right_y = R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y
+        + R_body_zy * minus_force_front_right_z;
+    const real force_on_mount_front_right_z = R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y
+        + R_body_zz * minus_force_front_right_z;
+    const real moment_on_mount_front_right_z = K(1.4) * force_on_mount_front_right_y
+        + K(0.75) * force_on_mount_front_right_x;
 
     /* Spring rear_left */
     const real x74 = K(1.7) * cos_pitch;
@@ -1374,17 +1387,18 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real x90 = (x26 - x79 - R_body_xz * x78) * direction_rear_left_x;
     const real x91 = x90 + (x80 - sin_roll * x78) * minus_direction_rear_left_y;
     const real x92 = p->p_damper_rear * (x91 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
-    const real minus_tension_rear_left = K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x92
-        - p->p_skyhook * v_mount_rear_left_z;
-    const real minus_force_rear_left_x = direction_rear_left_x * minus_tension_rear_left;
-    const real force_rear_left_y = minus_direction_rear_left_y * minus_tension_rear_left;
-    const real force_rear_left_z = minus_direction_rear_left_z * minus_tension_rear_left;
-    const real force_on_mount_rear_left_x = cos_pitch * minus_force_rear_left_x + sin_pitch * force_rear_left_z;
-    const real force_on_mount_rear_left_y = R_body_xy * minus_force_rear_left_x - cos_roll * force_rear_left_y
-        - R_body_zy * force_rear_left_z;
-    const real force_on_mount_rear_left_z = R_body_xz * minus_force_rear_left_x + sin_roll * force_rear_left_y
-        - R_body_zz * force_rear_left_z;
-    const real x100 = K(1.4) * x49 - K(0.75) * x48 + x73;
+    const real tension_rear_left = p->p_skyhook * v_mount_rear_left_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x92);
+    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
+    const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
+    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
+    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real minus_force_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
+        - R_body_zy * minus_force_rear_left_z;
+    const real minus_force_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
+        - R_body_zz * minus_force_rear_left_z;
+    const real x100 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x
+        + moment_on_mount_front_right_z;
 
     /* Spring rear_right */
     const real x101 = v_body_z - (x21 - x76);
@@ -1400,20 +1414,22 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real x110 = (x53 - x79 - R_body_xz * x101) * direction_rear_right_x;
     const real x111 = x110 - (x80 - sin_roll * x101) * direction_rear_right_y;
     const real x112 = p->p_damper_rear * (x111 - (v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z);
-    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112
-        - p->p_skyhook * v_mount_rear_right_z;
-    const real minus_force_rear_right_x = direction_rear_right_x * minus_tension_rear_right;
-    const real minus_force_rear_right_y = direction_rear_right_y * minus_tension_rear_right;
-    const real force_rear_right_z = minus_direction_rear_right_z * minus_tension_rear_right;
-    const real force_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x + sin_pitch * force_rear_right_z;
-    const real force_on_mount_rear_right_y = R_body_xy * minus_force_rear_right_x
-        + cos_roll * minus_force_rear_right_y - R_body_zy * force_rear_right_z;
-    const real force_on_mount_rear_right_z = R_body_xz * minus_force_rear_right_x
-        - sin_roll * minus_force_rear_right_y - R_body_zz * force_rear_right_z;
-    const real x120 = K(0.75) * x50 - K(0.75) * x72 - K(0.75) * force_on_mount_rear_left_z;
-    Q[2] = -(x120 + K(0.75) * force_on_mount_rear_right_z);
-    const real x121 = K(1.4) * x50 + K(1.4) * x72 + K(1.7) * force_on_mount_rear_left_z;
-    const real x122 = x100 + (K(1.7) * force_on_mount_rear_left_y + K(0.75) * force_on_mount_rear_left_x);
+    const real tension_rear_right = p->p_skyhook * v_mount_rear_right_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112);
+    const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
+    const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
+    const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
+    const real x117 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real x118 = R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y
+        - R_body_zy * minus_force_rear_right_z;
+    const real x119 = R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y
+        - R_body_zz * minus_force_rear_right_z;
+    const real x120 = K(0.75) * force_on_mount_front_left_z - K(0.75) * force_on_mount_front_right_z
+        - K(0.75) * minus_force_on_mount_rear_left_z;
+    Q[2] = x120 + K(0.75) * x119;
+    const real x121 = K(1.4) * force_on_mount_front_left_z + K(1.4) * force_on_mount_front_right_z
+        + K(1.7) * minus_force_on_mount_rear_left_z;
+    const real x122 = x100 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
 
     /* Effort front_left */
     const real x123 = K(2.0) * t;
@@ -1427,22 +1443,26 @@ void active_vehicle_force(const active_vehicle_parameters *p, real t, const real
     const real x127 = x124 * (K(190000.0) * (p->p_coherence * u[1] + x125 * u[3]));
 
     /* Applied forces at joint roll */
-    const real x128 = sin_roll * (x122 + (K(1.7) * force_on_mount_rear_right_y
-        - K(0.75) * force_on_mount_rear_right_x));
-    Q[1] = cos_roll * (x121 + K(1.7) * force_on_mount_rear_right_z) + x128;
-    const real x129 = cos_roll * (x50 + x72 - force_on_mount_rear_left_z - force_on_mount_rear_right_z);
+    const real x128 = sin_roll * (x122 + (K(1.7) * x118 - K(0.75) * x117));
+    Q[1] = -(cos_roll * (x121 + K(1.7) * x119) + x128);
+    const real x129 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
+        - minus_force_on_mount_rear_left_z - x119);
 
     /* Applied forces at joint pitch */
-    const real x130 = cos_pitch * (sin_roll * (x49 + x71 - force_on_mount_rear_left_y - force_on_mount_rear_right_y)
-        + x129);
-    Q[0] = -(K(14715.0) + (x130 - sin_pitch * (x48 + x70 - force_on_mount_rear_left_x - force_on_mount_rear_right_x)));
-    const real x131 = force_front_left_z - (K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124);
-    Q[3] = -(K(578.7900000000001) - x131);
-    Q[4] = -(K(578.7900000000001) - (force_front_right_z - (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126)));
-    const real x132 = force_rear_left_z - (K(190000.0) * (q[5] - K(0.020534378607809847))
+    const real x130 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
+        - minus_force_on_mount_rear_left_y - x118) + x129);
+    Q[0] = -(K(14715.0) - (x130 - sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
+        - minus_force_on_mount_rear_left_x - x117)));
+    const real x131 = minus_force_front_left_z + (K(190000.0) * (q[3] - K(0.024281831918505945))
+        - K(190000.0) * u[0] * x124);
+    Q[3] = -(K(578.7900000000001) + x131);
+    Q[4] = -(K(578.7900000000001) + (minus_force_front_right_z
+        + (K(190000.0) * (q[4] - K(0.024281831918505945)) - x126)));
+    const real x132 = minus_force_rear_left_z + (K(190000.0) * (q[5] - K(0.020534378607809847))
         - x124 * (K(190000.0) * u[1]));
-    Q[5] = -(K(578.7900000000001) - x132);
-    Q[6] = -(K(578.7900000000001) - (force_rear_right_z - (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127)));
+    Q[5] = -(K(578.7900000000001) + x132);
+    Q[6] = -(K(578.7900000000001) + (minus_force_rear_right_z
+        + (K(190000.0) * (q[6] - K(0.020534378607809847)) - x127)));
 }
 
 void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
@@ -1507,14 +1527,17 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real x41 = (x26 - x27 - R_body_xz * x25) * minus_direction_front_left_x;
     const real x42 = x41 - (x28 - sin_roll * x25) * minus_direction_front_left_y;
     const real x43 = p->p_damper_front * (x42 + (v[3] - v_mount_front_left_z) * minus_direction_front_left_z);
-    const real minus_tension_front_left = K(35000.0) * (K(0.515278801843318) - length_front_left) - x43
-        - p->p_skyhook * v_mount_front_left_z;
-    const real force_front_left_x = minus_direction_front_left_x * minus_tension_front_left;
-    const real force_front_left_y = minus_direction_front_left_y * minus_tension_front_left;
-    const real force_front_left_z = minus_direction_front_left_z * minus_tension_front_left;
-    const real x48 = cos_pitch * force_front_left_x - sin_pitch * force_front_left_z;
-    const real x49 = R_body_xy * force_front_left_x + cos_roll * force_front_left_y + R_body_zy * force_front_left_z;
-    const real x50 = R_body_xz * force_front_left_x - sin_roll * force_front_left_y + R_body_zz * force_front_left_z;
+    const real tension_front_left = p->p_skyhook * v_mount_front_left_z
+        - (K(35000.0) * (K(0.515278801843318) - length_front_left) - x43);
+    const real minus_force_front_left_x = minus_direction_front_left_x * tension_front_left;
+    const real minus_force_front_left_y = minus_direction_front_left_y * tension_front_left;
+    const real minus_force_front_left_z = minus_direction_front_left_z * tension_front_left;
+    const real force_on_mount_front_left_x = cos_pitch * minus_force_front_left_x
+        - sin_pitch * minus_force_front_left_z;
+    const real force_on_mount_front_left_y = R_body_xy * minus_force_front_left_x
+        + cos_roll * minus_force_front_left_y + R_body_zy * minus_force_front_left_z;
+    const real force_on_mount_front_left_z = R_body_xz * minus_force_front_left_x
+        - sin_roll * minus_force_front_left_y + R_body_zz * minus_force_front_left_z;
 
     /* Spring front_right */
     const real x51 = minus_v_pitching_x + x20;
@@ -1533,17 +1556,19 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real x63 = (x27 - x53 + R_body_xz * x52) * minus_direction_front_right_x;
     const real x64 = x63 - (x28 - sin_roll * x52) * direction_front_right_y;
     const real x65 = p->p_damper_front * (x64 - (v[4] - v_mount_front_right_z) * minus_direction_front_right_z);
-    const real minus_tension_front_right = K(35000.0) * (K(0.515278801843318) - length_front_right) + x65
-        - p->p_skyhook * v_mount_front_right_z;
-    const real force_front_right_x = minus_direction_front_right_x * minus_tension_front_right;
-    const real minus_force_front_right_y = direction_front_right_y * minus_tension_front_right;
-    const real force_front_right_z = minus_direction_front_right_z * minus_tension_front_right;
-    const real x70 = cos_pitch * force_front_right_x - sin_pitch * force_front_right_z;
-    const real x71 = R_body_xy * force_front_right_x - cos_roll * minus_force_front_right_y
-        + R_body_zy * force_front_right_z;
-    const real x72 = R_body_xz * force_front_right_x + sin_roll * minus_force_front_right_y
-        + R_body_zz * force_front_right_z;
-    const real x73 = K(1.4) * x71 + K(0.75) * x70;
+    const real tension_front_right = p->p_skyhook * v_mount_front_right_z
+        - (K(35000.0) * (K(0.515278801843318) - length_front_right) + x65);
+    const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
+    const real force_front_right_y = direction_front_right_y * tension_front_right;
+    const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
+    const real force_on_mount_front_right_x = cos_pitch * minus_force_front_right_x
+        - sin_pitch * minus_force_front_right_z;
+    const real force_on_mount_front_right_y = R_body_xy * minus_force_front_right_x - cos_roll * force_front_right_y
+        + R_body_zy * minus_force_front_right_z;
+    const real force_on_mount_front_right_z = R_body_xz * minus_force_front_right_x + sin_roll * force_front_right_y
+        + R_body_zz * minus_force_front_right_z;
+    const real moment_on_mount_front_right_z = K(1.4) * force_on_mount_front_right_y
+        + K(0.75) * force_on_mount_front_right_x;
 
     /* Spring rear_left */
     const real x74 = K(1.7) * cos_pitch;
@@ -1566,17 +1591,18 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real x90 = (x26 - x79 - R_body_xz * x78) * direction_rear_left_x;
     const real x91 = x90 + (x80 - sin_roll * x78) * minus_direction_rear_left_y;
     const real x92 = p->p_damper_rear * (x91 - (v[5] - v_mount_rear_left_z) * minus_direction_rear_left_z);
-    const real minus_tension_rear_left = K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x92
-        - p->p_skyhook * v_mount_rear_left_z;
-    const real minus_force_rear_left_x = direction_rear_left_x * minus_tension_rear_left;
-    const real force_rear_left_y = minus_direction_rear_left_y * minus_tension_rear_left;
-    const real force_rear_left_z = minus_direction_rear_left_z * minus_tension_rear_left;
-    const real force_on_mount_rear_left_x = cos_pitch * minus_force_rear_left_x + sin_pitch * force_rear_left_z;
-    const real force_on_mount_rear_left_y = R_body_xy * minus_force_rear_left_x - cos_roll * force_rear_left_y
-        - R_body_zy * force_rear_left_z;
-    const real force_on_mount_rear_left_z = R_body_xz * minus_force_rear_left_x + sin_roll * force_rear_left_y
-        - R_body_zz * force_rear_left_z;
-    const real x100 = K(1.4) * x49 - K(0.75) * x48 + x73;
+    const real tension_rear_left = p->p_skyhook * v_mount_rear_left_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_left) + x92);
+    const real force_rear_left_x = direction_rear_left_x * tension_rear_left;
+    const real minus_force_rear_left_y = minus_direction_rear_left_y * tension_rear_left;
+    const real minus_force_rear_left_z = minus_direction_rear_left_z * tension_rear_left;
+    const real minus_force_on_mount_rear_left_x = cos_pitch * force_rear_left_x + sin_pitch * minus_force_rear_left_z;
+    const real minus_force_on_mount_rear_left_y = R_body_xy * force_rear_left_x - cos_roll * minus_force_rear_left_y
+        - R_body_zy * minus_force_rear_left_z;
+    const real minus_force_on_mount_rear_left_z = R_body_xz * force_rear_left_x + sin_roll * minus_force_rear_left_y
+        - R_body_zz * minus_force_rear_left_z;
+    const real x100 = K(1.4) * force_on_mount_front_left_y - K(0.75) * force_on_mount_front_left_x
+        + moment_on_mount_front_right_z;
 
     /* Spring rear_right */
     const real x101 = v_body_z - (x21 - x76);
@@ -1592,19 +1618,21 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real x110 = (x53 - x79 - R_body_xz * x101) * direction_rear_right_x;
     const real x111 = x110 - (x80 - sin_roll * x101) * direction_rear_right_y;
     const real x112 = p->p_damper_rear * (x111 - (v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z);
-    const real minus_tension_rear_right = K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112
-        - p->p_skyhook * v_mount_rear_right_z;
-    const real minus_force_rear_right_x = direction_rear_right_x * minus_tension_rear_right;
-    const real minus_force_rear_right_y = direction_rear_right_y * minus_tension_rear_right;
-    const real force_rear_right_z = minus_direction_rear_right_z * minus_tension_rear_right;
-    const real force_on_mount_rear_right_x = cos_pitch * minus_force_rear_right_x + sin_pitch * force_rear_right_z;
-    const real force_on_mount_rear_right_y = R_body_xy * minus_force_rear_right_x
-        + cos_roll * minus_force_rear_right_y - R_body_zy * force_rear_right_z;
-    const real force_on_mount_rear_right_z = R_body_xz * minus_force_rear_right_x
-        - sin_roll * minus_force_rear_right_y - R_body_zz * force_rear_right_z;
-    const real x120 = K(0.75) * x50 - K(0.75) * x72 - K(0.75) * force_on_mount_rear_left_z;
-    const real x121 = K(1.4) * x50 + K(1.4) * x72 + K(1.7) * force_on_mount_rear_left_z;
-    const real x122 = x100 + (K(1.7) * force_on_mount_rear_left_y + K(0.75) * force_on_mount_rear_left_x);
+    const real tension_rear_right = p->p_skyhook * v_mount_rear_right_z
+        - (K(38000.0) * (K(0.48744057724957557) - length_rear_right) + x112);
+    const real force_rear_right_x = direction_rear_right_x * tension_rear_right;
+    const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
+    const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;
+    const real x117 = cos_pitch * force_rear_right_x + sin_pitch * minus_force_rear_right_z;
+    const real x118 = R_body_xy * force_rear_right_x + cos_roll * force_rear_right_y
+        - R_body_zy * minus_force_rear_right_z;
+    const real x119 = R_body_xz * force_rear_right_x - sin_roll * force_rear_right_y
+        - R_body_zz * minus_force_rear_right_z;
+    const real x120 = K(0.75) * force_on_mount_front_left_z - K(0.75) * force_on_mount_front_right_z
+        - K(0.75) * minus_force_on_mount_rear_left_z;
+    const real x121 = K(1.4) * force_on_mount_front_left_z + K(1.4) * force_on_mount_front_right_z
+        + K(1.7) * minus_force_on_mount_rear_left_z;
+    const real x122 = x100 + (K(1.7) * minus_force_on_mount_rear_left_y + K(0.75) * minus_force_on_mount_rear_left_x);
 
     /* Effort front_left */
     const real x123 = K(2.0) * t;
@@ -1623,33 +1651,34 @@ void active_vehicle_inverse_dynamics(const active_vehicle_parameters *p, real t,
     const real x130 = omega_body_y * minus_omega_body_z;
 
     /* Applied forces at joint roll */
-    const real x131 = cos_roll * (x50 + x72 - force_on_mount_rear_left_z - force_on_mount_rear_right_z);
+    const real x131 = cos_roll * (force_on_mount_front_left_z + force_on_mount_front_right_z
+        - minus_force_on_mount_rear_left_z - x119);
 
     /* Applied forces at joint pitch */
-    const real x132 = cos_pitch * (sin_roll * (x49 + x71 - force_on_mount_rear_left_y - force_on_mount_rear_right_y)
-        + x131);
+    const real x132 = cos_pitch * (sin_roll * (force_on_mount_front_left_y + force_on_mount_front_right_y
+        - minus_force_on_mount_rear_left_y - x118) + x131);
     const real M_body_x = K(400.0) * (a[2] - x130) + K(60.0) * (a[2] + x130);
-    tau[2] = x120 + K(0.75) * force_on_mount_rear_right_z + M_body_x;
+    tau[2] = -(x120 + K(0.75) * x119 - M_body_x);
     const real minus_M_body_y = K(60.0) * (minus_alpha0_body_y + (minus_alpha0_body_y - a[1] * cos_roll));
     const real minus_M_body_z = K(400.0) * (minus_alpha0_body_z + (minus_alpha0_body_z + a[1] * sin_roll));
 
     /* Inverse dynamics at joint roll */
-    const real x136 = sin_roll * (x122 + (K(1.7) * force_on_mount_rear_right_y
-        - K(0.75) * force_on_mount_rear_right_x) - minus_M_body_z);
-    const real x137 = cos_roll * (x121 + K(1.7) * force_on_mount_rear_right_z + minus_M_body_y) + x136;
-    tau[1] = K(2100.0) * a[1] - x137;
+    const real x136 = sin_roll * (x122 + (K(1.7) * x118 - K(0.75) * x117) + minus_M_body_z);
+    const real x137 = cos_roll * (x121 + K(1.7) * x119 - minus_M_body_y) + x136;
+    tau[1] = K(2100.0) * a[1] + x137;
 
     /* Inverse dynamics at joint pitch */
-    const real x138 = x132 - sin_pitch * (x48 + x70 - force_on_mount_rear_left_x - force_on_mount_rear_right_x);
-    tau[0] = x138 + K(1500.0) * (K(9.81) + a[0]);
+    const real x138 = x132 - sin_pitch * (force_on_mount_front_left_x + force_on_mount_front_right_x
+        - minus_force_on_mount_rear_left_x - x117);
+    tau[0] = -(x138 - K(1500.0) * (K(9.81) + a[0]));
     const real x139 = K(190000.0) * (q[3] - K(0.024281831918505945)) - K(190000.0) * u[0] * x124;
-    tau[3] = x139 - (force_front_left_z - K(59.0) * (K(9.81) + a[3]));
-    const real x140 = force_front_right_z - K(59.0) * (K(9.81) + a[4]);
-    tau[4] = K(190000.0) * (q[4] - K(0.024281831918505945)) - x126 - x140;
+    tau[3] = x139 + (minus_force_front_left_z + K(59.0) * (K(9.81) + a[3]));
+    const real x140 = minus_force_front_right_z + K(59.0) * (K(9.81) + a[4]);
+    tau[4] = K(190000.0) * (q[4] - K(0.024281831918505945)) - x126 + x140;
     const real x141 = K(190000.0) * (q[5] - K(0.020534378607809847)) - x124 * (K(190000.0) * u[1]);
-    tau[5] = x141 - (force_rear_left_z - K(59.0) * (K(9.81) + a[5]));
-    const real x142 = force_rear_right_z - K(59.0) * (K(9.81) + a[6]);
-    tau[6] = K(190000.0) * (q[6] - K(0.020534378607809847)) - x127 - x142;
+    tau[5] = x141 + (minus_force_rear_left_z + K(59.0) * (K(9.81) + a[5]));
+    const real x142 = minus_force_rear_right_z + K(59.0) * (K(9.81) + a[6]);
+    tau[6] = K(190000.0) * (q[6] - K(0.020534378607809847)) - x127 + x142;
 }
 
 void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t, const real *q, const real *v,
@@ -1719,9 +1748,9 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real direction_front_left_z = span_front_left_z * x41;
     const real x45 = (x23 - x24 + R_body_xz * x35) * direction_front_left_x;
     const real x46 = x45 + (x25 + sin_roll * x35) * minus_direction_front_left_y;
-    const real x47 = K(35000.0) * (K(0.515278801843318) - length_front_left) - p->p_skyhook * v_mount_front_left_z;
+    const real x47 = p->p_skyhook * v_mount_front_left_z - K(35000.0) * (K(0.515278801843318) - length_front_left);
     const real minus_tension_front_left = p->p_damper_front * ((v[3] - v_mount_front_left_z) * direction_front_left_z
-        + x46) + x47;
+        + x46) - x47;
     const real minus_force_front_left_x = direction_front_left_x * minus_tension_front_left;
     const real force_front_left_y = minus_direction_front_left_y * minus_tension_front_left;
     const real minus_force_front_left_z = direction_front_left_z * minus_tension_front_left;
@@ -1752,9 +1781,9 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real direction_rear_left_z = span_rear_left_z * x67;
     const real x71 = (x23 - x58 - R_body_xz * x61) * direction_rear_left_x;
     const real x72 = x71 + (x59 - sin_roll * x61) * minus_direction_rear_left_y;
-    const real x73 = K(38000.0) * (K(0.48744057724957557) - length_rear_left) - p->p_skyhook * v_mount_rear_left_z;
+    const real x73 = p->p_skyhook * v_mount_rear_left_z - K(38000.0) * (K(0.48744057724957557) - length_rear_left);
     const real minus_tension_rear_left = p->p_damper_rear * ((v[5] - v_mount_rear_left_z) * direction_rear_left_z
-        + x72) + x73;
+        + x72) - x73;
     const real minus_force_rear_left_x = direction_rear_left_x * minus_tension_rear_left;
     const real force_rear_left_y = minus_direction_rear_left_y * minus_tension_rear_left;
     const real minus_force_rear_left_z = direction_rear_left_z * minus_tension_rear_left;
@@ -1778,9 +1807,9 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real minus_direction_front_right_z = minus_span_front_right_z * x87;
     const real x91 = (x24 - x31 - R_body_xz * x82) * minus_direction_front_right_x;
     const real x92 = x91 - (x25 + sin_roll * x82) * direction_front_right_y;
-    const real x93 = K(35000.0) * (K(0.515278801843318) - length_front_right) - p->p_skyhook * v_mount_front_right_z;
+    const real x93 = p->p_skyhook * v_mount_front_right_z - K(35000.0) * (K(0.515278801843318) - length_front_right);
     const real tension_front_right = p->p_damper_front * ((v[4]
-        - v_mount_front_right_z) * minus_direction_front_right_z - x92) - x93;
+        - v_mount_front_right_z) * minus_direction_front_right_z - x92) + x93;
     const real minus_force_front_right_x = minus_direction_front_right_x * tension_front_right;
     const real force_front_right_y = direction_front_right_y * tension_front_right;
     const real minus_force_front_right_z = minus_direction_front_right_z * tension_front_right;
@@ -1804,9 +1833,9 @@ void active_vehicle_forward_dynamics(const active_vehicle_parameters *p, real t,
     const real minus_direction_rear_right_z = minus_span_rear_right_z * x106;
     const real x110 = (x31 - x58 - R_body_xz * x101) * minus_direction_rear_right_x;
     const real x111 = x110 + (x59 - sin_roll * x101) * direction_rear_right_y;
-    const real x112 = K(38000.0) * (K(0.48744057724957557) - length_rear_right) - p->p_skyhook * v_mount_rear_right_z;
+    const real x112 = p->p_skyhook * v_mount_rear_right_z - K(38000.0) * (K(0.48744057724957557) - length_rear_right);
     const real tension_rear_right = p->p_damper_rear * ((v[6] - v_mount_rear_right_z) * minus_direction_rear_right_z
-        + x111) - x112;
+        + x111) + x112;
     const real minus_force_rear_right_x = minus_direction_rear_right_x * tension_rear_right;
     const real force_rear_right_y = direction_rear_right_y * tension_rear_right;
     const real minus_force_rear_right_z = minus_direction_rear_right_z * tension_rear_right;

@@ -580,19 +580,19 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real x29 = sin_pitch * x23;
     const real x30 = R_body_zy * x24;
     const real v_mount_front_left_z = x29 + x30 + R_body_zz * x25;
+    const real x32 = p->p_skyhook * v_mount_front_left_z;
+    y[10] = x32;
     const real minus_span_front_left_x = K(1.4) - (x10 + x11);
     const real minus_span_front_left_y = K(0.75) - K(0.75) * cos_roll;
     const real minus_span_front_left_z = q[3] - (p_heaving_z - (x12 - x13));
-    const real x35 = minus_span_front_left_y * minus_span_front_left_y;
-    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x35
+    const real x36 = minus_span_front_left_y * minus_span_front_left_y;
+    const real length_front_left = EG_SQRT(minus_span_front_left_x * minus_span_front_left_x + x36
         + minus_span_front_left_z * minus_span_front_left_z);
-    const real x37 = K(1.0) / length_front_left;
-    const real x38 = (x26 - x27 - R_body_xz * x25) * (minus_span_front_left_x * x37);
-    const real x39 = x38 - (x28 - sin_roll * x25) * (minus_span_front_left_y * x37);
-    const real rate_front_left = x39 + (v[3] - v_mount_front_left_z) * (minus_span_front_left_z * x37);
-    const real x41 = K(0.515278801843318) - length_front_left;
-    const real x42 = p->p_skyhook * v_mount_front_left_z;
-    y[10] = x42;
+    const real x38 = K(1.0) / length_front_left;
+    const real x39 = (x26 - x27 - R_body_xz * x25) * (minus_span_front_left_x * x38);
+    const real x40 = x39 - (x28 - sin_roll * x25) * (minus_span_front_left_y * x38);
+    const real rate_front_left = x40 + (v[3] - v_mount_front_left_z) * (minus_span_front_left_z * x38);
+    const real x42 = K(0.515278801843318) - length_front_left;
 
     /* Spring front_right */
     const real x43 = minus_v_pitching_x + x20;
@@ -600,18 +600,18 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real x45 = cos_pitch * x43;
     const real x46 = sin_pitch * x43;
     const real v_mount_front_right_z = x30 + x46 + R_body_zz * x44;
+    const real x48 = p->p_skyhook * v_mount_front_right_z;
+    y[11] = x48;
     const real minus_span_front_right_x = K(1.4) - (x10 - x11);
     const real minus_span_front_right_z = q[4] - (p_heaving_z - (x12 + x13));
-    const real length_front_right = EG_SQRT(x35 + minus_span_front_right_x * minus_span_front_right_x
+    const real length_front_right = EG_SQRT(x36 + minus_span_front_right_x * minus_span_front_right_x
         + minus_span_front_right_z * minus_span_front_right_z);
-    const real x51 = K(1.0) / length_front_right;
-    const real x52 = (x27 - x45 + R_body_xz * x44) * (minus_span_front_right_x * x51);
-    const real x53 = x52 - (x28 - sin_roll * x44) * (minus_span_front_left_y * x51);
-    const real minus_rate_front_right = x53 - (v[4] - v_mount_front_right_z) * (minus_span_front_right_z * x51);
-    const real x55 = K(0.515278801843318) - length_front_right;
-    const real x56 = p->p_skyhook * v_mount_front_right_z;
-    y[11] = x56;
-    const real x57 = minus_rate_front_right * (p->p_damper_front * minus_rate_front_right - x56);
+    const real x52 = K(1.0) / length_front_right;
+    const real x53 = (x27 - x45 + R_body_xz * x44) * (minus_span_front_right_x * x52);
+    const real x54 = x53 - (x28 - sin_roll * x44) * (minus_span_front_left_y * x52);
+    const real minus_rate_front_right = x54 - (v[4] - v_mount_front_right_z) * (minus_span_front_right_z * x52);
+    const real x56 = K(0.515278801843318) - length_front_right;
+    const real x57 = minus_rate_front_right * (x48 - p->p_damper_front * minus_rate_front_right);
 
     /* Spring rear_left */
     const real x58 = K(1.7) * cos_pitch;
@@ -623,39 +623,39 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     const real x64 = cos_roll * x61;
     const real x65 = R_body_zy * x61;
     const real v_mount_rear_left_z = x29 + x65 + R_body_zz * x62;
+    const real x67 = p->p_skyhook * v_mount_rear_left_z;
+    y[12] = x67;
     const real span_rear_left_x = K(1.7) + (x11 - x58);
     const real minus_span_rear_left_z = q[5] - (p_heaving_z + (x13 + x59));
-    const real length_rear_left = EG_SQRT(x35 + span_rear_left_x * span_rear_left_x
+    const real length_rear_left = EG_SQRT(x36 + span_rear_left_x * span_rear_left_x
         + minus_span_rear_left_z * minus_span_rear_left_z);
-    const real x70 = K(1.0) / length_rear_left;
-    const real x71 = (x26 - x63 - R_body_xz * x62) * (span_rear_left_x * x70);
-    const real x72 = x71 + (x64 - sin_roll * x62) * (minus_span_front_left_y * x70);
-    const real minus_rate_rear_left = x72 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x70);
-    const real x74 = K(0.48744057724957557) - length_rear_left;
-    const real x75 = p->p_skyhook * v_mount_rear_left_z;
-    y[12] = x75;
-    const real x76 = K(17500.0) * (x41 * x41) + K(17500.0) * (x55 * x55);
-    const real x77 = rate_front_left * (p->p_damper_front * rate_front_left + x42) + x57;
+    const real x71 = K(1.0) / length_rear_left;
+    const real x72 = (x26 - x63 - R_body_xz * x62) * (span_rear_left_x * x71);
+    const real x73 = x72 + (x64 - sin_roll * x62) * (minus_span_front_left_y * x71);
+    const real minus_rate_rear_left = x73 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x71);
+    const real x75 = K(0.48744057724957557) - length_rear_left;
+    const real x76 = K(17500.0) * (x42 * x42) + K(17500.0) * (x56 * x56);
+    const real x77 = rate_front_left * (x32 + p->p_damper_front * rate_front_left) - x57;
 
     /* Spring rear_right */
     const real x78 = v_body_z - (x21 - x60);
     const real v_mount_rear_right_z = x46 + x65 + R_body_zz * x78;
+    const real x80 = p->p_skyhook * v_mount_rear_right_z;
+    y[13] = x80;
     const real span_rear_right_x = K(1.7) - (x11 + x58);
     const real minus_span_rear_right_z = q[6] - (p_heaving_z - (x13 - x59));
-    const real length_rear_right = EG_SQRT(x35 + span_rear_right_x * span_rear_right_x
+    const real length_rear_right = EG_SQRT(x36 + span_rear_right_x * span_rear_right_x
         + minus_span_rear_right_z * minus_span_rear_right_z);
-    const real x83 = K(1.0) / length_rear_right;
-    const real x84 = (x45 - x63 - R_body_xz * x78) * (span_rear_right_x * x83);
-    const real x85 = x84 - (x64 - sin_roll * x78) * (minus_span_front_left_y * x83);
-    const real minus_rate_rear_right = x85 - (v[6] - v_mount_rear_right_z) * (minus_span_rear_right_z * x83);
-    const real x87 = K(0.48744057724957557) - length_rear_right;
-    const real x88 = p->p_skyhook * v_mount_rear_right_z;
-    y[13] = x88;
-    const real x89 = x77 + minus_rate_rear_left * (p->p_damper_rear * minus_rate_rear_left - x75);
+    const real x84 = K(1.0) / length_rear_right;
+    const real x85 = (x45 - x63 - R_body_xz * x78) * (span_rear_right_x * x84);
+    const real x86 = x85 - (x64 - sin_roll * x78) * (minus_span_front_left_y * x84);
+    const real minus_rate_rear_right = x86 - (v[6] - v_mount_rear_right_z) * (minus_span_rear_right_z * x84);
+    const real x88 = K(0.48744057724957557) - length_rear_right;
+    const real x89 = x77 - minus_rate_rear_left * (x67 - p->p_damper_rear * minus_rate_rear_left);
 
     /* Spring and damper of joint front_left */
     const real x90 = q[3] - K(0.024281831918505945);
-    const real x91 = x76 + K(19000.0) * (x74 * x74) + K(19000.0) * (x87 * x87);
+    const real x91 = x76 + K(19000.0) * (x75 * x75) + K(19000.0) * (x88 * x88);
 
     /* Spring and damper of joint front_right */
     const real x92 = q[4] - K(0.024281831918505945);
@@ -670,7 +670,7 @@ void active_vehicle_outputs(const active_vehicle_parameters *p, real t, const re
     /* Effort front_left */
     const real x96 = K(2.0) * t;
     const real x97 = K(1.0) - EG_EXP(-(x96 * x96));
-    const real x98 = x89 + minus_rate_rear_right * (p->p_damper_rear * minus_rate_rear_right - x88);
+    const real x98 = x89 - minus_rate_rear_right * (x80 - p->p_damper_rear * minus_rate_rear_right);
 
     /* Effort front_right */
     const real x99 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);
@@ -826,8 +826,8 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real x52 = x51 - (x28 - sin_roll * x43) * (minus_span_front_left_y * x50);
     const real minus_rate_front_right = x52 - (v[4] - v_mount_front_right_z) * (minus_span_front_right_z * x50);
     const real x54 = K(0.515278801843318) - length_front_right;
-    const real x55 = minus_rate_front_right * (p->p_damper_front * minus_rate_front_right
-        - p->p_skyhook * v_mount_front_right_z);
+    const real x55 = minus_rate_front_right * (p->p_skyhook * v_mount_front_right_z
+        - p->p_damper_front * minus_rate_front_right);
 
     /* Spring rear_left */
     const real x56 = K(1.7) * cos_pitch;
@@ -849,8 +849,8 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real minus_rate_rear_left = x70 - (v[5] - v_mount_rear_left_z) * (minus_span_rear_left_z * x68);
     const real x72 = K(0.48744057724957557) - length_rear_left;
     const real x73 = K(17500.0) * (x41 * x41) + K(17500.0) * (x54 * x54);
-    const real x74 = rate_front_left * (p->p_damper_front * rate_front_left + p->p_skyhook * v_mount_front_left_z)
-        + x55;
+    const real x74 = rate_front_left * (p->p_skyhook * v_mount_front_left_z + p->p_damper_front * rate_front_left)
+        - x55;
 
     /* Spring rear_right */
     const real x75 = v_body_z - (x21 - x58);
@@ -864,8 +864,8 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     const real x82 = x81 - (x62 - sin_roll * x75) * (minus_span_front_left_y * x80);
     const real minus_rate_rear_right = x82 - (v[6] - v_mount_rear_right_z) * (minus_span_rear_right_z * x80);
     const real x84 = K(0.48744057724957557) - length_rear_right;
-    const real x85 = x74 + minus_rate_rear_left * (p->p_damper_rear * minus_rate_rear_left
-        - p->p_skyhook * v_mount_rear_left_z);
+    const real x85 = x74 - minus_rate_rear_left * (p->p_skyhook * v_mount_rear_left_z
+        - p->p_damper_rear * minus_rate_rear_left);
 
     /* Spring and damper of joint front_left */
     const real x86 = q[3] - K(0.024281831918505945);
@@ -884,8 +884,8 @@ void active_vehicle_energy(const active_vehicle_parameters *p, real t, const rea
     /* Effort front_left */
     const real x92 = K(2.0) * t;
     const real x93 = K(1.0) - EG_EXP(-(x92 * x92));
-    const real x94 = x85 + minus_rate_rear_right * (p->p_damper_rear * minus_rate_rear_right
-        - p->p_skyhook * v_mount_rear_right_z);
+    const real x94 = x85 - minus_rate_rear_right * (p->p_skyhook * v_mount_rear_right_z
+        - p->p_damper_rear * minus_rate_rear_right);
 
     /* Effort front_right */
     const real x95 = EG_SQRT(K(1.0) - p->p_coherence * p->p_coherence);

@@ -249,6 +249,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real velocity_tolerance;  /* largest |w| that is accepted, in these units */
     eomgen_real multiplier_rounding; /* observed rounding of step lam, in these units */
     eomgen_real rounding_rate, impulse_rate; /* rounding of the multipliers, and multipliers with inertial forces */
+    eomgen_real force_rate; /* the latter free of rounding: in a row of the record if rounding is large; 0 before one */
     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real jacobian[17];
     /* nonzeros of the partial derivatives, then their products with T */

@@ -1130,7 +1130,7 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     memset(work->rounding, 0, sizeof work->rounding);
     work->rounding_decay = K(0.0);
     work->tolerance_steps_left = 0;
-    work->multiplier_rounding = work->rounding_rate = work->impulse_rate = K(0.0);
+    work->multiplier_rounding = work->rounding_rate = work->impulse_rate = work->force_rate = K(0.0);
     work->units_valid = 1;
     memset(work->vdot, 0, sizeof work->vdot);
     memset(work->lam, 0, sizeof work->lam);
@@ -1655,6 +1655,7 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     work->rounding_rate = (c->b * K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]
         + work->rounding_decay * work->multiplier_rounding) / step;
     work->impulse_rate = impulse / step;
+    work->force_rate = work->impulse_rate;
     impulse = (least + settings->rtol) * impulse
         + c->b * (K(4.0) * heavy_top_r3xso3_EPSILON * work->speed[0]);
     for (i = 6; i < 9; ++i)
@@ -2141,8 +2142,7 @@ static void heavy_top_r3xso3_observe(const heavy_top_r3xso3_parameters *p, heavy
     /* relative to the largest forces so far: any rounding is large compared with forces of about zero */
     rounding = heavy_top_r3xso3_larger(state->statistics.max_rounding * state->statistics.max_impulse_rate,
         work->rounding_rate);
-    state->statistics.max_impulse_rate = heavy_top_r3xso3_larger(state->statistics.max_impulse_rate,
-        work->impulse_rate);
+    state->statistics.max_impulse_rate = heavy_top_r3xso3_larger(state->statistics.max_impulse_rate, work->force_rate);
     rounding = rounding / (state->statistics.max_impulse_rate + heavy_top_r3xso3_TINY);
     state->statistics.max_rounding = rounding < K(1.0) ? rounding : K(1.0);
 }
