@@ -89,6 +89,7 @@ WITHOUT_PAGE = {
         "eomgen.integrators.step_work.Work",
         "eomgen.mechanics.tree.links.Mount",
         "eomgen.scene.bodies.beam_schema.Beam",
+        "eomgen.scene.bodies.cosserat.SectionMoments",
         "eomgen.scene.reading.values.Values",
         "eomgen.scene.scene._Kind",
         "eomgen.scene.section.UnusedEntries",

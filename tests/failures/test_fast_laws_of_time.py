@@ -29,9 +29,7 @@ def sine(frequency: float) -> Callable[[float], float]:
 
 
 def message(model: eomgen.Model, inputs: Mapping[str, Any] | None = None, **options: Any) -> str:
-    return model.simulate(
-        1.0, 1e-3, inputs={"push": 0.0} if inputs is None else inputs, error_estimate=False, **options
-    ).message
+    return model.simulate(1.0, 1e-3, inputs={"push": 0.0} if inputs is None else inputs, **options).message
 
 
 def exact(frequency: float) -> float:
@@ -54,7 +52,7 @@ def test_a_force_that_depends_on_time_is_told_too() -> None:
     formula = cart("push + 100 * sin(2 * pi * 1000 * t)")
     told = f"the force along rail, which depends on t, {UNSEEN} 67.5 N off"
     assert told in message(formula) and told in message(formula, record_every=10)
-    of_scene = cart(formula="100 * sin(2 * pi * 1000 * t)").simulate(1.0, 1e-3, error_estimate=False)
+    of_scene = cart(formula="100 * sin(2 * pi * 1000 * t)").simulate(1.0, 1e-3)
     assert f"the input push {UNSEEN} 67.5 N off" in of_scene.message
 
 

@@ -135,7 +135,7 @@ def test_files_of_names_like_one_that_is_missing(path: str, hint: str, tmp_path:
 def test_a_scene_without_its_ending(tmp_path: Path) -> None:
     (tmp_path / "arm.toml").write_text(SCENE, encoding="utf-8")
     text = refused(lambda: eomgen.load(tmp_path / "arm"))
-    assert text.endswith(f"arm' is not a kind of file that can be read; try: {tmp_path}/arm.toml"), text
+    assert text.endswith(f"there is no file '{tmp_path}/arm'; try: {tmp_path}/arm.toml"), text
     assert refused(lambda: eomgen.load("")).endswith(
         "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives"
     )

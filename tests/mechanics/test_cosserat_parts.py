@@ -60,13 +60,14 @@ def strains_at_start(system: System) -> list[Array]:
 
 @pytest.mark.slow
 def test_the_potential_is_that_of_the_sections_of_each_element(rng: np.random.Generator) -> None:
-    system = beam_of_parts()
+    uniform = PARTS["parts"][0] | {"stiffness": {name: f"{ROLL_UP[name]} * (1 + 0.2 * load)" for name in NAMES}}
+    system = beam_of_parts(parts=[uniform, PARTS["parts"][1]])  # sections that vary: tests/scene/test_varying_sections
     evaluate, state = tape_evaluator(system), states_near(system, rng)
     found, poses = evaluate("energy", state)["energy"][:, 1], evaluate("poses", state)["pose"]
     order = [list(system.bodies).index(name) for name in ("rope", *(f"rope.{k}" for k in range(1, 6)))]
     initial = strains_at_start(system)
     lengths, middles = [4 / 3] * 3 + [1.5] * 2, np.array([2 / 3, 2.0, 10 / 3]) / 7
-    stiffness = [np.diag([ROLL_UP[name] for name in NAMES]) * (1.2 - 0.5 * s) for s in middles] + [LAYERS] * 2
+    stiffness = [np.diag([ROLL_UP[name] for name in NAMES]) * 1.2] * 3 + [LAYERS] * 2
     prestrain = [np.array([0, 0, 0.02 * s, 0.01, 0, 0]) for s in middles] + [np.zeros(6)] * 2
     for energy, nodes in zip(found, poses[:, order], strict=True):
         strains = [
@@ -105,8 +106,8 @@ def test_masses_of_nodes_are_those_of_the_halves_beside_them() -> None:
     masses = np.diag(
         tape_evaluator(beam_of_parts())("partials", states_near(beam_of_parts(), np.random.default_rng(1), 1))["M"][0]
     )
-    s = np.array([4.75, 6.25]) / 7
-    expected = [2 / 3, 4 / 3, 4 / 3, 2 / 3 + 0.75 * (2 - s[0]), 0.75 * (4 - s.sum()), 0.75 * (2 - s[1])]
+    s = np.array([4.375, 5.125, 5.875, 6.625]) / 7  # middles of halves
+    expected = [2 / 3, 4 / 3, 4 / 3, 2 / 3 + 0.75 * (2 - s[0]), 0.75 * (4 - s[1] - s[2]), 0.75 * (2 - s[3])]
     np.testing.assert_allclose(sorted(masses.reshape(-1, 6)[:, 3]), sorted(expected), rtol=1e-14)
 
 

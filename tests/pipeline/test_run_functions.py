@@ -147,8 +147,8 @@ def test_damping_too_fast_for_an_explicit_step_is_found_without_partials() -> No
     )
     assert f"{fastest:.3g}" == "7.51e+03"
     for model in (whole, short):
-        assert said in model.simulate(1e-3, 1e-3, error_estimate=False).message
-        assert "too fast" not in model.simulate(1e-3, 1e-5, error_estimate=False).message
+        assert said in model.simulate(1e-3, 1e-3).message
+        assert "too fast" not in model.simulate(1e-3, 1e-5).message
 
 
 @pytest.mark.slow

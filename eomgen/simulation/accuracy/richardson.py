@@ -113,7 +113,8 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
             with np.errstate(all="ignore"):
                 far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
             orders[kind] = observed_order(far, near, runs.rounding, pair.refinement)
-            lowest = observed_order(far, near, 0.0, pair.refinement)
+            if math.isnan(orders[kind]):
+                lowest = observed_order(far, near, 0.0, pair.refinement)
         used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
         with np.errstate(invalid="ignore"):  # no difference of equal steps is not known, and counts as infinite
             gain = pair.gain(used)
@@ -356,7 +357,7 @@ class _Rates:
             decay, growth, passed = max(decay, held), max(growth, grows), max(passed, passes)
         spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
         if moves:
-            decay = max([decay, *filter(None, map(self._at_row, spread))])
+            decay = max([decay, *filter(None, map(self._at_row, spread))], key=lambda one: one.rate)
         states = max([Rate.none(), *map(self._state_decay, spread)]) if model.nz else Rate.none()
         return FastestRates(decay, growth, passed, states)
 

@@ -398,9 +398,9 @@ def rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing
     return StepRows(piece.rows, present, np.empty(0, dtype=np.intp))
 
 
-#: Number of steps that are examined, bisections of each, the least effect of a jump in parts of the motion, and how
-#: much steeper than the average of its step a rate is at a jump.
-_EXAMINED, _BISECTIONS, _NOTICED, _STEEPER = 16, 12, 1e-6, 8.0
+#: Number of steps that are examined, parts of each at a level and levels, the least effect of a jump in parts of the
+#: motion, and how much steeper than the average of its step a rate is at a jump.
+_EXAMINED, _PARTS, _LEVELS, _NOTICED, _STEEPER = 16, 16, 2, 1e-6, 8.0
 
 
 def crosses_corners(run: Run, rows: Array, parameters: Array) -> bool:
@@ -423,7 +423,7 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
     a large part of their change in a step belongs to a small part of the step.
 
     So do laws with comparisons, and laws of a width that the motion passes within a step, as the onset of a stop.
-    Steps are bisected towards zeros of comparisons, and steps of the largest bends towards the larger change.
+    Steps are divided towards zeros of comparisons, and steps of the largest bends towards the largest change.
 
     Parameters
     ----------
@@ -436,12 +436,15 @@ def crosses_jumps(run: Run, rows: Array, parameters: Array, sizes: Array) -> boo
         rates = np.hstack([path.states.a, path.slopes]) if run.model.nz else path.states.a
         span = np.append(np.full(run.model.nv, np.ptp(path.states.t)), np.ones(run.model.nz))[: rates.shape[1]]
         least = _NOTICED * sizes / (run.settings["step"] * span)
-        bends = np.abs(np.diff(rates, 2, axis=0)) / np.where(least > 0.0, least, np.inf)
-        bent = np.maximum(np.pad(bends, ((1, 0), (0, 0))), np.pad(bends, ((0, 1), (0, 0)))).max(axis=1, initial=0.0)
+        bends = np.zeros(len(rows))
+        change = rates[1:] - rates[:-1]
+        bends[1:-1] = (np.abs(change[1:] - change[:-1]) / np.where(least > 0.0, least, np.inf)).max(axis=1, initial=0.0)
+        bent = np.maximum(bends[:-1], bends[1:])
         places = [place for place in _places(run, "jumps", jumps) if path.knows(place)]
         known = [(place, _crossings(path, place)[:_EXAMINED]) for place in places]
-        most = np.argsort(-bent)[:_EXAMINED]
-        most = most[bent[most] > _STEEPER * np.median(bent)]  # bends of all steps alike are rounding
+        order = np.argsort(bent)
+        most = order[-_EXAMINED:]
+        most = most[bent[most] > _STEEPER * bent[order[len(order) // 2]]]  # bends of all steps alike are rounding
         examined = [*known, (None, np.sort(most))]
         return any(_jumps(path, place, steps, least) for place, steps in examined if len(steps))
     except (EomgenError, np.linalg.LinAlgError):
@@ -468,22 +471,22 @@ def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least
     """Return whether rates jump within steps by more than the least that counts, (nv + nz,): at the zeros of an
     expression, or without one at the largest change of the rates."""
     step, (low, high) = path.run.settings["step"], (path.states.t[steps + k] for k in (0, 1))
-    signs = None if place is None else np.sign(path.values(place, path.at_rows))[steps]
-    first, last = (path.rates(path.at(times, steps)) for times in (low, high))
-    slopes = np.abs(last - first) / (high - low)[:, np.newaxis]
-    for _ in range(_BISECTIONS + math.ceil(math.log2(max(1.0, float(np.max(high - low)) / step)))):
-        middle = 0.5 * (low + high)
-        there = path.at(middle, steps)
-        between = path.rates(there)
+    rows, share, slopes = np.arange(len(steps)), np.linspace(0.0, 1.0, _PARTS + 1), np.zeros(0)
+    for _ in range(_LEVELS + math.ceil(math.log(max(1.0, float(np.max(high - low)) / step), _PARTS))):
+        times = low[:, np.newaxis] + (high - low)[:, np.newaxis] * share
+        there = path.at(times.ravel(), np.repeat(steps, _PARTS + 1))
+        rates = path.rates(there).reshape(*times.shape, -1)
+        changes = np.abs(np.diff(rates, axis=1))
         with np.errstate(all="ignore"):
-            parts = (np.abs(one) / least for one in (between - first, last - between))
-            before, after = (np.nan_to_num(part, nan=0.0).max(axis=1) for part in parts)
-        earlier = before > after if place is None else np.sign(path.values(place, there)) != signs
-        low, high = np.where(earlier, low, middle), np.where(earlier, middle, high)
-        first = np.where(earlier[:, np.newaxis], first, between)
-        last = np.where(earlier[:, np.newaxis], between, last)
-        change, width = np.abs(last - first), (high - low)[:, np.newaxis]
+            told = np.nan_to_num(changes / least, nan=0.0).max(axis=2)
+        if place is not None:
+            signs = np.sign(path.values(place, there)).reshape(times.shape)
+            told = signs[:, 1:] != signs[:, :1]
+        part = np.argmax(told, axis=1)
+        if not len(slopes) or np.max(high - low) > step:  # of the step, not of the interval between sparse rows
+            slopes = np.abs(rates[:, -1] - rates[:, 0]) / (high - low)[:, np.newaxis]
+        low, high = times[rows, part], times[rows, part + 1]
+        change, width = changes[rows, part], (high - low)[:, np.newaxis]
         if np.any((change > least) & (change > _STEEPER * slopes * width) & (_STEEPER * width < step)):
             return True
-        slopes = np.where(width >= step, change / width, slopes)  # of the step, not of the interval between sparse rows
     return False
