@@ -59,22 +59,22 @@ class FactorRun(NamedTuple):
     Attributes
     ----------
     group : ``R``, ``SO3`` or ``SE3``
-    count : number of factors
+    number : of factors
     q, v : of all factors together
     """
 
     group: str
-    count: int
+    number: int
     q: slice
     v: slice
 
     def each(self, values: Array) -> Array:
         """Return values (..., size) of the run as (..., count, size of one factor)."""
-        return values.reshape((*values.shape[:-1], self.count, values.shape[-1] // self.count))
+        return values.reshape((*values.shape[:-1], self.number, values.shape[-1] // self.number))
 
     def together(self, values: Array) -> Array:
         """Return values (..., count, size of one factor) as (..., size)."""
-        return values.reshape((*values.shape[:-2], self.count * values.shape[-1]))
+        return values.reshape((*values.shape[:-2], self.number * values.shape[-1]))
 
 
 def factor_runs(factors: Sequence[Factor]) -> Iterator[FactorRun]:

@@ -436,7 +436,7 @@ class JaxFunctions:
             places = {entry: k for k, entry in enumerate(zip(rows.tolist(), columns.tolist(), strict=True))}
             result = []
             for run in (run for run in factor_runs(self._factors) if run.group != "R"):
-                size = (run.v.stop - run.v.start) // run.count
+                size = (run.v.stop - run.v.start) // run.number
                 within = np.flatnonzero((columns >= run.v.start) & (columns < run.v.stop))
                 number, column = np.divmod(columns[within] - run.v.start, size)
                 firsts = (columns[within] - column).tolist()
