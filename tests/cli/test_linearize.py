@@ -72,19 +72,7 @@ def test_an_interrupted_diagram_keeps_the_modes_and_the_values_so_far(
 
     importlib.import_module("eomgen.cli.running")  # a first import here would bind the bar of this test for good
     monkeypatch.setattr("eomgen.base.progress.terminal_bar", bar)
-    assert (
-        main(
-            [
-                "linearize",
-                top,
-                "--at",
-                "initial",
-                "--campbell",
-                "mass=1:2:5",
-            ]
-        )
-        == 130
-    )
+    assert main(["linearize", top, "--at", "initial", "--campbell", "mass=1:2:5"]) == 130
     told = capsys.readouterr()
     assert told.out.startswith("top about the initial state at t = 0 s")
     last = told.err.splitlines()[-1]
@@ -120,10 +108,7 @@ def test_an_interrupted_root_locus_is_written_as_far_as_it_came(
     if not after:
         assert last == "interrupted before there was a root locus" and not (folder / "root_locus.csv").exists()
         return
-    assert (
-        last == "interrupted: the root locus has 3 of 5 values of mass and 0 crossings"
-        and (folder / "root_locus.png").is_file()
-    )
+    assert last == "interrupted: the root locus has 3 of 5 values of mass" and (folder / "root_locus.png").is_file()
     with (folder / "root_locus.csv").open(encoding="utf-8") as stream:
         rows = list(csv.DictReader(stream))
     assert sorted({float(row["mass"]) for row in rows}) == [1.0, 1.25, 1.5]

@@ -298,9 +298,9 @@ def _with_first_rows(runs: ComparisonRuns, result: ErrorEstimate, order: float) 
     row."""
     first = runs.beginning(_FIRST_ROWS)
     shorter = first.at(multiple=0.5)
-    if len(shorter.rows) < 2 or shorter.stopped:
-        return result
     apart = first.apart(first.own, shorter)
+    if shorter.stopped or not len(apart.t):
+        return result
     start = estimate(first, Pair(apart, gain_by(first.ratio(0.5, apart.t)), result.method), order)
     later = result.t > start.t[-1]
     rows = ("t", "q_at", "increment_at", "v_at", "z_at", "multipliers_at", "relative_at")
