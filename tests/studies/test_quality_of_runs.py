@@ -5,12 +5,17 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
+import fmpy
 import pytest
 
 import eomgen
 from eomgen.products.pages import live
+from eomgen.products.reliability.vibration import random_vibration
+from eomgen.products.studies.ladders.study import extremes
 from eomgen.products.studies.savings import savings
 from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.work_precision.formulations import formulations
@@ -74,12 +79,16 @@ def test_a_demand_that_is_met_is_met_by_the_estimate_of_the_run() -> None:
     assert tuned.said == ""
 
 
-def stuck(duration: float = 1.0) -> Any:
-    """Return a cart that a spring pulls over dry friction, whose width no step resolves."""
+def stuck(duration: float = 1.0, *, gusts: bool = False) -> Any:
+    """Return a cart that a spring pulls over dry friction, whose width no step resolves, and random gusts."""
     builder = eomgen.SceneBuilder("stuck", gravity=[0, 0, 0]).body("cart", 1.0)
     friction = {"coulomb": 3.0, "static": 5.0, "stribeck": 2e-7, "velocity": 1e-8}
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], friction=friction)
     builder.parameter("pull", 400.0, tunable=True).effort("spring", "rail", "pull * (0.1 * t - q.rail)")
+    if gusts:
+        process = {"type": "exponential", "standard_deviation": 1.0, "correlation_time": 1.0}
+        builder.random("gust", **process, unit="N", modes=3).effort("gusts", "rail", "gust")
+        builder.output("place", formula="q.rail")
     return builder.simulation(method="rk4", step=1e-3, duration=duration).build()
 
 
@@ -113,12 +122,34 @@ def told_by_file() -> str:
     return str(pickle.loads(pickle.dumps(run)).message)
 
 
+def told_by_extremes() -> str:
+    (cell,) = extremes(stuck(0.2), cells=["step:1:rk4"]).cells
+    return cell.said
+
+
+def told_by_random() -> str:
+    model = eomgen.build(stuck(0.2, gusts=True), profile="quick")
+    return random_vibration(model, "place", samples=20, points=False).message
+
+
+def told_by_log_of_fmu() -> str:
+    messages: list[str] = []
+    with TemporaryDirectory() as folder:
+        file = eomgen.fmu(stuck(0.2), Path(folder) / "stuck.fmu", types="cs", profile="quick")
+        options = {"debug_logging": True, "logger": lambda *words: messages.append(words[-1].decode())}
+        fmpy.simulate_fmu(str(file), stop_time=0.01, output_interval=0.01, **options)
+    return "; ".join(messages)
+
+
 TOLD: dict[str, Callable[[], str]] = {
     "simulate": told_by_simulate,
     "ensemble": told_by_ensemble,
     "live": told_by_live,
     "tradeoff": told_by_work_precision,
     "savings": told_by_savings,
+    "extremes": told_by_extremes,
+    "random": told_by_random,
+    "log of an FMU": told_by_log_of_fmu,
     "file": told_by_file,
 }
 

@@ -150,6 +150,8 @@ def fmu(
         print_json(_facts(path, made))
     else:
         click.echo(str(path))
+    for doubt in made.interface.doubts:
+        say(f"of steps in co-simulation: {doubt}")
     steps = stand_in(described, method)
     say(f"{path.stat().st_size} bytes{steps}; documentation/index.html there says how to compile and use the sources")
 

@@ -230,7 +230,10 @@ def fmu_files(
         _check_minimal(program)
     interface = interface_of(program, described, options)
     derivatives = None if options.minimal else derivative_data(program, interface)
-    interface = replace(interface, provides_derivatives=derivatives is not None)
+    motion, doubts = {}, ()
+    if binary if reference is None else reference:
+        motion, doubts = _reference(document, interface, method, parameters, initial)
+    interface = replace(interface, provides_derivatives=derivatives is not None, doubts=doubts)
     simulation = described.simulation
     experiment = Experiment(simulation.duration, simulation.step, simulation.tolerance)
     flags = _flags(program, options, simulation.step)
@@ -258,8 +261,7 @@ def fmu_files(
     for machine in others:
         path, library = cross_built(interface, texts, machine)
         files.setdefault(path, library)
-    if binary if reference is None else reference:
-        files |= _reference(document, interface, method, parameters, initial)
+    files |= motion
     _check(files)
     return FmuFiles(interface, files)
 
@@ -401,9 +403,9 @@ def _reference(
     method: str | None,
     parameters: Mapping[str, float | str] | None,
     initial: Mapping[str, Any] | None,
-) -> dict[str, str]:
-    """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results."""
-
+) -> tuple[dict[str, str], tuple[str, ...]]:
+    """Return the table of the motion by ``simulate``, states and outputs, as a file of reference results, and the
+    findings on the run that runs at other steps share."""
     model = pipeline.built_for_run(scene, method, None, "reproducible")
     steps = scene.simulation.duration / scene.simulation.step
     every = max(1, round(steps / _REFERENCE))
@@ -423,4 +425,6 @@ def _reference(
     writer.writerow(columns)
     writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
     place = "documentation" if interface.version == 2 else "extra/org.fmi-standard.fmi-ls-ref"
-    return {f"{place}/{interface.identifier}_reference.csv": stream.getvalue()}
+    return {f"{place}/{interface.identifier}_reference.csv": stream.getvalue()}, tuple(
+        map(str, run.model.alike() if run.model else ())
+    )

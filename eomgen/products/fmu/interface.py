@@ -134,6 +134,7 @@ class Interface:
     variables : in the order of the value references
     units : of the variables
     outputs, derivatives, initial_unknowns, indicators : of the model structure
+    doubts : findings on the run of the scene that steps of other sizes share, which co-simulation logs at its start
     """
 
     program: Program
@@ -148,6 +149,7 @@ class Interface:
     indicators: tuple[Unknown, ...]
     provides_derivatives: bool = False
     token: str = NO_TOKEN
+    doubts: tuple[str, ...] = ()
 
     @property
     def identifier(self) -> str:
