@@ -7,7 +7,7 @@ import itertools
 import re
 import sys
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from types import MappingProxyType
 from typing import Any
 
@@ -17,6 +17,8 @@ NAME_RULE = f"up to {NAME_LENGTH} ASCII letters, digits and underscores, no digi
 _PATH = re.compile(r"[A-Za-z_]\w{0,63}(\.\w{1,64}|\[\d{1,6}\])*", re.ASCII)
 _SHOWN = 48
 _LISTED = 8
+#: Notes of a scene that are printed from a script.
+_NOTED = 3
 _COMPARED = 300  # a hint is not worth more time
 
 
@@ -60,6 +62,20 @@ class Log:
 
 
 @lru_cache(2**16)
+@cache
+def log_notes(name: str, notes: tuple[str, ...]) -> None:
+    """Hand on the notes of a scene, once in a process, to the logger ``eomgen.notes`` at the level ``WARNING``.
+
+    Without handlers Python prints such messages to stderr, which is done here for processes without ``logging``.
+    """
+    more = [f"... and {len(notes) - _NOTED} more: see .notes"] if len(notes) > _NOTED else []
+    text = "\n".join(f"{name}: note: {note}" for note in [*notes[:_NOTED], *more])
+    if notes and "logging" in sys.modules:
+        sys.modules["logging"].getLogger("eomgen.notes").warning("%s", text)
+    elif notes and sys.stderr is not None:
+        sys.stderr.write(f"{text}\n")
+
+
 def is_legal(name: str) -> bool:
     """Return whether a name is an ASCII identifier of at most 64 characters."""
     return name.isascii() and name.isidentifier() and len(name) <= NAME_LENGTH

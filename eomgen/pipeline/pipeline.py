@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, replace, without_garbage_collection
 from eomgen.base.extensions import extensions, loaded
-from eomgen.base.messages import Log, shown
+from eomgen.base.messages import Log, log_notes, shown
 from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, other_document
@@ -111,12 +111,15 @@ def load(
     """
     given = {"strict": strict, "coordinates": coordinates, "task_frames": task_frames, **options}
     if (stored := stored_scene(path, given)) is not None:
+        log_notes(stored.scene.name, stored.scene.notes)
         return stored.scene
     other = other_document(path, given)
     if other is not None:
         return cast("Scene", other[1])
     with without_garbage_collection():
-        return load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+        scene = load_scene(path, strict=strict, coordinates=coordinates, task_frames=task_frames, **options)
+    log_notes(scene.name, scene.notes)
+    return scene
 
 
 def load_scene(
@@ -457,7 +460,10 @@ def build(
     with without_garbage_collection():
         document, front_end = as_document(stored.lean if stored else scene)
         chosen = front_end.describe(document).simulation.real if real is None else real
-        return built_in(None, document, terms, method, profile, chosen)
+        model = built_in(None, document, terms, method, profile, chosen)
+    if document is not scene:  # read here
+        log_notes(model.name, model.notes)
+    return model
 
 
 def built_in(

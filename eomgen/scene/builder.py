@@ -9,7 +9,7 @@ from types import MethodType
 from typing import TYPE_CHECKING, Any, Self, Unpack
 
 from eomgen.base.calls import checked_call, checked_calls, unknown_attribute
-from eomgen.base.messages import key_of
+from eomgen.base.messages import key_of, log_notes
 from eomgen.errors import Problem
 from eomgen.scene.builder_methods import (
     Rotations,  # noqa: F401  # in the types of signatures, which get_type_hints looks for here
@@ -170,9 +170,10 @@ class SceneBuilder(SectionMethods):
         >>> builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).build().name
         'cart'
         """
-        return from_data(
-            self._data, file=f"scene {key_of(str(self._data['name']))}", lines=self._lines, problems=self._problems
-        )
+        file = f"scene {key_of(str(self._data['name']))}"
+        scene = from_data(self._data, file=file, lines=self._lines, problems=self._problems)
+        log_notes(scene.name, scene.notes)
+        return scene
 
     def _enter(self, section: str, name: str, /, **values: Any) -> Self:
         """Store an entry of a section (or the section itself if it has no named entries), and the caller's line."""

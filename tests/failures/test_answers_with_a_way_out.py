@@ -1,5 +1,7 @@
 """Answers to small mistakes name the way out: the right spelling, the whole list, the place that is missing."""
 
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import EomgenError
+from tests.models.scenes import PENDULUM_TOML
 
 
 def slide(**changes: Any) -> dict[str, Any]:
@@ -51,6 +54,27 @@ def test_a_guess_of_the_configuration_alone_is_at_rest() -> None:
     state = model.consistent(model.initial_q)
     assert np.array_equal(state.v, np.zeros(model.nv))
     assert repr(model).endswith(f"; {len(model.notes)} notes>")
+
+
+@pytest.mark.parametrize("way", ["load", "build", "SceneBuilder"])
+def test_scripts_print_the_notes_of_the_scenes_that_they_read(way: str, tmp_path: Path) -> None:
+    """Once, by the standard means of Python, which a program can silence."""
+    unused = "[parameters.unused]\nvalue = 1.0\n"
+    (tmp_path / "scene.toml").write_text(PENDULUM_TOML + unused, encoding="utf-8")
+    call = {
+        "load": "scene = eomgen.load('scene.toml')",
+        "build": "scene = eomgen.build('scene.toml', profile='instant')",
+        "SceneBuilder": "builder = eomgen.SceneBuilder('shaken').parameter('unused', 1).body('arm', 1)\n"
+        "scene = builder.joint('rail', 'prismatic', 'base', 'arm', axis=[1, 0, 0]).build()",
+    }[way]
+    for silence, lines in (
+        ("", 1),
+        ("import logging; logging.getLogger('eomgen').addHandler(logging.NullHandler())", 0),
+    ):
+        script = f"import eomgen\n{silence}\n{call}\neomgen.load(scene) if isinstance(scene, eomgen.Scene) else 0"
+        done = subprocess.run([sys.executable, "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True)
+        told = "shaken: note: the parameter unused changes nothing: no formula mentions it\n"
+        assert done.stderr == lines * told
 
 
 def test_orders_are_of_speeds_of_rotation(capsys: pytest.CaptureFixture[str]) -> None:

@@ -424,7 +424,6 @@ def _reference(
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows(zip(*(column.tolist() for column in columns.values()), strict=True))
+    doubts = tuple(map(str, run.model.alike() if run.model else ()))
     place = "documentation" if interface.version == 2 else "extra/org.fmi-standard.fmi-ls-ref"
-    return {f"{place}/{interface.identifier}_reference.csv": stream.getvalue()}, tuple(
-        map(str, run.model.alike() if run.model else ())
-    )
+    return {f"{place}/{interface.identifier}_reference.csv": stream.getvalue()}, doubts
