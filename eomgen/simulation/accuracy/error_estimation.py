@@ -324,18 +324,22 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
     jump in the step. Two runs may agree by chance, most often if the steps of one run are multiples of the steps of the
     other run.
     """
-    differing, passed_over = [], ""
+    order = float(runs.run.method.order)
+    differing, shorter, passed_over = [], [], ""
     if len(twice.rows) > 1 and not twice.stopped:
-        differing.append((runs.apart(runs.own, twice), gain_of_longer(float(runs.run.method.order))))
+        differing.append((runs.apart(runs.own, twice), gain_of_longer(order)))
     for parts in _PRIME_PARTS:
-        shorter = runs.at(multiple=1.0 / parts)
-        if len(shorter.rows) < 2 or shorter.stopped:
+        shorter.append(runs.at(multiple=1.0 / parts))
+        if len(shorter[-1].rows) < 2 or shorter[-1].stopped:
             return None
-        differing.append((runs.apart(runs.own, shorter), gain_of_shorter(_OF_JUMPS * math.log2(parts))))
-        passed_over = _passed_over(runs, shorter)
+        apart = runs.apart(runs.own, shorter[-1])
+        differing.append((apart, gain_of_shorter(_OF_JUMPS * math.log2(parts))))
+        passed_over = _passed_over(runs, shorter[-1])
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
-    pair = Pair(_largest_of(differing), partial(_known, 1.0), words)
-    return replace(estimate(runs, pair, float(runs.run.method.order)), passed_over=passed_over)
+    far, near = differing[-2][0], runs.apart(*shorter)
+    refinement = _refinement(runs, (*(1.0 / parts for parts in reversed(_PRIME_PARTS)), 1.0))
+    pair = Pair(_largest_of(differing), partial(_known, 1.0), words, near, far, refinement)
+    return replace(estimate(runs, pair, order), passed_over=passed_over)
 
 
 def _largest_of(differing: Sequence[tuple[MotionDifference, float]]) -> MotionDifference:

@@ -484,7 +484,7 @@ def _jumps(path: StepPath, place: Formula | None, steps: NDArray[np.intp], least
             told = signs[:, 1:] != signs[:, :1]
         part = np.argmax(told, axis=1)
         if not len(slopes) or np.max(high - low) > step:  # of the step, not of the interval between sparse rows
-            slopes = np.abs(rates[:, -1] - rates[:, 0]) / (high - low)[:, np.newaxis]
+            slopes = changes.sum(axis=1) / (high - low)[:, np.newaxis]  # not the net change, 0 about an extremum
         low, high = times[rows, part], times[rows, part + 1]
         change, width = changes[rows, part], (high - low)[:, np.newaxis]
         if np.any((change > least) & (change > _STEEPER * slopes * width) & (_STEEPER * width < step)):
