@@ -73,6 +73,24 @@ def test_steps_that_pass_over_friction_are_told_and_those_that_resolve_it_are_ri
         assert off < max(3.0 * float(run.error.outputs["x"]) / np.ptp(exact), 1e-6)
 
 
+@pytest.mark.parametrize("step", [4e-3, 2e-3])
+def test_friction_that_steps_leave_at_once_is_no_doubt(step: float) -> None:
+    """A block that starts at rest and is pulled away: its friction is steep at rest alone, where no step stays."""
+    level, width, pull = 3.0, 2e-4, 400.0
+    builder = eomgen.SceneBuilder("away", gravity=[0, 0, 0]).body("block", MASS)
+    builder.joint("rail", "prismatic", "base", "block", axis=[1, 0, 0], friction={"coulomb": level, "velocity": width})
+    builder.effort("spring", "rail", f"{pull} * (0.3 - q.rail)")
+    run = eomgen.build(builder.build(), method="rk4", profile="quick").simulate(0.1, step)
+
+    def rates(t: float, y: Array) -> list[float]:
+        return [y[1], (pull * (0.3 - y[0]) - level * math.tanh(y[1] / width)) / MASS]
+
+    exact = solve_ivp(rates, (0.0, float(run.t[-1])), [0.0, 0.0], "Radau", run.t, rtol=1e-9, atol=1e-12).y[0]
+    off = float(np.max(np.abs(run.q[:, 0] - exact)) / np.ptp(exact))
+    assert run.message == f"reached t = 0.1 s in {round(0.1 / step)} steps"
+    assert off < max(3.0 * run.error.relative, 1e-6)
+
+
 def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     model = eomgen.build(belt(2e-4, 1e-5, driven=False), method="rk4", profile="quick")
     run = model.simulate(0.5, 5e-3, error_estimate=False)

@@ -36,6 +36,17 @@ def test_rounding_of_single_precision_is_in_the_stated_error(method: str, step: 
     assert np.all(off < 3.0 * run.error.increment) and np.all(run.error.increment < 5.0 * off)
 
 
+@pytest.mark.parametrize(("speed", "steps"), [(130.0, 8000), (0.43, 30_000), (30.0, 3000)])
+def test_equal_increments_are_rounded_alike(speed: float, steps: int) -> None:
+    """A rotor at constant speed: errors of single precision add up in proportion to the steps."""
+    builder = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("rotor", 1.0, inertia=[1, 1, 1])
+    builder.joint("hinge", "revolute", "base", "rotor", axis=[0, 0, 1], initial={"velocity": speed})
+    model = eomgen.build(builder.build(), real="float", method="rk4", profile="quick")
+    run = model.simulate(2.0, 2.0 / steps, record_every=steps // 50)
+    off = float(np.abs(run.q[:, 0] - float(np.float32(speed)) * run.t).max())
+    assert off / 3.0 < float(run.error.increment[0]) < 5.0 * off
+
+
 @pytest.mark.parametrize("aside", [1e-8, 1e-12])
 def test_errors_of_steps_that_rounding_chooses_are_stated(aside: float) -> None:
     """A brick turns about its axis of middle inertia, and falls out of it by 1e9 times what it began with."""

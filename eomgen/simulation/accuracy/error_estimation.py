@@ -21,7 +21,7 @@ from eomgen.base.calls import NamedResults
 from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress
 from eomgen.errors import UsageError
-from eomgen.results.error_estimate import NOTICED, ErrorEstimate
+from eomgen.results.error_estimate import NO_ORDER, NOTICED, ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.simulation.accuracy.comparison_runs import (
     INTERRUPTED,
@@ -263,8 +263,9 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
         same = not _passed_over(runs, twice)
         if four is not None and not four.stopped and same and not _doubtful(runs, result, near):
             return result
+    rounding = runs.single and result is not None and result.order < NO_ORDER
     stopped = twice.stopped
-    del twice, four, far  # large scenes have large motions
+    del twice, four  # large scenes have large motions
     half = runs.at(multiple=0.5)
     stopped = stopped or half.stopped
     if len(half.rows) > 1 and not half.stopped:
@@ -275,6 +276,9 @@ def _by_steps(runs: ComparisonRuns, rates: Callable[[], FastestRates] | None = N
         if halved and runs.same(apart):
             return _by_much_shorter_steps(runs, order)
         pair = Pair(apart, gain_by(runs.ratio(0.5, apart.t)), words, apart, near, _refinement(runs, (0.5, 1, 2)))
+        if rounding:  # which grows towards shorter steps, and of which two runs may have as much
+            both = _largest_of([(near, 1.0), (apart, 1.0)])
+            pair = Pair(both, partial(_known, 1.0), words, near, far, _refinement(runs, (1, 2, 4)))
         result = replace(estimate(runs, pair, order), passed_over=passed_over)
         return result if resolved else _with_first_rows(runs, result, order)
     if result is None or not result.relative < _EXPLODED:
