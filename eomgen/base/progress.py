@@ -27,26 +27,33 @@ _PATIENCE = 1.0
 _SHORT_PATIENCE = 0.5
 #: Seconds between two lines, if stderr is not a terminal.
 _LINES = 60.0
+#: Seconds until the first of these, which has the first estimate of the time left.
+_FIRST_LINE = 10.0
 #: Function that reports the progress of compilers in a display that is already there.
 _TELLS: ContextVar[Callable[[str], None] | None] = ContextVar("told_by", default=None)
 
 
 class Reporter:
-    """A callback for progress, with another one for sentences.
+    """A callback for progress, with others for sentences.
 
     Attributes
     ----------
     report : called with progress
     announce : called with a sentence, as on the plan of the work
+    stage : called with words on the present work, which the display shows
     """
 
-    __slots__ = ("announce", "report")
+    __slots__ = ("announce", "report", "stage")
 
-    def __init__(self, report: Progress, announce: Callable[[str], None]) -> None:
-        self.report, self.announce = report, announce
+    def __init__(
+        self, report: Progress, announce: Callable[[str], None], stage: Callable[[str], None] = lambda _: None
+    ) -> None:
+        self.report, self.announce, self.stage = report, announce, stage
 
-    def __call__(self, done: int, total: int) -> None:
+    def __call__(self, done: int, total: int, stage: str = "") -> None:
         self.report(done, total)
+        if stage:
+            self.stage(stage)
 
 
 def duration(seconds: float) -> str:
@@ -108,10 +115,15 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
 
 
 @contextlib.contextmanager
-def terminal_bar(title: str) -> Iterator[Progress | None]:
-    """Show a progress bar on stderr if the work takes more than a second; otherwise a line a minute."""
+def terminal_bar(title: str) -> Iterator[Reporter]:
+    """Show a progress bar on stderr if the work takes more than a second.
+
+    If stderr is not a terminal, lines: after ten seconds, then one a minute. Compilers report there, too.
+    """
     if not sys.stderr.isatty():
-        yield Reporter(_line_a_minute(title), _write_line)
+        lines = _Lines(title)
+        with told_by(lines.stage):
+            yield Reporter(lines.report, _write_line, lines.stage)
         return
     # only for a terminal
     from rich.console import Console  # noqa: PLC0415
@@ -126,30 +138,49 @@ def terminal_bar(title: str) -> Iterator[Progress | None]:
     )
     bar = Bar(*columns, console=Console(stderr=True, highlight=False), transient=True)
     task = bar.add_task(title, total=None)
-    with _after_a_while(bar, _PATIENCE):
-        yield Reporter(lambda done, total: bar.update(task, completed=done, total=total), bar.console.print)
+
+    def stage(text: str) -> None:
+        bar.update(task, description=f"{title}: {text}")
+
+    def report(done: int, total: int) -> None:
+        bar.update(task, completed=done, total=total, description=title)
+
+    with _after_a_while(bar, _PATIENCE), told_by(stage):
+        yield Reporter(report, bar.console.print, stage)
 
 
 def _write_line(text: str) -> None:
     print(text, file=sys.stderr, flush=True)
 
 
-def _line_a_minute(title: str) -> Progress:
-    """Return a callback that writes a line to stderr once a minute."""
-    begun = last = time.monotonic()
-    before: int | None = None
+class _Lines:
+    """Lines on stderr: after ten seconds, then one a minute."""
 
-    def report(done: int, total: int) -> None:
-        nonlocal last, before
-        before, now = done if before is None else before, time.monotonic()
-        if now - last >= _LINES:
-            last = now
+    def __init__(self, title: str) -> None:
+        self._title, self._begun = title, time.monotonic()
+        self._due, self._before = self._begun + _FIRST_LINE, -1
+
+    def report(self, done: int, total: int) -> None:
+        """Write progress with an estimate of the time left, if a line is due."""
+        self._before = done if self._before < 0 else self._before
+        if (spent := self._spent()) is not None:
             rest = ""
-            if done > before:
-                rest = f", about {duration((now - begun) * (total - done) / (done - before))} left"
-            _write_line(f"{title}: {100.0 * done / max(total, 1):.3g} % after {duration(now - begun)}{rest}")
+            if done > self._before:
+                rest = f", about {duration(spent * (total - done) / (done - self._before))} left"
+            _write_line(f"{self._title}: {100.0 * done / max(total, 1):.3g} % after {duration(spent)}{rest}")
 
-    return report
+    def stage(self, text: str) -> None:
+        """Write words on the present work, if a line is due."""
+        if (spent := self._spent()) is not None:
+            _write_line(f"{self._title}: {text}, after {duration(spent)}")
+
+    def _spent(self) -> float | None:
+        """Return the seconds so far if a line is due, else None."""
+        now = time.monotonic()
+        if now < self._due:
+            return None
+        self._due = now + _LINES
+        return now - self._begun
 
 
 @contextlib.contextmanager

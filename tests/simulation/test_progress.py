@@ -82,15 +82,22 @@ def test_a_terminal_gets_a_bar_for_a_run_that_lasts(
     assert "arm" in text and "100.0 %" in text
 
 
-def test_a_pipe_gets_a_line_a_minute(monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
-    clock = iter([0.0, 30.0, 65.0, 70.0, 150.0])
+def test_a_pipe_gets_a_line_after_ten_seconds_and_then_one_a_minute(
+    monkeypatch: pytest.MonkeyPatch, capsys: Any
+) -> None:
+    clock = iter([0.0, 5.0, 12.0, 65.0, 75.0, 150.0])
     monkeypatch.setattr("eomgen.base.progress.time.monotonic", lambda: next(clock))
     with terminal_bar("arm") as bar:
         assert bar is not None
         for done in (100, 200, 210, 400):
             bar(done, 1000)
+        bar.stage("verifying")
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["arm: 20 % after 65 s, about 9 min left", "arm: 40 % after 2 min, about 5 min left"]
+    assert lines == [
+        "arm: 20 % after 12 s, about 96 s left",
+        "arm: 40 % after 75 s, about 2 min left",
+        "arm: verifying, after 2 min",
+    ]
 
 
 @pytest.mark.parametrize("display", [terminal_bar, waiting, counted_units])

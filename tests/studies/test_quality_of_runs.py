@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import fmpy
+import fmpy  # type: ignore[import-untyped]
 import pytest
 
 import eomgen
@@ -86,8 +86,8 @@ def stuck(duration: float = 1.0, *, gusts: bool = False) -> Any:
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], friction=friction)
     builder.parameter("pull", 400.0, tunable=True).effort("spring", "rail", "pull * (0.1 * t - q.rail)")
     if gusts:
-        process = {"type": "exponential", "standard_deviation": 1.0, "correlation_time": 1.0}
-        builder.random("gust", **process, unit="N", modes=3).effort("gusts", "rail", "gust")
+        builder.random("gust", type="exponential", standard_deviation=1, correlation_time=1, unit="N", modes=3)
+        builder.effort("gusts", "rail", "gust")
         builder.output("place", formula="q.rail")
     return builder.simulation(method="rk4", step=1e-3, duration=duration).build()
 

@@ -78,10 +78,10 @@ def test_variants_have_the_same_motion() -> None:
 
 @pytest.fixture(scope="module")
 def measured() -> eomgen.products.studies.savings.Savings:
-    seen: list[str] = []
+    seen: list[tuple[Any, ...]] = []
     only = ["terms of a step", "moving base", "absolute"]
-    found = eomgen.savings(BEAM, rounds=1, only=only, profile="quick", progress=seen.append)
-    assert seen == ["as asked, 1 of 4", "terms of a step, 2 of 4", "moving base, 3 of 4", "absolute, 4 of 4"]
+    found = eomgen.savings(BEAM, rounds=1, only=only, profile="quick", progress=lambda *work: seen.append(work))
+    assert seen == [(k, 4, name) for k, name in enumerate(["as asked", *only])]
     return found
 
 

@@ -121,7 +121,9 @@ def test_absolute_coordinates_of_what_has_no_constraints_are_studied_where_asked
     found = eomgen.tradeoff(THROWN, announce=said.append, **options)
     assert {point.configuration.formulation for point in found.points} == {"joint"}
     assert found.left_out["SE3"] == "joint coordinates have no constraints; studied with the axis formulation named"
-    assert said == ["methods to build, or to take from the cache: 3, and up to 9 for the best"]
+    assert said == [
+        "methods to build, or to take from the cache: 3, and up to 9 for the best; then up to {budget} of runs"
+    ]
 
 
 def test_curves_are_ranked_by_their_cost_of_the_demands() -> None:
@@ -363,7 +365,7 @@ def test_the_command_prints_one_screen(tmp_path: Path, capsys: pytest.CaptureFix
     printed = capsys.readouterr()
     assert "swing: largest error of angle, 1.28 s" in printed.out
     assert len(printed.out.splitlines()) < 20
-    assert "swing: methods to build, or to take from the cache: 3\n" in printed.err
+    assert "swing: methods to build, or to take from the cache: 3; then up to " in printed.err
     for words in ("reference: taylor, joint", "the scene's own", "order as declared", "written to"):
         assert words in printed.err
     assert main(["tradeoff", *arguments]) == 7

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
 
 from eomgen.base.messages import counted
+from eomgen.base.progress import waiting
 from eomgen.cli.options import arguments_of, completed_files, debug_option, json_option, reading_options
 from eomgen.cli.printing import print_json, print_table, say, say_note
 from eomgen.errors import ModelError
@@ -31,7 +33,8 @@ def compare(first: str, second: str | None, as_json: bool, **options: Any) -> in
     """
     from eomgen.products.comparison.compare import compare as compared  # noqa: PLC0415  # with fine arguments
 
-    result = compared(first, second, **options)
+    with waiting(" and ".join(Path(file).name for file in (first, second) if file)):
+        result = compared(first, second, **options)
     if as_json:
         print_json(result.to_dict())
     else:

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from eomgen.base.messages import counted
+from eomgen.base.progress import terminal_bar
+from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
     arguments_of,
     assignments,
@@ -63,8 +65,8 @@ def check(
     if folder is not None:
         make(Path(folder))
     described = load_scene(scene, **reading)
-    with building(described.name):
-        report = checked(described, states=states, seed=seed, only=only)
+    with terminal_bar(described.name) as progress:
+        report = checked(described, states=states, seed=seed, only=only, progress=progress)
     if as_json:
         print_json(report.to_dict())
     else:
@@ -73,6 +75,8 @@ def check(
         say(f"written: {', '.join(str(path) for path in report.write(folder))}")
     for form in report.failures:
         say(f"{form.name} {_why(form)}")
+    if report.unchecked and not report.failures:
+        return INTERRUPTED
     return 0 if report.passed else NumericalError.exit_code
 
 
@@ -147,7 +151,7 @@ def savings(
     folder: str | None,
     as_json: bool,
     **reading: Any,
-) -> None:
+) -> int:
     """Measure the costs of a SCENE as it is requested: operations, bytes of C, seconds to build, time per step.
 
     Against the same scene with the terms of a run alone, the terms of a step alone, all terms, all numbers tunable, a
@@ -159,7 +163,7 @@ def savings(
 
     described = load_scene(scene, **reading)
     say_notes(described)
-    with building(f"variants of {scene}") as progress:
+    with terminal_bar(f"variants of {described.name}") as progress:
         study = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
     if as_json:
         print_json(study.to_dict())
@@ -167,6 +171,7 @@ def savings(
         _print_costs(study)
     if folder is not None:
         say(f"written: {', '.join(str(path) for path in study.write(folder))}")
+    return INTERRUPTED if study.interrupted else 0
 
 
 def _print_costs(study: Savings) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import sys
-from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,7 +10,7 @@ import click
 
 from eomgen.base.files import make_folder
 from eomgen.base.messages import counted, listed
-from eomgen.base.progress import terminal_bar
+from eomgen.base.progress import duration, terminal_bar
 from eomgen.cli.options import (
     arguments_of,
     assignments,
@@ -29,7 +26,7 @@ from eomgen.cli.options import (
     scene_options,
     set_option,
 )
-from eomgen.cli.printing import console, print_json, print_table, say
+from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
 
@@ -84,7 +81,7 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
     say_notes(described)
     parameters = in_units("--set", assignments("--set", options["parameters"]), described.parameters)
     inputs = in_units("--input", assignments("--input", options["inputs"]), described.inputs)
-    with _bar_of_runs(described.name) as progress:
+    with terminal_bar(described.name) as bar:
         study = studied(
             scene,
             outputs=options["outputs"],
@@ -99,8 +96,8 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
             repeats=options["repeats"],
             folder=folder,
             resume=options["resume"],
-            progress=progress,
-            announce=lambda stage: say(f"{described.name}: {stage}"),
+            progress=bar,
+            announce=lambda plan: bar.announce(f"{described.name}: {plan}"),
             **reading,
         )
     files = study.save(folder)
@@ -112,12 +109,6 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
         say(line)
     say(f"written to {Path(folder)}: {', '.join(file.name for file in files)}")
     return 0
-
-
-@contextlib.contextmanager
-def _bar_of_runs(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
-    with terminal_bar(name) as bar:
-        yield None if bar is None else lambda done, total, _: bar(done, total)
 
 
 def _numbers(text: str | None) -> list[float]:
@@ -258,7 +249,8 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
     if (options["error"] is None) == (options["real_time"] is None):
         raise UsageError(Problem("tune", "either --error is demanded or a cycle of --real-time", "--error 1e-4"))
-    with _status(described.name) as progress:
+    with terminal_bar(described.name) as bar:
+        bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
         result = tuned(
             scene,
             options["error"],
@@ -272,7 +264,7 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
             parameters=in_units("--set", assignments("--set", options["parameters"]), described.parameters) or None,
             inputs=in_units("--input", assignments("--input", options["inputs"]), described.inputs) or None,
             budget=options["budget"],
-            progress=progress,
+            progress=bar.stage,
             **reading,
         )
     if as_json:
@@ -286,15 +278,6 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
         make_folder(Path(file).parent)
         say(f"written: {result.save(file)}")
     return 0 if not isinstance(result, Tuned) or result.met else NumericalError.exit_code
-
-
-@contextlib.contextmanager
-def _status(name: str) -> Iterator[Callable[[str], None] | None]:
-    if not sys.stderr.isatty():
-        yield None
-        return
-    with console(stderr=True).status(name) as status:
-        yield lambda stage: status.update(f"{name}: {stage}")
 
 
 def _seconds(text: str | None) -> float | None:
@@ -376,7 +359,7 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         if not options[name] > 0.0:
             fault = f"{options[name]:g} is not a positive number of seconds"
             raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
-    with _bar_of_cells(Path(scene).stem) as progress:
+    with terminal_bar(Path(scene).stem) as progress:
         result = studied(
             scene,
             ladders=options["ladders"] or (),
@@ -430,18 +413,3 @@ def _print_cells(result: Extremes) -> None:
 
 def _what(cell: Cell) -> str:
     return f"{cell.name}" if cell.error is None else f"{cell.name} is wrong by {100.0 * cell.error:.2g} % of its motion"
-
-
-@contextlib.contextmanager
-def _bar_of_cells(name: str) -> Iterator[Callable[[int, int, str], None] | None]:
-    with terminal_bar(name) as bar:
-        if bar is not None:
-            yield lambda done, total, _: bar(done, total)
-            return
-        yield _lines if not sys.stderr.isatty() else None
-
-
-def _lines(done: int, total: int, cell: str) -> None:
-    """Report every tenth of the cells, if there is no terminal for a bar."""
-    if total and done and done % max(1, total // 10) == 0:
-        say(f"{done} of {total} cells; now {cell}")

@@ -4,6 +4,7 @@ in turns, on one processor."""
 from __future__ import annotations
 
 import csv
+import itertools
 import json
 import os
 import statistics
@@ -11,6 +12,7 @@ import tempfile
 import time
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -230,6 +232,9 @@ FEWEST, MOST, LONG_ENOUGH = 200, 100_000, 0.05
 _COMMON = ("eomgen_real.h", "main.c")
 
 
+_INTERRUPTED = "interrupted before it was built"
+
+
 @dataclass(frozen=True)
 class VariantCost:
     """Costs of one variant of a scene.
@@ -284,6 +289,11 @@ class Savings:
     step: float
     costs: tuple[VariantCost, ...]
     doubt: str = ""
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether Ctrl-C has ended the builds early."""
+        return any(cost.problem == _INTERRUPTED for cost in self.costs)
 
     def ratio(self, cost: VariantCost, key: str) -> float | None:
         """Return the ratio of a cost of a variant, one of ``COMPARED``, to the cost of the unchanged scene.
@@ -362,7 +372,7 @@ def savings(
     rounds: int = SAVINGS_ROUNDS,
     only: Sequence[str] = (),
     profile: str = STANDARD_PROFILE,
-    progress: Callable[[str], None] | None = None,
+    progress: Callable[[int, int, str], None] | None = None,
     **options: Any,
 ) -> Savings:
     """Measure the costs of a scene as requested, and with additions.
@@ -385,7 +395,7 @@ def savings(
     profile : str
         As in ``build``.
     progress : callable, optional
-        Called with the name of each variant before its build, and the number of variants.
+        Called with variants built, all variants, and the name of the variant before its build.
     **options
         Of ``load``, for paths.
 
@@ -396,6 +406,8 @@ def savings(
 
     Raises
     ------
+    KeyboardInterrupt
+        Ctrl-C before the unchanged scene is built; later Ctrl-C ends the builds, or the rounds, with the costs so far.
     UsageError
         Unknown variants, fewer than one round, documents that are not scenes.
     EomgenError
@@ -416,11 +428,17 @@ def savings(
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of variants: warnings of the scene come with every build
         built_in(Path(folder) / "cache", document, ["residual"], chosen, profile)  # shared by all builds
-        measured = []
-        for number, variant in enumerate(wanted, 1):
-            if progress is not None:
-                progress(f"{variant.name}, {number} of {len(wanted)}")
-            measured.append(_built(variant, chosen, Path(folder), profile))
+        measured: list[tuple[VariantCost, Model | None]] = []
+        try:
+            for variant in wanted:
+                if progress is not None:
+                    progress(len(measured), len(wanted), variant.name)
+                measured.append(_built(variant, chosen, Path(folder), profile))
+        except KeyboardInterrupt:
+            if not measured:
+                raise
+        left = wanted[len(measured) :]
+        measured += [(VariantCost(one.name, one.description, problem=_INTERRUPTED), None) for one in left]
         costs = _timed(measured, step, document.simulation.duration, rounds)
         doubt = "" if costs[0].problem or measured[0][1] is None else _doubt(measured[0][1], document)
     if costs[0].problem:
@@ -501,8 +519,8 @@ def _timed(
         lengths[number] = max(1, min(int(duration / step), MOST, max(FEWEST, int(wanted))))
         times[number], observed[number] = [], []
     iterations = {}
-    for _ in range(rounds):
-        for number, steps in lengths.items():
+    with suppress(KeyboardInterrupt):  # the rounds so far have medians, too
+        for _, (number, steps) in itertools.product(range(rounds), lengths.items()):
             model = measured[number][1]
             run = _run(model, step, steps)
             if not run.success:

@@ -320,6 +320,10 @@ def extremes(
     journal = _journal(folder, _identity(study.subject), resume=resume)
     try:
         result, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
+    except KeyboardInterrupt as stop:
+        if folder is not None:
+            stop.add_note(f"finished cells are kept in {folder}: --resume goes on with them")
+        raise
     finally:
         study.runner.close()
     source = str(scene) if isinstance(scene, str | Path) else study.subject.name

@@ -231,6 +231,7 @@ class Race:
     ----------
     demand : to be met
     training : further conditions under which the demand is to be met
+    entered : contenders that race or have raced
     """
 
     judge: Judge
@@ -239,6 +240,7 @@ class Race:
     training: list[Condition] = field(default_factory=list)
     runs: int = 0
     left_out: dict[str, str] = field(default_factory=dict)
+    entered: list[Contender] = field(default_factory=list)
 
     @property
     def runner(self) -> Runner:
@@ -267,6 +269,7 @@ class Race:
     def prepare(self, contender: Contender) -> None:
         """Build the model of a contender; one that cannot be built runs no more."""
         self.say(f"building: {contender.configuration.label}")
+        self.entered.append(contender)
         try:
             self.runner.prepare(contender.configuration)
         except EomgenError as error:

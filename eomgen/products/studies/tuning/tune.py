@@ -176,9 +176,17 @@ class _Tuning:
         near = conditions(self.runner, judge.reference().observation)
         race = Race(judge, demand.error, self.say, [next(near)], left_out=self.left_out)
         entries = RaceEntries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
-        contenders = entries.raced()
-        self._enough(contenders, demand)
-        winner, checks = self._verified(entries, contenders, near)
+        try:
+            contenders = entries.raced()
+            self._enough(contenders, demand)
+            winner, checks = self._verified(entries, contenders, near)
+        except KeyboardInterrupt as stop:
+            best = min(race.entered, key=lambda c: c.seconds(demand.error), default=None)
+            if best is not None and (met := best.best(demand.error)) is not None:
+                settings = self._simulation(best, self._value(best, met)).items()
+                told = ", ".join(f"{key} = {value!r}" for key, value in settings)
+                stop.add_note(f"the cheapest so far, which is not verified, has {told}")
+            raise
         self._enough(contenders, demand)
         run = winner.best(demand.error)
         assert run is not None  # checked by ``_enough``
@@ -244,8 +252,7 @@ class _Tuning:
         source: Path | None,
     ) -> Tuned:
         winner, run = won
-        grid = self.runner.grid
-        value = 1.0 / run.resolution if winner.kind == TOLERANCE else grid.row / run.resolution
+        grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation
         elsewhere = name != self.own and name not in self.formulations.simplified
         return Tuned(
@@ -276,6 +283,10 @@ class _Tuning:
             source=source,
             simplified=name if name in self.formulations.simplified else "",
         )
+
+    def _value(self, winner: Contender, run: RaceRun) -> float:
+        """Return the step, s, or the tolerance of a run."""
+        return 1.0 / run.resolution if winner.kind == TOLERANCE else self.runner.grid.row / run.resolution
 
     def _own_settings(self, judge: Judge) -> tuple[str, float, float]:
         """Return the scene's settings in words, with error and seconds."""

@@ -5,7 +5,7 @@ The verdict on one closed form: its entries that differ by more than the error b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -232,6 +232,7 @@ def check(
     seed: int = CHECK_SEED,
     only: Sequence[str] = (),
     profile: str = STANDARD_PROFILE,
+    progress: Callable[[int, int, str], None] | None = None,
 ) -> CheckReport:
     """Check every closed form of a scene: separated terms, partials, constraints, bodies, energies.
 
@@ -250,6 +251,9 @@ def check(
         Names of closed forms, or beginnings of names; all by default.
     profile : str
         As of ``eomgen.build``.
+    progress : callable
+        Called with closed forms checked, all closed forms, and the name of the next one. Ctrl-C ends the check: the
+        report has the closed forms so far, and names the others.
 
     Returns
     -------
@@ -281,11 +285,20 @@ def check(
     rng = np.random.default_rng(seed)
     result, space = draw(model, engine, states, rng)
     claims = _chosen(_claims(space, engine, system, model), only)
-    reports = tuple(_explained(judged(claim, engine, tape, system, result, rng), model, result) for claim in claims)
+    reports: list[FormReport] = []
+    try:
+        for claim in claims:
+            if progress is not None:
+                progress(len(reports), len(claims), claim.name)
+            reports.append(_explained(judged(claim, engine, tape, system, result, rng), model, result))
+    except KeyboardInterrupt:
+        if not reports:
+            raise
+    unchecked = tuple(claim.name for claim in claims[len(reports) :])
     corners = NonSmoothOperations(
         system, tuple(name for name in _OF_FORMULAS if name in system.functions)
     ).kinks_and_jumps()
-    return CheckReport(model.name, result.names, seed, reports, result.notes, tuple(corners))
+    return CheckReport(model.name, result.names, seed, tuple(reports), result.notes, tuple(corners), unchecked)
 
 
 def _explained(report: FormReport, model: Model, states: CheckedStates) -> FormReport:

@@ -169,6 +169,7 @@ class CheckReport:
     forms : tuple of FormReport
     notes : omissions, in words
     corners : functions in formulas with a kink or jump somewhere, whether or not a state is near
+    unchecked : closed forms that Ctrl-C has left
     """
 
     scene: str
@@ -177,6 +178,7 @@ class CheckReport:
     forms: tuple[FormReport, ...]
     notes: tuple[str, ...] = field(default=())
     corners: tuple[str, ...] = ()
+    unchecked: tuple[str, ...] = ()
 
     @property
     def failures(self) -> tuple[FormReport, ...]:
@@ -185,11 +187,13 @@ class CheckReport:
 
     @property
     def passed(self) -> bool:
-        return not self.failures and bool(self.forms)
+        return not self.failures and bool(self.forms) and not self.unchecked
 
     @property
     def summary(self) -> str:
         """The outcome in a few words."""
+        if self.unchecked and not self.failures:
+            return f"interrupted: {len(self.forms)} closed forms agree, and {len(self.unchecked)} are not checked"
         if not self.passed:
             forms = f"{len(self.forms)} closed form{'s' * (len(self.forms) != 1)}"
             return f"{len(self.failures)} of {forms} not shown to agree"

@@ -17,7 +17,8 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.journal import Journal
 from eomgen.base.json_text import finite
-from eomgen.base.messages import shown
+from eomgen.base.messages import counted, shown
+from eomgen.base.progress import duration
 from eomgen.base.version import __version__
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import Factor
@@ -260,7 +261,12 @@ def tradeoff(
     study.announce = announce
     described = identity(variants, study.runner.grid, parameters, inputs)
     journal = PointJournal(None if folder is None else Path(folder), described, resume=resume)
-    return study.result(tuple(outputs), measure, journal, began)
+    try:
+        return study.result(tuple(outputs), measure, journal, began)
+    except KeyboardInterrupt as stop:
+        if folder is not None:
+            stop.add_note(f"{counted(len(study.points), 'run')} are kept in {folder}: --resume goes on with them")
+        raise
 
 
 class _WorkPrecisionStudy:
@@ -311,7 +317,10 @@ class _WorkPrecisionStudy:
             builds = {self.runner.build_name(ladder.configuration) for ladder in ladders} - set(self.runner.compiled)
             front = 3 * REFINED_CONFIGURATIONS if {"arithmetic", "profile"} & set(self.axes) else 0
             more = f", and up to {front} for the best" if front else ""
-            self.announce(f"methods to build, or to take from the cache: {len(builds)}{more}")
+            self.announce(
+                f"methods to build, or to take from the cache: {len(builds)}{more}; then up to"
+                f" {duration(self.budget)} of runs"
+            )
         held = journal.reference()
         if held is None:
             exact = [c for c in every if c.formulation not in self.formulations.simplified]
