@@ -47,7 +47,7 @@ from eomgen.linear.multiblade import (
 from eomgen.linear.sampling import SampledPart, held_as_inputs
 from eomgen.solvers.bordered_newton import whole
 from eomgen.system.description import component_names
-from eomgen.system.terms import PURPOSES, TERMS
+from eomgen.system.terms import linear_terms, takes_nonzeros
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -250,11 +250,11 @@ def linearize(
     >>> linear.coordinates
     ('wheel', 'body')
     """
-    given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     p = model.evaluator.one_set(parameters)
-    able = able_to_linearize(model)
-    operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     specified = sorted(name for name, value in given.items() if value is not None)
+    able = able_to_linearize(model, moving=bool(specified) or at in ("initial", "steady"))
+    operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     with one_thread_of_algebra(model.nv):
         if specified:
             if "q" not in specified:
@@ -283,28 +283,32 @@ def linearize(
         return result
 
 
-def able_to_linearize(model: CompiledModel) -> CompiledModel:
+def able_to_linearize(model: CompiledModel, *, moving: bool = False) -> CompiledModel:
     """Return the model, or one of the same scene, with all terms that a linear model needs.
 
-    Scenes of many components have the nonzeros of partials; without inputs and disturbances these suffice, and whole
-    matrices are not built.
+    Parameters
+    ----------
+    moving : as of ``linear_terms``
     """
-    terms = {*PURPOSES["linearization"], "samples"}
-    if _takes_nonzeros(model):
-        terms -= {"partials", "linearization", "internal_partials"} | ({"mass"} if not model.multipliers else set())
-        terms |= {"iteration"}
-    return model.having([name for name in TERMS if name in terms])
+    there, disturbed = model.functions.names, _is_disturbed(model)
+    return model.having(linear_terms(there, disturbed=disturbed, states=bool(model.nz), moving=moving))
 
 
-def _takes_nonzeros(model: CompiledModel) -> bool:
-    """Return whether partials of the residual come as nonzeros."""
-    others = model.nu or model.description.disturbances or "partials" in model.functions
-    return "iteration" in model.functions and not others
+def _is_disturbed(model: CompiledModel) -> bool:
+    return bool(model.nu or model.description.disturbances)
+
+
+def _able_at(model: CompiledModel, state: OperatingState, a: Array) -> CompiledModel:
+    """Return the model, with partials of the accelerations of constraints unless these partials vanish: of rows
+    Phi(q) = 0 accelerations are J a + g, linear in a and quadratic in v."""
+    taken = model.functions.inputs("constraint_bias") if model.multipliers else ()
+    timed = {"t", "base"}.intersection(taken) or model.functions.sizes["holonomic"] < len(model.multipliers)
+    return able_to_linearize(model, moving=True) if timed or np.any(state.v) or np.any(a) else model
 
 
 def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: Array) -> Linearization:
     """Return the linear model about a state of a motion, brought onto the constraints."""
-    able, t = able_to_linearize(model), float(state.t)
+    able, t = able_to_linearize(model, moving=True), float(state.t)
     q, v = state.q, state.v
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)
@@ -327,7 +331,7 @@ def _finite_blocks(
     of_forces = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
-    nonzeros = _takes_nonzeros(model)
+    nonzeros = takes_nonzeros(model.functions.names, disturbed=_is_disturbed(model))
     for term in (*(() if nonzeros else (of_forces,)), *(term for term in terms if term in model.functions)):
         blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **operating_point.given)
     if nonzeros:
@@ -355,6 +359,7 @@ def about(
         Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
     """
     a, lam = _dynamics(model, state, operating_point)
+    model = _able_at(model, state, a)
     measures, names = _measures(model, state, a, operating_point, independent)
     blocks = _finite_blocks(model, state, a, lam, operating_point, disturbed=bool(names.disturbances))
     holonomic = model.functions.sizes["holonomic"]

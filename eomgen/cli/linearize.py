@@ -263,7 +263,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         _sweep(options.pop("diagram"), "--campbell"),
         *(options.pop(name) for name in ("orders", "whirl", "modes", "speed_unit")),
     )
-    request = _Request(scene, options)
+    points = 1 + len(sweep[1] if sweep else ()) + len(campbell.values if campbell else ())
+    request = _Request(scene, options, points)
     excitation = request.model.road_excitation() if ride is not None else None
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
@@ -316,7 +317,8 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
 class _Request:
     """A scene and the operating point of the scene's linear model."""
 
-    def __init__(self, path: str, options: dict[str, Any]) -> None:
+    def __init__(self, path: str, options: dict[str, Any], points: int) -> None:
+        """Build the model; ``points``: number of linear models."""
         from eomgen.pipeline import pipeline  # noqa: PLC0415
 
         self.at, self.time = _state(options.pop("at")), options.pop("time")
@@ -330,7 +332,12 @@ class _Request:
         described = read_scene(path, options)
         self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
         with building(described.name):
-            self.model: Model = pipeline.build(described, real="double", profile=options.pop("profile"))
+            profile = options.pop("profile")
+            self.model: Model = (
+                pipeline.built_for_rest(described, profile, points=points)
+                if self.at in (None, "equilibrium")
+                else pipeline.build(described, real="double", profile=profile)
+            )
 
     def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
         """Return the linear model with some parameters changed; searches for equilibria begin at the equilibrium of the

@@ -20,7 +20,7 @@ from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, other_document
 from eomgen.pipeline.readings import StoredScene, record_of, record_of_document, store, stored_scene
 from eomgen.pipeline.scenes import SCENES, opened
-from eomgen.system.terms import TERMS, UNRESISTED, Selection, nearest_term
+from eomgen.system.terms import REST, TERMS, UNRESISTED, Selection, linear_terms, nearest_term
 from eomgen.toolchain.profiles import COMPILED_PROFILE, FEW_COMPILERS, STANDARD_PROFILE
 
 if TYPE_CHECKING:
@@ -483,7 +483,7 @@ def built_in(
 
     Parameters
     ----------
-    start : as of ``Selection``, if the model is built for runs alone
+    start : as of ``Selection``, if the model is built for runs or linear models alone
     steps : as of ``built_for_run``
     stored : libraries of the file from which the model is loaded
     """
@@ -618,6 +618,20 @@ def built_for_run(
         steps = None if method_named(_method_name(described, method)).chooses_steps else steps
     begun = start or simulation.start
     return built_in(None, document, None, method, profile, simulation.real, start=begun, steps=steps)
+
+
+def built_for_rest(scene: Described, profile: str = STANDARD_PROFILE, *, points: int = 1) -> Model:
+    """Return the compiled model of a scene with the functions that linear models about rest call, without a stepper;
+    other functions are compiled at first use.
+
+    Parameters
+    ----------
+    profile : as of ``build``
+    points : number of linear models, each with some fifty evaluations, which may be made on the tape engine as the
+        steps of ``built_for_run``
+    """
+    stored = record_of(scene)
+    return built_in(None, stored.lean if stored else scene, None, None, profile, start=REST, steps=50.0 * points)
 
 
 def _selected(terms: Sequence[str] | None, start: str = "") -> Selection:
@@ -835,6 +849,8 @@ def _derived_program(
     from eomgen.codegen.convert import to_program  # noqa: PLC0415
     from eomgen.integrators.stepper_data import method_data  # noqa: PLC0415
 
+    if selection.start == REST:
+        return _program_of_rest(document, described, target)
     system = derive(document, selection.terms)
     called = chosen.calls(system).union(
         chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
@@ -871,6 +887,28 @@ def _derived_program(
         return to_program(system, None, functions, names=target.names), "; ".join(
             dict.fromkeys(problem.what for problem in error.problems)
         )
+
+
+def _program_of_rest(document: Document, described: Description, target: Target) -> tuple[Program, str]:
+    """Return the Program of the functions that linear models about rest call, and the reason that there is no
+    stepper."""
+    from eomgen.codegen.convert import to_program  # noqa: PLC0415
+
+    system = derive(document)
+    holding = {
+        "constraints": system.multipliers,
+        "states": system.states,
+        "outputs": system.outputs,
+        "samples": system.sampled,
+        "absolute": described.joints,
+    }
+    facts = {name for name, parts in holding.items() if parts} | (set() if system.multipliers else {"unconstrained"})
+    disturbed = bool(system.inputs or described.disturbances)
+    terms = linear_terms(system.functions, disturbed=disturbed, states=bool(system.states), moving=False)
+    if any(name not in system.functions and TERMS[name].exists_with(facts) for name in terms):
+        system = derive(document, terms)
+    functions = [name for name in system.functions if name in terms or name not in TERMS or TERMS[name].of_events]
+    return to_program(system, None, functions, names=target.names), "the library is of linear models about rest"
 
 
 def _with_settings(data: dict[str, Any], described: Description) -> dict[str, Any]:

@@ -485,6 +485,37 @@ def nearest_term(name: str) -> str:
     return nearest(name, TERMS if "rate" in name else plain, TERMS_ELSEWHERE)
 
 
+def takes_nonzeros(there: Collection[str], *, disturbed: bool) -> bool:
+    """Return whether a linear model is made of the nonzeros of partials, which scenes of many components have; without
+    inputs and disturbances these suffice, and whole matrices are not built. Parameters as of ``linear_terms``."""
+    return "iteration" in there and "partials" not in there and not disturbed
+
+
+def linear_terms(there: Collection[str], *, disturbed: bool, states: bool, moving: bool) -> list[str]:
+    """Return the terms that a linear model needs, if they exist.
+
+    Parameters
+    ----------
+    there : functions of the model
+    disturbed : whether inputs or disturbances act
+    states : whether there are internal states
+    moving : whether partials of the accelerations of constraints are needed, which vanish at rest
+    """
+    terms = {*PURPOSES["linearization"], "samples"}
+    if takes_nonzeros(there, disturbed=disturbed):
+        terms -= {"partials", "linearization", "internal_partials"} | (set() if moving else {"mass"})
+        terms |= {"iteration"}
+    elif not (disturbed or states):
+        terms -= {"linearization"}
+    if not moving:
+        terms -= {"acceleration_partials"}
+    return [name for name in TERMS if name in terms]
+
+
+#: The start of a ``Selection`` for linear models about rest.
+REST = "rest"
+
+
 @dataclass(frozen=True)
 class Selection:
     """Which functions a library has.
@@ -492,7 +523,8 @@ class Selection:
     Attributes
     ----------
     terms : wanted by name; None: the scene's list, or all functions that the scene can use
-    start : ``initial`` or ``equilibrium``: only functions called by runs with this start; empty: all functions
+    start : ``initial`` or ``equilibrium``: only functions called by runs with this start; ``rest``: by linear models
+        about rest, without a stepper; empty: all functions
     """
 
     terms: tuple[str, ...] | None = None

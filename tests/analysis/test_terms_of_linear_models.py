@@ -1,0 +1,77 @@
+"""What is compiled for linear models: at rest no partials of the accelerations of constraints, and no stepper."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.pipeline.pipeline import built_for_rest
+from eomgen.toolchain.builder import Builder
+from tests.scene.test_varying_sections import scene as tapered
+
+EXAMPLES = Path("examples")
+
+
+@pytest.fixture
+def loaded(monkeypatch: pytest.MonkeyPatch) -> dict[Path, set[str]]:
+    """The functions of each library that a builder makes or takes from the cache, by its folder."""
+    libraries: dict[Path, set[str]] = {}
+    own = Builder._load
+
+    def noted(self: Builder, *arguments: Any) -> Any:
+        library = own(self, *arguments)
+        libraries[library.folder] = {function["name"] for function in library.layout["functions"]}
+        return library
+
+    monkeypatch.setattr(Builder, "_load", noted)
+    return libraries
+
+
+@pytest.mark.parametrize("name", ["four_bar", "slider_crank_spatial"])
+def test_partials_of_accelerations_of_constraints_vanish_at_rest(name: str, rng: np.random.Generator) -> None:
+    terms = ("constraint_bias", "acceleration_partials")
+    model = eomgen.build(EXAMPLES / name / "scene.toml", terms, profile="quick")
+    assert not {"t", "base"}.intersection(model.functions.inputs("constraint_bias"))
+    zero = np.zeros(model.nv)
+    q = model.integrate(model.initial_q, rng.normal(size=model.nv))
+    assert not any(block.any() for block in model.evaluate("acceleration_partials", q, zero, zero).values())
+    moved = model.evaluate("acceleration_partials", q, rng.normal(size=model.nv), zero)
+    assert all(block.any() for block in moved.values())
+
+
+def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path, set[str]]) -> None:
+    model = eomgen.build(tapered(4, "kirchhoff"), profile="quick")
+    rest = model.linearize()
+    assert list(loaded) == [model.library.folder]
+    assert "acceleration_partials" not in loaded[model.library.folder]
+    given = {"a": rest.reference.a, "multipliers": rest.reference.multipliers}
+    with_all = model.linearize(rest.reference.q, **given)
+    assert len(loaded) == 2
+    assert with_all.K0.tobytes() == rest.K0.tobytes() and with_all.M0.tobytes() == rest.M0.tobytes()
+
+
+def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path, set[str]]) -> None:
+    scene = tapered(4, "kirchhoff")
+    model = built_for_rest(eomgen.load(scene))
+    found = model.linearize().modes().angular_frequency
+    assert list(loaded) == [model.library.folder]
+    assert not {"acceleration_partials", "inverse_dynamics", "energy"}.intersection(model.functions.names)
+    assert not model.library.layout["method"]
+    assert not list(model.library.folder.glob("*_step.c"))
+    whole = eomgen.build(scene, profile="quick")
+    assert whole.library.layout["method"]
+    assert found == pytest.approx(whole.linearize().modes().angular_frequency, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "quarter_car", "unbalanced_shaft", "active_quarter_car"])
+def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
+    file = EXAMPLES / name / "scene.toml"
+    lean, whole = built_for_rest(file, "quick").linearize(), eomgen.build(file, profile="quick").linearize()
+    assert lean.reference.what == whole.reference.what
+    for matrix, other in zip(vars(lean.state_space()).values(), vars(whole.state_space()).values(), strict=True):
+        if isinstance(matrix, np.ndarray):
+            np.testing.assert_allclose(matrix, other, rtol=1e-9, atol=1e-9 * np.max(np.abs(other), initial=0.0))
