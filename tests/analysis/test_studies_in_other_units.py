@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.control import lqr
+from eomgen.control import OutputFeedback, kalman, lqr
 from eomgen.linear.linearization import Linearization
 from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 
@@ -33,6 +33,16 @@ SCENES: dict[str, dict[str, Any]] = {
         "inputs": {"motor": {"unit": "N"}},
         "efforts": {"push": {"joint": "rail", "effort": "load + motor"}},
     },
+    "column": {  # two links on soft hinges, pushed along their axis
+        "gravity": [0, 0, 0], "inputs": {"load": {"unit": "N"}},
+        "bodies": {name: {"mass": 1.0, "center_of_mass": [0.25, 0, 0], "inertia": [1e-3, 0.02, 0.02]}
+                   for name in ("lower", "upper")},
+        "joints": {"foot": {"type": "revolute", "parent": "base", "child": "lower", "axis": [0, 1, 0],
+                            "stiffness": 40.0},
+                   "knee": {"type": "revolute", "parent": "lower", "child": "upper", "axis": [0, 1, 0],
+                            "position": [0.5, 0, 0], "stiffness": 40.0}},
+        "forces": {"push": {"body": "upper", "point": [0.5, 0, 0], "force": ["-load", 0, 0]}},
+    },
     "gears": {  # from rest and from zero
         "gravity": [0, 0, -9.81],
         "bodies": {name: {"mass": mass} for name, mass in (("a", 1.0), ("b", 3.0))},
@@ -54,13 +64,17 @@ SCENES: dict[str, dict[str, Any]] = {
 # fmt: on
 
 
-@cache
-def model_of(scene: str, units: SceneUnits, *terms: str) -> eomgen.Model:
-    """Return a model in units that are fixed numbers."""
+def data_of(scene: str, units: SceneUnits) -> dict[str, Any]:
+    """Return a scene in units that are fixed numbers."""
     data = with_factors({"format": 1, "name": scene, **SCENES[scene]}, (LENGTH, MASS, TIME))
     for name, size in units.parameters.items():
         data["parameters"][name] = {"value": size}
-    return eomgen.build(data, profile="quick")
+    return data
+
+
+@cache
+def model_of(scene: str, units: SceneUnits) -> eomgen.Model:
+    return eomgen.build(data_of(scene, units), profile="quick")
 
 
 def linear_of(model: eomgen.Model) -> Linearization:
@@ -125,3 +139,30 @@ def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
         law = lqr(linear, {"q.hinge": 100.0, "q.rail": 1e4 / one.size("m") ** 2}, {"motor": 1.0 / one.size("N") ** 2})
         gains.append(np.asarray(law.closed_loop.eigenvalues) * one.time)
     alike(np.sort_complex(gains[0]), np.sort_complex(gains[1]), 1e-6)
+
+
+@pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
+def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
+    """Two equal links L on hinges k: k/L (3 - sqrt(5))/2 and k/L (3 + sqrt(5))/2 (Timoshenko, Gere 1961, 2.10)."""
+    loads = model_of("column", units).buckling_loads("load", count=2)
+    expected = 80.0 * (3.0 + np.array([-1.0, 1.0]) * np.sqrt(5.0)) / 2.0
+    alike(np.asarray(loads.values) / units.size("N"), expected)
+
+
+@pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
+@pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])
+def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnits) -> None:
+    ends = []
+    for one in dict.fromkeys((units, SceneUnits())):
+        linear = linear_of(model_of("arm", one)).state_space()
+        weights = {"q.hinge": 100.0, "q.rail": 1e4 / one.size("m") ** 2}
+        law: Any = lqr(linear, weights, {"motor": 1.0 / one.size("N") ** 2})
+        if estimated:
+            noise = {"q.hinge": 1e-6 * one.time, "q.rail": 1e-6 * one.size("m") ** 2 * one.time}
+            law = OutputFeedback(law, kalman(linear, {"motor": one.size("N") ** 2 * one.time}, noise))
+        model = eomgen.build(eomgen.with_controller(data_of("arm", one), law), profile="quick")
+        start = {"q": np.array([0.3, 0.02]) * [one.size(unit) for unit in model.q_units]}
+        run = model.simulate(0.5 * one.time, 1e-3 * one.time, initial=start, method="rk4", record_every=50)
+        assert run.success, run.message
+        ends.append(own(run.q, one, model.q_units))
+    alike(ends[0], ends[-1], 1e-6)

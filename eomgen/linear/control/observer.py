@@ -25,7 +25,7 @@ from eomgen.linear.control.regulator import optimal_gains, placed_gains
 from eomgen.linear.control.riccati_equation import sampled_solution, without_cross_terms
 from eomgen.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
 from eomgen.linear.sampling import discretized, noise_over_a_sample
-from eomgen.linear.state_space import HasStateSpace, StateSpace, state_space_of
+from eomgen.linear.state_space import HasStateSpace, StateSpace, spelled, state_space_of
 
 
 @checked_calls()
@@ -261,7 +261,8 @@ def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str,
         if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating) or not value > 0.0:
             fault = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact"
             raise UsageError(Problem("measurement_noise", fault, "a number above zero"))
-    return tuple(noise), np.diag(np.array(list(noise.values()), dtype=float))
+    names = tuple(spelled(name, (*space.outputs, *space.states)) for name in noise)
+    return names, np.diag(np.array(list(noise.values()), dtype=float))
 
 
 def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple[Array, Array, Array]:
@@ -272,10 +273,11 @@ def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple
         names: Sequence[str] = space.disturbances
         W = weight("the noise", noise, len(names))
     else:
-        names = tuple(noise)
         into |= {name: (space.B[:, k], space.D[:, k]) for k, name in enumerate(space.inputs)}
         units = zip(space.states, np.eye(ns), strict=True)
         into = {name: (unit, np.zeros(len(space.outputs))) for name, unit in units} | into
+        noise = {spelled(name, tuple(into)): value for name, value in noise.items()}
+        names = tuple(noise)
         for name in names:
             if name not in into:
                 fault = f"there is no disturbance, input or state {shown(name)}"
