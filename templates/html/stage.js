@@ -128,60 +128,55 @@ function holds({ kind, size, center, axes }, place) {
   return kind === "sphere" && Math.hypot(x, y, z) < size[0];
 }
 
-/** Corners around which the picture is laid: of solids, links and points, at up to 120 frames. */
-const bounds = (() => {
-  const [low, high] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-  const cloud = [];
-  let [travel, first, box] = [0, null, null];
-  let spread = 0;
-  const stride = Math.max(1, Math.floor(count / 120));
-  for (let frame = 0; frame < count; frame += stride) {
-    const [near, far] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
-    const take = (carrier, place) => {
-      const p = placed(poseAt(carrier, frame, 0), place);
-      if (frame % (12 * stride) === 0 || bodies.length < 12) cloud.push(p);
-      for (let k = 0; k < 3; k++) {
-        near[k] = Math.min(near[k], p[k]);
-        far[k] = Math.max(far[k], p[k]);
-      }
-    };
-    for (const body of bodies) for (const { carrier, position } of body.reach) take(carrier, position);
-    for (const shape of shapes) if (shape.carrier >= 0) for (const corner of shape.corners) take(shape.carrier, corner);
-    for (const point of scene.points) if (point.drawn) take(point.carrier, point.position);
-    for (const { center, radius } of scene.tyres) {
-      for (const turn of SIGNS) for (const k of [0, 1, 2]) take(center.carrier, plus(center.position, times(2 * turn * radius, REST.R[k])));
-    }
-    const middle = between(near, far, 0.5);
-    first = first || middle;
-    box = box || minus(far, near);
-    travel = Math.max(travel, norm(minus(middle, first)));
-    spread = Math.max(spread, norm(minus(far, near)));
-    for (let k = 0; k < 3; k++) {
-      low[k] = Math.min(low[k], near[k]);
-      high[k] = Math.max(high[k], far[k]);
-    }
-  }
-  return { low, high, box, cloud, spread: spread || 1, travel };
-})();
+/** Places around which the picture is laid, of solids, links and points: the outermost of each frame, in the world and
+ * against the centre of the machine, and the box around all. */
+const bounds = { low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity], cloud: [], about: [], spread: 0, travel: 0, first: null };
 
+/** Places that a frame reaches. */
+function placesAt(frame) {
+  const places = [];
+  const take = (carrier, place) => places.push(placed(poseAt(carrier, frame, 0), place));
+  for (const body of bodies) for (const { carrier, position } of body.reach) take(carrier, position);
+  for (const shape of shapes) if (shape.carrier >= 0) for (const corner of shape.corners) take(shape.carrier, corner);
+  for (const point of scene.points) if (point.drawn) take(point.carrier, point.position);
+  for (const { center, radius } of scene.tyres) {
+    for (const turn of SIGNS) for (const k of [0, 1, 2]) take(center.carrier, plus(center.position, times(2 * turn * radius, REST.R[k])));
+  }
+  return places;
+}
+
+/** Lay the picture around places, too. */
+function widen(places) {
+  bounds.cloud.push(...places);
+  for (const [side, pick] of [["low", Math.min], ["high", Math.max]]) bounds[side] = bounds[side].map((value, k) => places.reduce((most, place) => pick(most, place[k]), value));
+}
+
+/** Lay the picture around a frame. */
+function widenBy(frame) {
+  const places = placesAt(frame);
+  if (!places.length) return;
+  const [low, high] = [Math.min, Math.max].map((pick) => [0, 1, 2].map((k) => places.reduce((value, place) => pick(value, place[k]), places[0][k])));
+  const [middle, centre, outer] = [between(low, high, 0.5), centreAt(moments[frame]), outermost(places)];
+  bounds.first = bounds.first || middle;
+  bounds.travel = Math.max(bounds.travel, norm(minus(middle, bounds.first)));
+  bounds.spread = Math.max(bounds.spread, norm(minus(high, low)));
+  bounds.about.push(...outer.map((place) => minus(place, centre)));
+  widen(outer);
+}
+
+const each = Math.max(1, Math.floor((count * bodies.length) / 24000)); // so many poses take a tenth of a second
+for (let frame = 0; frame < count; frame += each) widenBy(frame);
+bounds.spread ||= 1;
 const following = bounds.travel > 3 * bounds.spread;
 if (!following) {
-  // places of joints and of the base belong into the picture, unless the machine drives away from it
+  // joints, the base, and shapes that do not move belong into the picture as far as the machine stays large
+  const [low, high] = [bounds.low.map((value) => value - bounds.spread / 4), bounds.high.map((value) => value + bounds.spread / 4)];
+  const clamped = (place) => place.map((value, k) => Math.min(Math.max(value, low[k]), high[k]));
   for (let frame = 0; frame < count; frame += Math.max(1, Math.floor(count / 120))) {
     const seats = scene.joints.filter((joint) => joint.type !== "free" && !joint.unmarked).map(({ seat }) => placed(poseAt(seat.carrier, frame, 0), seat.position));
-    for (const place of scene.base >= 0 ? [...seats, poseAt(scene.base, frame, 0).p] : seats) {
-      bounds.cloud.push(place);
-      bounds.low = bounds.low.map((value, k) => Math.min(value, place[k]));
-      bounds.high = bounds.high.map((value, k) => Math.max(value, place[k]));
-    }
+    widen((scene.base >= 0 ? [...seats, poseAt(scene.base, frame, 0).p] : seats).map(clamped));
   }
-}
-if (!following) {
-  for (const corner of shapes.filter((shape) => shape.carrier < 0).flatMap((shape) => shape.corners)) {
-    bounds.cloud.push(corner);
-    bounds.low = bounds.low.map((value, k) => Math.min(value, corner[k]));
-    bounds.high = bounds.high.map((value, k) => Math.max(value, corner[k]));
-  }
+  widen(shapes.filter((shape) => shape.carrier < 0).flatMap((shape) => shape.corners).map(clamped));
 }
 const unitSize = following ? bounds.spread : norm(minus(bounds.high, bounds.low)) || 1;
 const small = unitSize * 0.012;
@@ -239,7 +234,7 @@ function curveFrom(places, k) {
   });
 }
 
-const middle = between(bounds.low, bounds.high, 0.5);
+let middle = between(bounds.low, bounds.high, 0.5);
 
 /** Height of the ground along `up`: at zero, or below all that hangs lower. */
 const lowest = dot(middle, up) + Math.min(...cornersOf(minus(bounds.high, bounds.low)).map((corner) => dot(corner, up)));
@@ -273,14 +268,15 @@ state.speed = (() => {
 let untouched = true;
 
 function resetView() {
-  const extent = following ? bounds.box.map((side) => Math.max(side, 0.3 * bounds.spread)) : minus(bounds.high, bounds.low);
+  const extent = minus(bounds.high, bounds.low);
+  middle = between(bounds.low, bounds.high, 0.5);
   const [wide, deep] = [Math.abs(dot(extent, camera.x)), Math.abs(dot(extent, camera.y))];
   camera.target = following ? centreAt(state.time) : middle;
   // a machine that moves in a plane is looked at from the side of that plane
   camera.azimuth = deep < 0.4 * wide ? -1.28 : wide < 0.4 * deep ? 0.29 : -0.92;
   camera.elevation = Math.min(deep, wide) < 0.4 * Math.max(deep, wide) ? 0.2 : 0.36;
   const least = cornersOf([1, 1, 1].map((side) => 0.15 * side * unitSize));
-  camera.fit([...least, ...(following ? cornersOf(extent) : [...bounds.cloud, ...axesTips()].map((place) => minus(place, middle)))]);
+  camera.fit([...least, ...(following ? bounds.about : [...bounds.cloud, ...axesTips()].map((place) => minus(place, middle)))]);
   untouched = true;
 }
 
@@ -294,7 +290,9 @@ function axesTips() {
 }
 
 /** Centre of a body, of a beam the middle of its bent axis. */
-const middleOf = (body, pose) => (body.axis ? pose(body.axis[body.axis.length >> 1]).p : placed(pose(body.carrier), body.solid.center));
+function middleOf(body, pose) {
+  return body.axis ? pose(body.axis[body.axis.length >> 1]).p : placed(pose(body.carrier), body.solid.center);
+}
 
 function centreAt(time) {
   const [frame, part] = frameAt(time);

@@ -46,6 +46,7 @@ function remember() {
   const status = motion.observe();
   moments[count] = motion.t;
   motion.poses(poses, count * 7 * carriers);
+  if (leaves(count) && untouched) resetView();
   columns.forEach(({ block, place, minus }, k) => {
     const numbers = motion.blocks[block];
     values[k][count] = place.reduce((sum, index) => sum + numbers[index], 0) - (minus || 0);
@@ -53,6 +54,15 @@ function remember() {
   end = moments[count];
   count += 1;
   return status;
+}
+
+/** Whether the machine leaves the picture at a frame, which then is laid around it, too. */
+function leaves(frame) {
+  if (following) return false;
+  const places = placesAt(frame);
+  if (!places.some((place) => place.some((value, k) => value < bounds.low[k] || value > bounds.high[k]))) return false;
+  widen(outermost(places));
+  return true;
 }
 
 /** Steps between stored frames. */

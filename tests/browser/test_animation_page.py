@@ -4,8 +4,10 @@ work."""
 from __future__ import annotations
 
 import html
+import itertools
 import json
 import re
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 
@@ -121,6 +123,64 @@ def test_bodies_are_where_the_projection_says_at_two_times(
             assert likeness(picture[line, column], palette()[1]) < 0.9, f"lower is still drawn at {column}, {line}"
         corner = picture[5, 5].sum() / 3
         assert corner > 230 if theme == "light" else corner < 40
+
+
+def far_corners(solution: eomgen.Solution, half: dict[str, list[float]], row: int) -> list[np.ndarray]:
+    """Return the corners of boxes with these halves of sides about the origins of bodies, in the world."""
+    found = []
+    for name, sides in half.items():
+        w, x, y, z = solution.poses[name][row, :4]
+        cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+        turn = np.eye(3) + 2 * w * cross + 2 * cross @ cross
+        corners = (np.array(signs) * sides for signs in itertools.product((-1, 1), repeat=3))
+        found += [solution.poses[name][row, 4:] + turn @ corner for corner in corners]
+    return found
+
+
+def _spinners() -> eomgen.SceneBuilder:
+    """Return fourteen arms that turn at different rates, on a floor of 200 m."""
+    builder = eomgen.SceneBuilder("spinners", gravity=[0, 0, 0])
+    for k in range(14):
+        builder.body(f"arm{k}", 1.0, inertia=[0.01, 0.01, 0.01])
+        options = {"axis": [0, 1, 0], "position": [0.3 * k, 0, 0], "initial": {"velocity": 7.0 + k}}
+        builder.joint(f"pin{k}", "revolute", "base", f"arm{k}", **options)
+        builder.shape(f"blade{k}", body=f"arm{k}", type="box", size=[4.0, 0.1, 0.1])
+    return builder.shape("floor", body="base", type="box", size=[200.0, 200.0, 0.01], position=[0, 0, -2.5])
+
+
+def _unfolding() -> eomgen.SceneBuilder:
+    """Return a trolley that drives away while its boom slides out."""
+    builder = eomgen.SceneBuilder("unfolding", gravity=[0, 0, 0]).body("trolley", 1.0, inertia=[0.1, 0.1, 0.1])
+    builder.body("boom", 0.1, inertia=[0.01, 0.01, 0.01])
+    builder.joint("rail", "prismatic", "base", "trolley", axis=[1, 0, 0], initial={"velocity": 30.0})
+    builder.joint("slide", "prismatic", "trolley", "boom", axis=[0, 0, 1], initial={"velocity": 2.0})
+    builder.shape("cabin", body="trolley", type="box", size=[0.6, 0.6, 0.6])
+    return builder.shape("tip", body="boom", type="box", size=[0.2, 0.2, 1.0])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("scene", "half"),
+    [
+        (_spinners, {f"arm{k}": [2.0, 0.05, 0.05] for k in range(14)}),
+        (_unfolding, {"trolley": [0.3, 0.3, 0.3], "boom": [0.1, 0.1, 0.5]}),
+    ],
+    ids=["spinners", "unfolding"],
+)
+def test_the_whole_motion_is_in_the_picture_and_large(
+    scene: Callable[[], eomgen.SceneBuilder], half: dict[str, list[float]], browser: Browser, tmp_path: Path
+) -> None:
+    solution = eomgen.build(scene().build(), profile="quick").simulate(2.0, 2e-3, method="rk4")
+    page = solution.animate(tmp_path / "page.html")
+    page.write_text(page.read_text(encoding="utf-8").replace("</body>", WATCH + "</body>"), encoding="utf-8")
+    largest = 0.0
+    for row in (0, 333, 700, 1000):
+        height, width = browser.picture(page, f"t={float(solution.t[row])}&theme=light").shape[:2]
+        view = json.loads(browser.said[-1].removeprefix("view "))
+        pixels = np.array([projected(view, corner) for corner in far_corners(solution, half, row)])
+        assert np.all(pixels >= 0) and np.all(pixels <= (width, height))
+        largest = max(largest, float(np.max(np.ptp(pixels, axis=0) / (width, height))))
+    assert largest > 0.3
 
 
 CONTROLS = """

@@ -17,12 +17,13 @@ import pytest
 import eomgen
 from eomgen.cli import INTERRUPTED, VERBS, commands
 from eomgen.formula.words import FUNCTIONS
-from eomgen.integrators.families.register import method_names
+from eomgen.integrators.families.register import method_named, method_names
 from eomgen.mechanics.derive import derive
 from eomgen.scene.document.reference import schema
 from eomgen.scene.document.schema import section_keys
 from eomgen.scene.formula.scope import ENERGIES
 from eomgen.scene.load import from_data, load_toml
+from eomgen.system.terms import TERMS
 from tests.docs.parts import PAGES as IN_PARTS
 from tests.docs.parts import parts, sections, whole
 from tests.models.cache import shared_cache
@@ -214,6 +215,13 @@ def test_every_term_function_method_and_energy_is_on_the_page() -> None:
     assert set(ENERGIES) <= in_backticks(texts["outputs"])
 
 
+def test_orders_of_methods_are_the_ones_of_the_register() -> None:
+    rows = re.findall(r"^\| (`[a-z].*?) \| (\d) \|", sections("scene")["simulation"], re.MULTILINE)
+    assert len(rows) > 20
+    for names, order in rows:
+        assert {method_named(name).order for name in in_backticks(names) if name in method_names()} == {int(order)}
+
+
 def test_a_missing_key_would_be_found() -> None:
     description = schema()
     words = words_of(description["properties"]["joints"], description["$defs"])
@@ -254,15 +262,37 @@ def test_command_lines_on_the_pages_exist() -> None:
         assert not unknown, f"{page}: eomgen {verb} has no {sorted(unknown)}"
 
 
-def test_every_verb_option_and_exit_code_is_on_its_page() -> None:
+def test_every_verb_and_exit_code_is_on_its_page() -> None:
     words = {word.split()[0] for word in in_backticks(whole("command_line"))}
     assert set(VERBS) <= words
-    top = {name for parameter in commands.params for name in parameter.opts}
-    for verb in VERBS:
-        missing = (options(verb) | top) - words
-        assert not missing, f"docs/command_line/options.md: {sorted(missing)} of {verb} not described"
     codes = set(re.findall(r"^\| (\d+) \|", sections("command_line")["Exit codes"], re.MULTILINE))
     assert codes == {str(error.exit_code) for error in errors()} | {"0", "1", str(INTERRUPTED)}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_option_says_what_it_means(verb: str) -> None:
+    """On the help page, which the reference of the verb repeats."""
+    made = command(verb)
+    context = click.Context(made, info_name=verb)
+    shown = [parameter.get_help_record(context) for parameter in made.params if isinstance(parameter, click.Option)]
+    assert all(len(record[1]) > 5 for record in shown if record is not None)
+
+
+def test_options_of_the_page_are_options_of_their_verbs() -> None:
+    rows = re.findall(r"^\| (`-.*?) \| (.*?) \|", sections("command_line")["Options"], re.MULTILINE)
+    assert len(rows) > 40
+    everywhere, before = {name for verb in VERBS for name in options(verb)}, ""
+    for cell, verbs in rows:
+        before = before if verbs == "the same" else verbs
+        named = set(re.findall(r"(?<![\w-])--?[a-z][a-z-]*", cell))
+        for verb in (word.split()[0] for word in re.sub(r"\(.*?\)", "", before).split(", ")):
+            assert named <= (options(verb) if verb in VERBS else everywhere), f"{cell} of {verb}"
+
+
+def test_terms_by_name_only_are_said_to_be() -> None:
+    """As the register of terms has it."""
+    for names, text in re.findall(r"^\| (`.*?) \| (.*) \|$", sections("scene")["terms"], re.MULTILINE):
+        assert "; only by name" not in text or all(TERMS[name].on_request for name in in_backticks(names)), names
 
 
 def errors() -> list[type[eomgen.EomgenError]]:

@@ -6,8 +6,10 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from typing import Annotated
 
 import pytest
+from pydantic import Field
 
 from eomgen.scene.document.reference import COMMAND, described, renewed, table, tables
 from eomgen.scene.document.schema import every_document, section_keys
@@ -57,6 +59,7 @@ class Sample(Table):
     strength: Value | None = key("how strong", None, unit={"one": "N/m", "two": ("N m/rad", "N/m")}, names=PARAMETERS)
     count: int = key("how many", 3, ge=1, le=9)
     kind: str = key("what it is", alias="class")
+    parts: Annotated[int, Field(ge=1)] | None = key("how many parts", None)
 
 
 def test_a_table() -> None:
@@ -65,6 +68,7 @@ def test_a_table() -> None:
         "| `strength` | value of parameters, N/m or N m/rad | none | how strong |",
         "| `count` | 1 to 9 | `3` | how many |",
         "| `class` | text | required | what it is |",
+        "| `parts` | whole number | none | how many parts |",
     ]
     assert every_unit(meaning_of(Sample.model_fields["strength"])) == ("N/m", "N m/rad")
 
@@ -85,3 +89,11 @@ def test_the_command_renews_a_page(tmp_path: Path) -> None:
 def test_a_page_with_an_unknown_table_is_refused() -> None:
     with pytest.raises(KeyError, match="Wheel"):
         renewed("<!-- keys of Wheel -->\n<!-- end -->")
+
+
+def test_a_kind_without_words_is_no_table() -> None:
+    class Strange(Table):
+        count: dict[str, int] = key("what cannot be said")
+
+    with pytest.raises(TypeError, match="no words"):
+        table(Strange)

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import UnionType
-from typing import Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from pydantic.fields import FieldInfo
 
@@ -142,6 +142,10 @@ def _kind(annotation: Any, field: FieldInfo) -> str:
     if get_origin(annotation) is Literal:
         *most, last = (f"`{word}`" for word in get_args(annotation))
         return f"{', '.join(most)} or {last}" if most else last
+    if get_origin(annotation) is Annotated:  # a kind with limits that no row of kinds names
+        return _kind(get_args(annotation)[0], field)
+    if not (isinstance(annotation, type) and issubclass(annotation, Table)):
+        raise TypeError(f"the table of keys has no words for {annotation}")
     return "table, below"
 
 
