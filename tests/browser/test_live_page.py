@@ -104,6 +104,29 @@ def test_every_control_does_its_work(browser: Browser, tmp_path: Path) -> None:
     assert told["error"].startswith("Estimated error of the run with the scene's values, to t = 3 s: ")
 
 
+WIDE = """
+play(false);
+restart();
+const told = { before: [...bounds.high] };
+const height = sliders.find((item) => item.name === "height" && item.kind === "position");
+for (let k = 0; k < 5; k++) choose(height, height.high);
+const inside = ([x, y]) => x >= 0 && x <= camera.width && y >= 0 && y <= camera.height;
+told.after = [...bounds.high];
+told.inside = placesAt(count - 1).every((place) => inside(camera.project(place)));
+told.top = motion.q[1];
+"""
+
+
+@pytest.mark.slow
+def test_the_picture_follows_a_start_outside_of_it(browser: Browser, tmp_path: Path) -> None:
+    scene = eomgen.load(EXAMPLES / "bouncing_ball" / "scene.toml")
+    model = eomgen.build(scene, profile="reproducible")
+    page = model.live(tmp_path / "ball.html", solution=model.simulate(0.05, initial={"height": 0.2}))
+    told = answer(browser, page, WIDE + REPORT, "theme=light")
+    assert told["top"] > 0.25 and told["inside"]
+    assert max(new - old for new, old in zip(told["after"], told["before"], strict=True)) > 0.05
+
+
 TEXTS = """
 const told = { names: [], cut: [], title: byId("title").textContent };
 const fill = CanvasRenderingContext2D.prototype.fillText;
