@@ -48,8 +48,8 @@ def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path
     rest = model.linearize()
     assert list(loaded) == [model.library.folder]
     assert "acceleration_partials" not in loaded[model.library.folder]
-    given = {"a": rest.reference.a, "multipliers": rest.reference.multipliers}
-    with_all = model.linearize(rest.reference.q, **given)
+    reference = rest.reference
+    with_all = model.linearize(reference.q, a=reference.a, multipliers=reference.multipliers)
     assert len(loaded) == 2
     assert with_all.K0.tobytes() == rest.K0.tobytes() and with_all.M0.tobytes() == rest.M0.tobytes()
 

@@ -22,6 +22,7 @@ from benchmarks import (
     implicit_steps,
     lane_steppers,
     lanes,
+    large_files,
     large_scenes,
     late_steps,
     measure,
@@ -354,6 +355,14 @@ def test_statics_of_examples_are_timed(tmp_path: Path) -> None:
     jobs = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))["jobs"]
     assert [job["job"] for job in jobs] == ["equilibrium", "linearize", "path t"]
     assert all(job["calls"] > 5 and 0.0 < job["Python, %"] < 100.0 for job in jobs)
+
+
+@pytest.mark.long
+def test_large_files_are_read_and_a_blade_is_linear(capsys: pytest.CaptureFixture[str]) -> None:
+    assert large_files.main(["--quick"]) == 0
+    cells = [[cell.strip() for cell in line.split("|")] for line in capsys.readouterr().out.splitlines()]
+    seconds = {row[1]: float(row[3]) for row in cells if len(row) > 3 and row[1] in large_files.CASES}
+    assert seconds.keys() == large_files.CASES.keys() and all(0.0 < value < 600.0 for value in seconds.values())
 
 
 @pytest.mark.long
