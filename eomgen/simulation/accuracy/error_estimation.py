@@ -341,7 +341,7 @@ def _by_prime_parts(runs: ComparisonRuns, twice: ComparedMotion) -> ErrorEstimat
         passed_over = _passed_over(runs, shorter[-1])
     words = f"runs at {' and '.join(f'1/{parts}' for parts in _PRIME_PARTS)} of the step"
     far, near = differing[-2][0], runs.apart(*shorter)
-    refinement = _refinement(runs, (*(1.0 / parts for parts in reversed(_PRIME_PARTS)), 1.0))
+    refinement = _refinement(runs, (1.0 / _PRIME_PARTS[1], 1.0 / _PRIME_PARTS[0], 1.0))
     pair = Pair(_largest_of(differing), partial(_known, 1.0), words, near, far, refinement)
     return replace(estimate(runs, pair, order), passed_over=passed_over)
 
