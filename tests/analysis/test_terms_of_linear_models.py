@@ -1,4 +1,4 @@
-"""Functions that are compiled for linear models: at rest no partials of the accelerations of constraints, and no stepper."""
+"""Functions of linear models: at rest no partials of the accelerations of constraints, and no stepper."""
 
 from __future__ import annotations
 
