@@ -134,7 +134,7 @@ class Interface:
     variables : in the order of the value references
     units : of the variables
     outputs, derivatives, initial_unknowns, indicators : of the model structure
-    doubts : findings on the run of the scene that steps of other sizes share, which co-simulation logs at its start
+    doubts : findings on the run of the scene that steps of other sizes share, for the log of co-simulation
     """
 
     program: Program

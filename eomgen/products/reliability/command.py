@@ -210,8 +210,7 @@ def print_processes(processes: list[dict[str, Any]]) -> None:
     print_table("Random processes", header, rows, numeric=(3, 5))
     if any(item["captured"][-1] < 1.0 for item in processes):
         out.print(
-            "Variances are of the processes: an output may lose another share, which eomgen ensemble and eomgen random"
-            " tell",
+            "Variances are of the processes: an output may lose another share: see eomgen ensemble, or eomgen random",
             markup=False,
         )
     for item in processes:
