@@ -142,8 +142,8 @@ def _spinners() -> eomgen.SceneBuilder:
     builder = eomgen.SceneBuilder("spinners", gravity=[0, 0, 0])
     for k in range(14):
         builder.body(f"arm{k}", 1.0, inertia=[0.01, 0.01, 0.01])
-        options = {"axis": [0, 1, 0], "position": [0.3 * k, 0, 0], "initial": {"velocity": 7.0 + k}}
-        builder.joint(f"pin{k}", "revolute", "base", f"arm{k}", **options)
+        place, speed = [0.3 * k, 0, 0], {"velocity": 7.0 + k}
+        builder.joint(f"pin{k}", "revolute", "base", f"arm{k}", axis=[0, 1, 0], position=place, initial=speed)
         builder.shape(f"blade{k}", body=f"arm{k}", type="box", size=[4.0, 0.1, 0.1])
     return builder.shape("floor", body="base", type="box", size=[200.0, 200.0, 0.01], position=[0, 0, -2.5])
 
