@@ -226,8 +226,8 @@ class CNames:
         return ["w", *(f"o{number}" for number in range(1, len(text.results)))]
 
     def shared_parameters(self, text: ProgramShared, real: str = "real") -> str:
-        """Return the parameter list of a shared stretch: the workspace to read and to write, places, numbers."""
-        texts = [f"const {real} *restrict r", *(f"{real} *restrict {name}" for name in self.shared_outputs(text))]
+        """Return the parameter list of a shared stretch: the workspace, outputs of the caller, places, numbers."""
+        texts = [f"{real} *restrict {name}" for name in self.shared_outputs(text)]
         texts.append(f"const {self.place_type} *restrict at")
         return ", ".join([*texts, *(["const double *restrict k"] if text.numbers else [])])
 

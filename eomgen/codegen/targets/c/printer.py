@@ -456,7 +456,7 @@ class Printer:
     def _share(self, number_: int, places: Sequence[int], outputs: Sequence[int], values: Sequence[float]) -> list[str]:
         """Return the call of a shared stretch, with tables of places and numbers."""
         lines = [f"    {line}" for line in _table(f"static const {self.place_type} at", list(map(str, places)))]
-        arguments = ["w", "w", *(str(self.outputs[output]) for output in outputs), "at"]
+        arguments = ["w", *(str(self.outputs[output]) for output in outputs), "at"]
         if values and self.numbers is not None:
             arguments.append(f"&{self.numbers.name}[{self.numbers.first_of(values)}]")
         elif values:

@@ -261,7 +261,7 @@ class _Context:
 
     def shared(self, text: ProgramShared, number_: int) -> str:
         """Return the statements of a shared stretch, which counts from 1."""
-        inputs: dict[str, str | Sequence[str]] = {READ: "r[at[{}]]", NUMBER: "K(k[{}])"}
+        inputs: dict[str, str | Sequence[str]] = {READ: "w[at[{}]]", NUMBER: "K(k[{}])"}
         names, place, outputs = self.c.shared_outputs(text), text.reads, list[Sequence[str]]()
         for name, size in zip(names, text.results, strict=True):
             outputs.append([f"{name}[at[{place + component}]]" for component in range(size)])
