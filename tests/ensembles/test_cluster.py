@@ -20,7 +20,6 @@ import pytest
 import eomgen
 from eomgen.errors import FileError, UsageError
 from eomgen.products.ensembles import Ensemble, cluster, parts
-from eomgen.products.ensembles.samples import FailedSample, SampleBlock
 from tests.ensembles.carts import CART, VARY, bits, small_blocks
 
 pytestmark = pytest.mark.slow
@@ -262,20 +261,3 @@ def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
     refusal = parts.WorkerState(shipment).run(0, np.zeros((2, 0)))
     assert isinstance(refusal, parts.Refusal)
     assert "other C comes of the scene here" in refusal.problems[0].what
-
-
-@pytest.mark.long
-def test_parts_are_cut_into_blocks_with_their_failures() -> None:
-    """Parts of 1, 5, 2 and 3 samples, the fourth and the last of which failed, in blocks of 4."""
-    values = np.arange(11.0)[:, np.newaxis]
-    failed = [FailedSample(3, "a", {}), FailedSample(10, "b", {})]
-    given, first = [], 0
-    for count in (1, 5, 2, 3):
-        own = values[first : first + count]
-        of_part = tuple(one for one in failed if first <= one.number < first + count)
-        given.append(SampleBlock(first, own, own[:, :, np.newaxis], own[:, :, np.newaxis], of_part))
-        first += count
-    found = list(cluster._whole(iter(given), 0, 11, 4))
-    assert [(block.first, len(block.values)) for block in found] == [(0, 4), (4, 4), (8, 3)]
-    np.testing.assert_array_equal(np.concatenate([block.rows[:, 0, 0] for block in found]), np.arange(11.0))
-    assert [[one.number for one in block.failed] for block in found] == [[3], [], [10]]
