@@ -57,7 +57,9 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
             f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones"
         )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
-    return CheckedStates(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(model, scales, length, rng)
+    return CheckedStates(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(
+        model, {**scales, "a": np.abs(blocks["a"]).max(axis=0) if kept else scales["v"]}, length, rng
+    )
 
 
 def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, Array]], list[str]]:
@@ -179,15 +181,17 @@ def _space(model: Model, scales: dict[str, Array], length: float, rng: np.random
         "z": directions(components["z"], scales["z"], rng),
         "lam": directions(components["lam"], np.ones(len(model.multipliers)), rng),
     }
-    along |= {"a": along["v"], "q": along["v"]}
+    along["q"] = along["v"]
     values = np.abs(model.parameter_array())
     along["p"] = directions(tuple(model.parameters), np.where(values > 0.0, PART * values, 1.0), rng)
+    few = directions(components["v"], scales["v"], rng, FEW)
+    along["a"] = directions(components["v"], np.maximum(scales["v"], scales["a"]), rng)  # linear: no step is too large
     return Space(
         nv=model.nv,
         holonomic=model.functions.sizes["holonomic"],
         bodies=model.bodies,
         along=along,
-        few=directions(components["v"], scales["v"], rng, FEW),
+        few=few,
         rows=components,
         length=length,
     )
