@@ -263,8 +263,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         _sweep(options.pop("diagram"), "--campbell"),
         *(options.pop(name) for name in ("orders", "whirl", "modes", "speed_unit")),
     )
-    points = 1 + len(sweep[1] if sweep else ()) + len(campbell.values if campbell else ())
-    request = _Request(scene, options, points)
+    request = _Request(scene, options, sweep, campbell)
     excitation = request.model.road_excitation() if ride is not None else None
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
@@ -317,8 +316,14 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
 class _Request:
     """A scene and the operating point of the scene's linear model."""
 
-    def __init__(self, path: str, options: dict[str, Any], points: int) -> None:
-        """Build the model; ``points``: number of linear models."""
+    def __init__(
+        self,
+        path: str,
+        options: dict[str, Any],
+        sweep: tuple[str, list[float]] | None,
+        campbell: CampbellRequest | None,
+    ) -> None:
+        """Build the model for linear models at the values of a sweep and of a Campbell diagram."""
         from eomgen.pipeline import pipeline  # noqa: PLC0415
 
         self.at, self.time = _state(options.pop("at")), options.pop("time")
@@ -331,6 +336,7 @@ class _Request:
             raise UsageError(Problem(option, "it belongs to a steady motion", "--at steady"))
         described = read_scene(path, options)
         self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
+        points = 1 + (len(sweep[1]) if sweep else 0) + (len(campbell.values) if campbell else 0)
         with building(described.name):
             profile = options.pop("profile")
             self.model: Model = (

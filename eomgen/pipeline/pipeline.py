@@ -6,7 +6,7 @@ import functools
 import os
 import time
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence, Set
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, cast
@@ -851,18 +851,7 @@ def _derived_program(
 
     if selection.start == REST:
         return _program_of_rest(document, described, target)
-    system = derive(document, selection.terms)
-    called = chosen.calls(system).union(
-        chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions)
-    )
-    absent, steps = called - set(system.functions), chosen.calls(system)
-    lacking = [
-        name
-        for name in TERMS
-        if name in absent and (TERMS[name].on_request or (TERMS[name].quadratic and name in steps))
-    ]
-    if lacking and selection.terms is None:
-        system = derive(document, [*(name for name in system.functions if name in TERMS), *lacking])
+    system, called = _called_functions(document, selection, chosen)
     if target.steppers:
         system = chosen.prepared(system)
     if sample is not None:
@@ -887,6 +876,22 @@ def _derived_program(
         return to_program(system, None, functions, names=target.names), "; ".join(
             dict.fromkeys(problem.what for problem in error.problems)
         )
+
+
+def _called_functions(document: Document, selection: Selection, chosen: Method) -> tuple[System, Set[str]]:
+    """Return the system with the terms of a selection, or with all that a method calls, and the names that it calls."""
+    system = derive(document, selection.terms)
+    steps = chosen.calls(system)
+    called = steps.union(chosen.terms(bool(system.multipliers), bool(system.states), "mass" in system.functions))
+    absent = called - set(system.functions)
+    lacking = [
+        name
+        for name in TERMS
+        if name in absent and (TERMS[name].on_request or (TERMS[name].quadratic and name in steps))
+    ]
+    if lacking and selection.terms is None:
+        system = derive(document, [*(name for name in system.functions if name in TERMS), *lacking])
+    return system, called
 
 
 def _program_of_rest(document: Document, described: Description, target: Target) -> tuple[Program, str]:
