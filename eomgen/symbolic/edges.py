@@ -119,12 +119,12 @@ def quotient(tape: Tape, numerator: Ref, divisor: Ref, x: Ref) -> Ref:
 def power_slope(tape: Tape, x: Ref, exponent: Ref) -> Ref:
     """Record d(x^e)/dx = e x^(e - 1).
 
-    It is 0 at a flat zero of x if e may be below 1, and if a variable exponent is 0: x^(e - 1) may be
+    It is 0 at a flat zero of x if e may be below 1, and at x = 0 if a variable exponent is 0: x^(e - 1) may be
     infinite there.
     """
     number, below = tape.value(exponent), tape.sub(exponent, ONE)
     if number is None:
-        x = tape.select(tape.call(Op.ABS, exponent), x, ONE)
+        x = tape.select(tape.call(Op.ABS, exponent), x, tape.select(tape.call(Op.ABS, x), x, ONE))
     flat = flat_zero(tape, x) if number is None or 0.0 < number < 1.0 else None
     if flat is None:
         return tape.mul(exponent, tape.call(Op.POW, x, below))
