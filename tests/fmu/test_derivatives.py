@@ -126,8 +126,10 @@ def random_state(model: eomgen.Model, rng: np.random.Generator) -> dict[str, Any
             q[factor.q_start : factor.q_start + 4] *= rng.uniform(0.9, 1.1)
     state = {"q": q, "v": model.initial_v + 0.3 * rng.normal(size=model.nv), "t": np.array(0.3)}
     state["z"] = model.initial_z + 0.1 * rng.normal(size=model.nz)
-    p = model.parameter_array()  # limits that are both 0 meet at a kink
-    state["p"] = np.where(p == 0.0, 0.1, p) * rng.uniform(0.95, 1.05, len(p))
+    p = model.parameter_array()
+    modes = np.array([name.startswith("mode_") for name in model.parameters], dtype=bool)
+    limits = (p == 0.0) & ~modes  # equal ones meet at a kink
+    state["p"] = np.where(limits, 0.1, p) * rng.uniform(0.95, 1.05, len(p))
     return {**state, "u": rng.normal(size=model.nu)}
 
 
