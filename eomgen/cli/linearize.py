@@ -340,7 +340,7 @@ class _Request:
         with building(described.name):
             profile = options.pop("profile")
             self.model: Model = (
-                pipeline.built_for_rest(described, profile, points=points)
+                pipeline.build_for_rest(described, profile, points=points)
                 if self.at in (None, "equilibrium")
                 else pipeline.build(described, real="double", profile=profile)
             )

@@ -620,7 +620,7 @@ def built_for_run(
     return built_in(None, document, None, method, profile, simulation.real, start=begun, steps=steps)
 
 
-def built_for_rest(scene: Described, profile: str = STANDARD_PROFILE, *, points: int = 1) -> Model:
+def build_for_rest(scene: Described, profile: str = STANDARD_PROFILE, *, points: int = 1) -> Model:
     """Return the compiled model of a scene with the functions that linear models about rest call, without a stepper;
     other functions are compiled at first use.
 

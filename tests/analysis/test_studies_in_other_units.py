@@ -92,6 +92,7 @@ def alike(found: Any, expected: Any, within: float = 1e-7) -> None:
     np.testing.assert_allclose(found, expected, rtol=within, atol=within * size)
 
 
+@pytest.mark.slow_except("length 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
     found, expected = model_of("arm", units), model_of("arm", SceneUnits())
@@ -111,6 +112,7 @@ def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
     alike(*ends)
 
 
+@pytest.mark.slow_except("gears-rk4_partitioned-length 1e-06", "crank-rosenbrock-time 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
 @pytest.mark.parametrize("scene", ["gears", "crank"])
@@ -141,6 +143,7 @@ def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
     alike(np.sort_complex(gains[0]), np.sort_complex(gains[1]), 1e-6)
 
 
+@pytest.mark.slow_except("length 1e-06")
 @pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
 def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     """Two equal links L on hinges k: k/L (3 - sqrt(5))/2 and k/L (3 + sqrt(5))/2 (Timoshenko, Gere 1961, 2.10)."""
@@ -149,6 +152,7 @@ def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     alike(np.asarray(loads.values) / units.size("N"), expected)
 
 
+@pytest.mark.slow_except("estimate-length 1e-06")
 @pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])
 def test_scenes_with_controllers_move_the_same(estimated: bool, units: SceneUnits) -> None:

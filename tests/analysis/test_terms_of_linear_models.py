@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.pipeline.pipeline import built_for_rest
+from eomgen.pipeline.pipeline import build_for_rest
 from eomgen.toolchain.builder import Builder
 from tests.scene.test_varying_sections import scene as tapered
 
@@ -43,6 +43,7 @@ def test_partials_of_accelerations_of_constraints_vanish_at_rest(name: str, rng:
     assert all(block.any() for block in moved.values())
 
 
+@pytest.mark.slow
 def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path, set[str]]) -> None:
     model = eomgen.build(tapered(4, "kirchhoff"), profile="quick")
     rest = model.linearize()
@@ -56,7 +57,7 @@ def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path
 
 def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path, set[str]]) -> None:
     scene = tapered(4, "kirchhoff")
-    model = built_for_rest(eomgen.load(scene))
+    model = build_for_rest(eomgen.load(scene))
     found = model.linearize().modes().angular_frequency
     assert list(loaded) == [model.library.folder]
     assert not {"acceleration_partials", "inverse_dynamics", "energy"}.intersection(model.functions.names)
@@ -67,10 +68,11 @@ def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path
     assert found == pytest.approx(whole.linearize().modes().angular_frequency, rel=1e-9)
 
 
+@pytest.mark.slow_except("active_quarter_car")
 @pytest.mark.parametrize("name", ["four_bar", "quarter_car", "unbalanced_shaft", "active_quarter_car"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:
     file = EXAMPLES / name / "scene.toml"
-    lean, whole = built_for_rest(file, "quick").linearize(), eomgen.build(file, profile="quick").linearize()
+    lean, whole = build_for_rest(file, "quick").linearize(), eomgen.build(file, profile="quick").linearize()
     assert lean.reference.what == whole.reference.what
     for matrix, other in zip(vars(lean.state_space()).values(), vars(whole.state_space()).values(), strict=True):
         if isinstance(matrix, np.ndarray):

@@ -230,7 +230,8 @@ def fmu_files(
         _check_minimal(program)
     interface = interface_of(program, described, options)
     derivatives = None if options.minimal else derivative_data(program, interface)
-    motion, doubts = {}, ()
+    motion: dict[str, str] = {}
+    doubts: tuple[str, ...] = ()
     if binary if reference is None else reference:
         motion, doubts = _reference(document, interface, method, parameters, initial)
     interface = replace(interface, provides_derivatives=derivatives is not None, doubts=doubts)
