@@ -5,6 +5,8 @@ from __future__ import annotations
 
 import hashlib
 import inspect
+import re
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -49,14 +51,62 @@ def broken(entry: EntryPoint, fault: str) -> UsageError:
     return UsageError(Problem(entry.group, f"{where} {fault}", f"another version of {who}, or uninstall it"))
 
 
-def code_stamp(kind: Callable[..., object]) -> str:
-    """Return a digest of the file or package of another distribution's class or function; empty for eomgen's own, and
-    for functions in C, which have no file."""
-    if kind.__module__.partition(".")[0] == __name__.partition(".")[0] or inspect.isbuiltin(kind):
+#: Digests of code by file, with the state of the import of its module then: a module that is loaded runs the text that
+#: it was loaded from, not that of a file which changes later.
+_STAMPS: dict[Path, tuple[object, str]] = {}
+
+
+def code_stamp(kind: Callable[..., object], *targets: str) -> str:
+    """Return a digest of the code of another distribution's class or function, and of targets ``module:name`` on which
+    it depends; empty for eomgen's own, and for functions in C, which have no file."""
+    modules = dict.fromkeys([kind.__module__, *(target.partition(":")[0] for target in targets if target)])
+    of_others = [name for name in modules if name.partition(".")[0] != __name__.partition(".")[0]]
+    if not of_others or inspect.isbuiltin(kind):
         return ""
-    file = Path(inspect.getfile(kind))
-    in_package = "." in kind.__module__ or file.name == "__init__.py"
-    files = (
-        sorted(path for path in file.parent.rglob("*") if path.suffix in (".py", ".jinja")) if in_package else [file]
-    )
-    return hashlib.sha256(b"\0".join(path.read_bytes() for path in files)).hexdigest()
+    files = {kind.__module__: Path(inspect.getfile(kind))} if kind.__module__ in of_others else {}
+    for name in of_others:
+        if name not in files and (file := _file_of(name)) is not None:
+            files[name] = file
+    return hashlib.sha256("".join(_stamp(name, file) for name, file in files.items()).encode()).hexdigest()
+
+
+def _file_of(module: str) -> Path | None:
+    """Return the file of a module, which need not be loaded; None without one."""
+    from importlib.util import find_spec  # noqa: PLC0415  # for other distributions only
+
+    try:
+        spec = find_spec(module)
+    except (ImportError, ValueError):  # whoever loads it says why
+        return None
+    return None if spec is None or not spec.has_location or spec.origin is None else Path(spec.origin)
+
+
+def _stamp(module: str, file: Path) -> str:
+    """Return a digest of the files with the code of a module."""
+    loaded_from = getattr(sys.modules.get(module), "__spec__", None)
+    known = _STAMPS.get(file)
+    if known is None or loaded_from is None or known[0] not in (None, loaded_from):
+        digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in _sources(module, file))).hexdigest()
+        known = loaded_from, digest
+    _STAMPS[file] = loaded_from, known[1]
+    return known[1]
+
+
+def _sources(module: str, file: Path) -> list[Path]:
+    """Return the files of a module's package, from its topmost folder that is a package; else of the module and the
+    neighbours that it imports."""
+    depth = module.count(".") + (file.name == "__init__.py")
+    if depth:
+        root = file.parents[depth - 1]
+        while (
+            not (root / "__init__.py").is_file() and root != file.parent
+        ):  # a package that several distributions share
+            root = root / file.relative_to(root).parts[0]
+        return sorted(path for path in root.rglob("*") if path.suffix in (".py", ".jinja"))
+    found, left = set[Path](), [file]
+    while left:
+        found.add(path := left.pop())
+        names = re.findall(rb"^\s*(?:from|import)\s+(\w+)", path.read_bytes(), re.MULTILINE)
+        neighbours = {path.with_name(f"{name.decode()}.py") for name in names}
+        left += sorted(one for one in neighbours - found if one.is_file())
+    return sorted(found)

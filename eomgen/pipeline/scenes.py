@@ -171,7 +171,8 @@ def _content(scene: Scene | StoredScene) -> bytes:
     bring."""
     if isinstance(scene, StoredScene):  # all classes of the scene are eomgen's
         return scene.content
-    stamps = {code_stamp(kind) for kind in dict.fromkeys(type(element) for element in scene.elements)} - {""}
+    kinds = dict.fromkeys(type(element) for element in scene.elements)
+    stamps = {code_stamp(kind, kind.law, kind.added_masses) for kind in kinds} - {""}
     stamps |= {repr(joint.kind) for joint in scene.joints if joint.of_another_distribution}
     return scene.digest and scene.digest + "".join(sorted(stamps)).encode()
 

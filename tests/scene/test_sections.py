@@ -3,6 +3,7 @@ package."""
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import shutil
@@ -16,6 +17,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.base.extensions import code_stamp
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import infix
@@ -284,6 +286,58 @@ def test_libraries_follow_from_its_code(tmp_path: Path, monkeypatch: pytest.Monk
     monkeypatch.setattr("inspect.getfile", lambda kind: str(changed))
     assert SCENES.content(scene) != before
     assert SCENES.content(load_toml(WINDY)) != windy_before
+
+
+@pytest.mark.parametrize("changed", ["fog_law", "fog_sizes"])
+def test_libraries_follow_from_the_modules_of_its_law(
+    changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Section, law and a module that the law imports are modules without a package. A process that has imported the
+    law keeps the digest of the text that it runs."""
+    names = {drags.__name__: "fog_section", law_of_drags.__name__: "fog_law"}
+    for source, module in ((drags.__file__, "fog_section"), (law_of_drags.__file__, "fog_law")):
+        text = Path(source).read_text(encoding="utf-8").replace(law_of_drags.__name__, "fog_law")
+        text = text.replace(drags.__name__, "fog_section")
+        (tmp_path / f"{module}.py").write_text(f"{text}\nimport fog_sizes\n", encoding="utf-8")
+    (tmp_path / "fog_sizes.py").write_text("SIZE = 1\n", encoding="utf-8")
+    information = tmp_path / "fogs-1.0.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: fogs\nVersion: 1.0\n", "utf-8")
+    (information / "entry_points.txt").write_text("[eomgen.sections]\ndrags = fog_section:DRAGS\n", "utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    others.cache_clear()
+    scene = load_toml(FALL.replace('"drag.air"', "1"))
+    try:
+        before = SCENES.content(scene)
+        file = tmp_path / f"{changed}.py"
+        file.write_text(file.read_text(encoding="utf-8") + "OTHER = 2\n", encoding="utf-8")
+        after = SCENES.content(scene)
+        assert before != after
+        importlib.import_module("fog_law")
+        file.write_text(file.read_text(encoding="utf-8") + "THIRD = 3\n", encoding="utf-8")
+        assert SCENES.content(scene) == after
+    finally:
+        others.cache_clear()
+        for name in (*names.values(), "fog_sizes"):
+            sys.modules.pop(name, None)
+
+
+def test_the_code_of_a_class_is_its_whole_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Folders above the package, which other distributions share, do not count."""
+    package = tmp_path / "shared_by_many" / "gusts"
+    (package / "inner").mkdir(parents=True)
+    for file, text in (("__init__.py", ""), ("inner/__init__.py", ""), ("inner/kind.py", "class Gust: pass\n")):
+        (package / file).write_text(text, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    kind = importlib.import_module("shared_by_many.gusts.inner.kind").Gust
+    stamps = []
+    for place in (package.parent / "calm.py", package / "laws.py"):
+        monkeypatch.setattr("eomgen.base.extensions._STAMPS", {})
+        place.write_text("FORCE = 1.0\n", encoding="utf-8")
+        stamps.append(code_stamp(kind))
+    monkeypatch.setattr("eomgen.base.extensions._STAMPS", {})
+    (package.parent / "calm.py").write_text("FORCE = 2.0\n", encoding="utf-8")
+    assert stamps[0] != stamps[1] == code_stamp(kind)
 
 
 def test_a_row_under_another_name_is_refused(installed: None, tmp_path: Path) -> None:
