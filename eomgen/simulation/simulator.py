@@ -127,7 +127,7 @@ class Simulator:
         u: StepInputs = None,
         n: int = 1,
         *,
-        end: ArrayLike | None = None,
+        end: StepInputs = None,
         motions: Mapping[str, Target] | None = None,
     ) -> None:
         """Take n steps with the same inputs.
@@ -140,8 +140,8 @@ class Simulator:
             of ``start``, and ``advance(t)`` goes to a time.
         n : int, optional
             Number of steps.
-        end : (nu,) array or number
-            Inputs at the end of the last step; inputs are linear in time from u to ``end``.
+        end : (nu,) array, number or mapping
+            Inputs at the end of the last step, all of them as in u: inputs are linear in time from u to ``end``.
         motions : mapping
             Of the scene's motions by name: position, rate and acceleration at the end of the last step, to which each
             goes by one polynomial of degree 5; or a function of t that gives these three, which is met at the end of
@@ -192,7 +192,7 @@ class Simulator:
         t: float,
         u: StepInputs = None,
         *,
-        end: ArrayLike | None = None,
+        end: StepInputs = None,
         motions: Mapping[str, Target] | None = None,
     ) -> None:
         """Step to a time in s: whole steps, and a shorter last step for the rest.
@@ -697,8 +697,11 @@ class Simulator:
 
     def _inputs_of(self, name: str, u: StepInputs) -> Array:
         """Return inputs that are all given, (nu,)."""
-        if u is None or isinstance(u, Mapping):
-            hint = f"u and end as lists of {self.model.nu}, in the order of model.inputs"
+        if isinstance(u, Mapping):
+            given: Any = self._named(u)
+            u = [given[key] for key in self.model.inputs] if len(given) == self.model.nu else None
+        if u is None:
+            hint = f"u and end as lists of {self.model.nu}, in the order of model.inputs, or both by all names"
             raise UsageError(Problem(name, "inputs that move linearly need all of them at both ends", hint))
         array = numbers(name, u)
         if array.ndim == 0 and self._shape == (1,):
@@ -713,7 +716,7 @@ class Simulator:
         check_finite(name, array, self.model.inputs)
         return array
 
-    def _steps(self, u: StepInputs, n: int, end: ArrayLike | None) -> None:
+    def _steps(self, u: StepInputs, n: int, end: StepInputs) -> None:
         if self._stopped:
             hint = "restore(state) of before, or set_state"
             raise UsageError(Problem("step", f"the motion was {self._stopped}", hint))
@@ -775,7 +778,7 @@ class Simulator:
                 self.restore(before)
                 raise
 
-    def _go_on(self, u: StepInputs, n: int, end: ArrayLike | None, functions: Mapping[str, Target]) -> None:
+    def _go_on(self, u: StepInputs, n: int, end: StepInputs, functions: Mapping[str, Target]) -> None:
         """Take n steps as ``_steps``, one by one if motions follow functions of time."""
         if not functions:
             self._steps(u, n, end)

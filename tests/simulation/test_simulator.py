@@ -146,6 +146,10 @@ def test_steps_are_those_of_simulate_to_the_bit(name: str, coordinates: str) -> 
     for first, last in itertools.pairwise(table):
         run.step([first], end=[last])
     assert np.allclose(rows_of(run), ramps[-1], rtol=1e-13, atol=1e-12)  # simulate interpolates in its own order
+    named = model.start(step=step, **options)
+    for first, last in itertools.pairwise(table):
+        named.step({"torque": first}, end={"torque": last})
+    assert np.array_equal(rows_of(named), rows_of(run))
 
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -298,6 +302,8 @@ def test_what_a_simulator_says_of_itself() -> None:
         (lambda run: run.step({"torq": 1.0}), "there is no input 'torq'; try: torque"),
         (lambda run: run.step({"torque": [1.0]}), "input torque: a table does not say to which steps it belongs"),
         (lambda run: run.step(end=1.0), "u: inputs that move linearly need all of them at both ends"),
+        (lambda run: run.step({"torque": 1.0}, end={}), "end: inputs that move linearly need all of them at both ends"),
+        (lambda run: run.step(1.0, end={"torq": 1.0}), "there is no input 'torq'; try: torque"),
         (lambda run: run.step(1.0, 0), "n: n must be a whole number from 1 on, not 0"),
         (lambda run: run.step(1.0, dt=1), "step: there is no argument 'dt'"),
         (lambda run: run.advance(-1.0), "t: -1 s lies before the time of the state, 0 s; try: a later time, or rest"),

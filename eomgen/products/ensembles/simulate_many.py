@@ -353,7 +353,7 @@ def _on_threads(
             size = max(1, min(most, int(_PART / max(each, 1e-9))))
             done, taken = finished.first + len(finished.values), time.perf_counter() - began
             if announce is not None and taken >= _PART:
-                if (seconds := taken * (total - done) / (done - first)) > _SELDOM:
+                if (seconds := each * (total - done) / workers) > _SELDOM:  # the first samples are dearer
                     threads = counted(workers, "thread")
                     announce(f"{total - first} samples {work.how}, by {threads}: about {duration(seconds)} more")
                 announce = None
