@@ -44,6 +44,20 @@ def distribution(entry: EntryPoint) -> str:
     return entry.dist.name if entry.dist is not None else entry.value.partition(":")[0]
 
 
+def distribution_of(module: str) -> str:
+    """Return the distribution of a module if it extends eomgen by entry points; empty for other modules."""
+    from importlib.metadata import distributions, packages_distributions  # noqa: PLC0415  # for errors only
+
+    package = module.partition(".")[0]
+    extending = {
+        one.name: {entry.module.partition(".")[0] for entry in entries}
+        for one in distributions()
+        if (entries := [entry for entry in one.entry_points if entry.group.startswith("eomgen.")])
+    }
+    brings = packages_distributions().get(package, [])
+    return next((name for name, packages in extending.items() if package in packages or name in brings), "")
+
+
 def broken(entry: EntryPoint, fault: str) -> UsageError:
     """Return the error for an entry point that cannot be taken."""
     who = distribution(entry)

@@ -17,7 +17,7 @@ from typing import TextIO
 
 import click
 
-from eomgen.base.extensions import distribution
+from eomgen.base.extensions import distribution, distribution_of
 from eomgen.base.threads import calm_imports
 from eomgen.base.verbs import Verb, others, own
 from eomgen.base.version import __version__
@@ -170,8 +170,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             click.echo("interrupted", err=True)
             return INTERRUPTED
         click.echo(
-            f"internal error: {type(error).__name__}: {error}; this is a fault of {_author(words)}; try: the same with"
-            " --debug [E0001]",
+            f"internal error: {type(error).__name__}: {error}; this is a fault of {_author(words, error)}; try: the"
+            " same with --debug [E0001]",
             err=True,
         )
         return 1
@@ -189,10 +189,14 @@ def _show_error(error: EomgenError, words: Sequence[str]) -> None:
             print_json(data)
 
 
-def _author(words: Sequence[str]) -> str:
-    """Return the distribution of the verb in a command line."""
+def _author(words: Sequence[str], error: BaseException) -> str:
+    """Return the distribution of the verb in a command line, or else of the last code of a plug-in on the way to an
+    error."""
     verb = others().verbs.get(next((word for word in words if not word.startswith("-")), ""))
-    return "eomgen" if verb is None or verb.entry is None else distribution(verb.entry)
+    if verb is not None and verb.entry is not None:
+        return distribution(verb.entry)
+    on_the_way = [str(frame.f_globals.get("__name__", "")) for frame, _ in traceback.walk_tb(error.__traceback__)]
+    return next((name for module in reversed(on_the_way) if (name := distribution_of(module))), "eomgen")
 
 
 def _drop_what_cannot_be_written() -> None:

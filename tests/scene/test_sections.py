@@ -18,10 +18,12 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.extensions import code_stamp
+from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import infix
 from eomgen.formula.words import other_words
+from eomgen.mechanics.forces import applied
 from eomgen.pipeline.scenes import SCENES
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.document.reference import renewed, schema
@@ -288,13 +290,9 @@ def test_libraries_follow_from_its_code(tmp_path: Path, monkeypatch: pytest.Monk
     assert SCENES.content(load_toml(WINDY)) != windy_before
 
 
-@pytest.mark.parametrize("changed", ["fog_law", "fog_sizes"])
-def test_libraries_follow_from_the_modules_of_its_law(
-    changed: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Section, law and a module that the law imports are modules without a package. A process that has imported the
-    law keeps the digest of the text that it runs."""
-    names = {drags.__name__: "fog_section", law_of_drags.__name__: "fog_law"}
+@pytest.fixture
+def fogs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """Install a distribution of drags whose section, law and sizes are modules without a package."""
     for source, module in ((drags.__file__, "fog_section"), (law_of_drags.__file__, "fog_law")):
         text = Path(source).read_text(encoding="utf-8").replace(law_of_drags.__name__, "fog_law")
         text = text.replace(drags.__name__, "fog_section")
@@ -303,23 +301,49 @@ def test_libraries_follow_from_the_modules_of_its_law(
     information = tmp_path / "fogs-1.0.dist-info"
     information.mkdir()
     (information / "METADATA").write_text("Metadata-Version: 2.1\nName: fogs\nVersion: 1.0\n", "utf-8")
+    (information / "top_level.txt").write_text("fog_section\nfog_law\nfog_sizes\n", "utf-8")
     (information / "entry_points.txt").write_text("[eomgen.sections]\ndrags = fog_section:DRAGS\n", "utf-8")
     monkeypatch.syspath_prepend(tmp_path)
     others.cache_clear()
-    scene = load_toml(FALL.replace('"drag.air"', "1"))
-    try:
-        before = SCENES.content(scene)
-        file = tmp_path / f"{changed}.py"
-        file.write_text(file.read_text(encoding="utf-8") + "OTHER = 2\n", encoding="utf-8")
-        after = SCENES.content(scene)
-        assert before != after
-        importlib.import_module("fog_law")
-        file.write_text(file.read_text(encoding="utf-8") + "THIRD = 3\n", encoding="utf-8")
-        assert SCENES.content(scene) == after
-    finally:
-        others.cache_clear()
-        for name in (*names.values(), "fog_sizes"):
-            sys.modules.pop(name, None)
+    applied._loaded.cache_clear()
+    (tmp_path / "fall.toml").write_text(FALL.replace('"drag.air"', "1"), encoding="utf-8")
+    yield tmp_path
+    others.cache_clear()
+    applied._loaded.cache_clear()
+    for name in ("fog_section", "fog_law", "fog_sizes"):
+        sys.modules.pop(name, None)
+
+
+@pytest.mark.parametrize("changed", ["fog_law", "fog_sizes"])
+def test_libraries_follow_from_the_modules_of_its_law(changed: str, fogs: Path) -> None:
+    """A process that has imported the law keeps the digest of the text that it runs."""
+    scene = load_toml((fogs / "fall.toml").read_text(encoding="utf-8"))
+    before = SCENES.content(scene)
+    file = fogs / f"{changed}.py"
+    file.write_text(file.read_text(encoding="utf-8") + "OTHER = 2\n", encoding="utf-8")
+    after = SCENES.content(scene)
+    assert before != after
+    importlib.import_module("fog_law")
+    file.write_text(file.read_text(encoding="utf-8") + "THIRD = 3\n", encoding="utf-8")
+    assert SCENES.content(scene) == after
+
+
+@pytest.mark.parametrize(
+    ("module", "written", "instead", "code", "message"),
+    [
+        ("fog_law", "relative = minus", "relative = lost", 1, "name 'lost' is not defined; this is a fault of fogs;"),
+        ("fog_section", "return Drag(", "return str(", 2, "drags.air: fog_section.read_drag returns a str, not a Drag"),
+    ],
+)
+def test_faults_of_its_code_are_not_eomgen_s(
+    module: str, written: str, instead: str, code: int, message: str, fogs: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = fogs / f"{module}.py"
+    text = file.read_text(encoding="utf-8").replace("Drag(name, entry.point, coefficient, values", "Drag(values")
+    assert text.count(written) == 1
+    file.write_text(text.replace(written, instead), encoding="utf-8")
+    assert main(["info", str(fogs / "fall.toml")]) == code
+    assert message in capsys.readouterr().err
 
 
 def test_the_code_of_a_class_is_its_whole_package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

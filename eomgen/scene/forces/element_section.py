@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of
+from eomgen.errors import Problem, UsageError
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import ElementQuantity
 from eomgen.scene.section import Reading, Section
@@ -89,4 +90,9 @@ class ElementSection(Section):
         beams = reading.document.section("beams")
         site = Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))
         key = partial(key_of, self.key, name)
-        return self.reader(name, entry, site).attached(lambda parts, *place: reading.attach(key(*parts), *place))
+        element = self.reader(name, entry, site)
+        if not isinstance(element, self.model):
+            module, kind = self.reader.__module__, type(element).__qualname__
+            fault = f"{module}.{self.reader.__qualname__} returns a {kind}, not a {self.model.__qualname__}"
+            raise UsageError(Problem(key(), fault, "another version of the distribution that brings it"))
+        return element.attached(lambda parts, *place: reading.attach(key(*parts), *place))
