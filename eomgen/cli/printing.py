@@ -114,8 +114,10 @@ def print_table(
         )
     for row in cells:
         table.add_row(*(escape(row[index]) for index in kept))  # names are the user's text
-    width = max(out.width, _GAP * (len(kept) - 1) + sum(least[index] for index in kept))
-    out.print(table, width=width, soft_wrap=width > out.width, crop=False)
+    width = _GAP * (len(kept) - 1) + sum(least[index] for index in kept)
+    if width > out.width:
+        table.width = width
+    out.print(table, soft_wrap=width > out.width, crop=False)
 
 
 #: Characters between columns, and of a column of names at least, before other columns are left out.

@@ -1,4 +1,4 @@
-"""On 80 columns and through a pipe, names of tables fold and numbers do not."""
+"""On 80 columns, names of tables fold and numbers do not; columns of names stay in tables that are wider still."""
 
 import re
 from pathlib import Path
@@ -32,7 +32,7 @@ def test_numbers_of_tables_stay_whole(
             super().add_row(*row, **options)
 
     monkeypatch.setattr(printing, "Table", Recorded)
-    monkeypatch.setenv("COLUMNS", "80")
+    monkeypatch.setattr(printing, "_PLAIN_WIDTH", 80)
     (tmp_path / "out").mkdir()
     words = [word.replace("OUT", str(tmp_path / "out")) for word in VERBS[verb]]
     assert main(words) in (0, 1)
@@ -40,3 +40,26 @@ def test_numbers_of_tables_stay_whole(
     numbers = {number for cell in cells for number in NUMBER.findall(cell)}
     assert numbers or verb in ("cite", "examples"), "the verb prints a table"
     assert numbers <= printed, numbers - printed
+
+
+@pytest.mark.parametrize("width", [30, 60, 80])
+def test_names_stay_in_tables_wider_than_the_screen(
+    width: int, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(printing, "_PLAIN_WIDTH", width)
+    header = ("column", "unit", *(f"number {k}" for k in range(12)))
+    rows = [(f"output.{name}", "rad", *["-0.12345"] * 12) for name in ("first", "second")]
+    printing.print_table("numbers", header, rows, numeric=tuple(range(2, 14)))
+    lines = capsys.readouterr().out.splitlines()
+    assert [len(re.findall("-0.12345", line)) for line in lines if "rad" in line] == [12, 12]
+    assert "output.first" in lines[3] and "output.secon" in lines[4]
+
+
+def test_an_ensemble_fits_80_columns(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Any) -> None:
+    monkeypatch.setattr(printing, "_PLAIN_WIDTH", 80)
+    words = ["ensemble", CAR, "--t-end", "0.1", "--samples", "4", "--vary", "damper=normal(980, 10 %)", "--no-plots"]
+    assert main([*words, "--output", "tyre_load", "--out", str(tmp_path / "out")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert all(len(line) <= 80 for line in lines), lines
+    for name in ("output.tyre_", "median", "95 %"):
+        assert any(name in line for line in lines), (name, lines)

@@ -188,4 +188,4 @@ def _print(result: Ensemble) -> None:
         "largest",
         "error of\nsteps",
     )
-    print_table(title, header, rows, numeric=tuple(range(2, len(header))))
+    print_table(title, header, rows, numeric=tuple(range(2, len(header))), optional=(5, 9, 3))
