@@ -69,7 +69,8 @@ def write_bytes(path: Path, data: bytes) -> None:
 #: Remedy for files with rows of a run that are too large.
 FEWER_ROWS = ", or a larger record_every"
 #: Endings of files that are written into folders.
-_ENDINGS = (".png", ".pdf", ".svg", ".jpg", ".jpeg", ".html", ".csv", ".json", ".npz", ".mat", ".parquet")
+_PICTURES = (".png", ".pdf", ".svg", ".jpg", ".jpeg")
+_ENDINGS = (*_PICTURES, ".html", ".csv", ".json", ".npz", ".mat", ".parquet", ".tex", ".c", ".toml")
 
 
 def make_folder(path: Path) -> Path:
@@ -95,6 +96,15 @@ def make_private_folder(path: Path) -> Path:
     if not path.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(path))
     return path
+
+
+def belongs_to_others(path: Path) -> bool:
+    """Return whether a path is another user's, put into a folder that others than its owner can write: code there must
+    not be run. Raises OSError."""
+    if not hasattr(os, "geteuid") or (owner := path.lstat().st_uid) in (os.geteuid(), 0):
+        return False
+    above = path.parent.stat()
+    return owner != above.st_uid or above.st_mode & 0o022 != 0
 
 
 def _check_kind(folder: Path) -> None:

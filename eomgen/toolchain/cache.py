@@ -25,7 +25,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 
 from eomgen.base.data import dataclass
-from eomgen.base.files import make_private_folder, temporary_file
+from eomgen.base.files import belongs_to_others, make_private_folder, temporary_file
 from eomgen.base.locks import abandoned, claimed, hold
 from eomgen.errors import FileError, Problem, ToolchainError
 
@@ -124,9 +124,10 @@ class Cache:
         if self._refusal or self.folder != chosen:
             self.read_only = chosen
         if others := writable_by_others(self.folder):
+            mode = closing(self.folder)
             warnings.warn(
                 f"the cache {self.folder} {others}, and its libraries are run: set EOMGEN_CACHE to a folder of your own"
-                f" (try: chmod go-w {shlex.quote(str(self.folder))})",
+                f"{mode and f' (try: {mode})'}",
                 RuntimeWarning,
                 stacklevel=3,
             )
@@ -226,7 +227,7 @@ class Cache:
                     continue
                 if private.parent in _SUBSTITUTES.values():
                     raise
-                reason = "its entry of this model cannot be read by this user" if _is_closed(target) else _reason(error)
+                reason = "its entry of this model is another user's" if _is_closed(target) else _reason(error)
         self._substitute(private.parent, reason)
         target = self.folder / key
         shutil.copytree(private, target, dirs_exist_ok=True)
@@ -402,9 +403,16 @@ def writable_by_others(folder: Path) -> str:
     return "belongs to another user" if status.st_uid not in (os.geteuid(), 0) and os.geteuid() != 0 else ""
 
 
+def closing(folder: Path) -> str:
+    """Return the command that leaves a folder to its owner; empty for users who must not change its mode."""
+    return f"chmod go-w {shlex.quote(str(folder))}" if os.geteuid() in (0, folder.stat().st_uid) else ""
+
+
 def _checked(folder: Path) -> Entry | None:
-    """Return the entry in a folder if all its files have their recorded digests."""
+    """Return the entry in a folder if all its files have their recorded digests, and no other user has put it there."""
     try:
+        if belongs_to_others(folder):
+            return None
         promised = json.loads((folder / _META).read_text(encoding="utf-8"))
         sums = {str(name): str(digest) for name, digest in promised["files"].items()}
         if all((folder / name).is_file() and _digest(folder / name) == digest for name, digest in sums.items()):
@@ -415,8 +423,11 @@ def _checked(folder: Path) -> Entry | None:
 
 
 def _is_closed(folder: Path) -> bool:
-    """Return whether a folder exists whose files this user must not read: no damage, but an entry of another user."""
+    """Return whether a folder exists whose files this user must not read or run: no damage, but an entry of another
+    user."""
     try:
+        if belongs_to_others(folder):
+            return True
         (folder / _META).read_bytes()
     except PermissionError:
         return True

@@ -16,7 +16,7 @@ from pathlib import Path
 
 from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, FileError
-from eomgen.toolchain.cache import default_folder, refusal, writable_by_others
+from eomgen.toolchain.cache import closing, default_folder, refusal, writable_by_others
 from eomgen.toolchain.cffi_build import python_headers
 from eomgen.toolchain.compiler import as_root, compile_library, find_compiler, install_command, library_suffix
 
@@ -153,7 +153,7 @@ def _cache() -> ToolchainCheck:
     reason = refusal(folder)
     if not reason and (others := writable_by_others(folder)):
         fault = f"{folder} {others}, and its libraries are run"
-        return ToolchainCheck("cache", False, fault, f"chmod go-w {shlex.quote(str(folder))}", needed=False)
+        return ToolchainCheck("cache", False, fault, closing(folder) or _mended(folder), needed=False)
     if not reason:
         return ToolchainCheck("cache", True, str(folder), needed=False)
     return ToolchainCheck("cache", False, f"{folder} cannot be written: {reason}", _mended(folder), needed=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -41,6 +42,17 @@ def test_bytecode_that_is_not_whole_is_made_anew(size: int, tmp_path: Path) -> N
     [file] = tmp_path.iterdir()
     file.write_bytes(file.read_bytes()[:size])
     assert [rendered(tmp_path), rendered(tmp_path)] == [("42", 1), ("42", 0)]
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root makes files of others")
+@pytest.mark.parametrize("whose", ["folder", "file"])
+def test_bytecode_that_another_user_has_put_there_is_not_run(whose: str, tmp_path: Path) -> None:
+    tmp_path.chmod(0o777)
+    folder = tmp_path / "templates"
+    rendered(folder)
+    [file] = folder.iterdir()
+    os.chown(folder if whose == "folder" else file, 54321, 54321)
+    assert rendered(folder) == ("42", 1)
 
 
 @pytest.mark.parametrize(

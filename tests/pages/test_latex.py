@@ -15,7 +15,7 @@ from click.testing import CliRunner
 
 import eomgen
 from eomgen.base.data import replace
-from eomgen.cli import commands
+from eomgen.cli import commands, main
 from eomgen.products.pages.latex import TERMS, document, equations, typeset_symbols, with_symbols
 from eomgen.system.system import BASE_LAYOUT
 
@@ -146,3 +146,9 @@ def test_names_are_typeset_apart() -> None:
     assert made["m_cart"] == r"m_{\mathrm{cart}}" and made["stiffness"] == r"\mathrm{stiffness}"
     assert made["theta2"] == r"\mathtt{theta2}" and made["theta_2"] == r"\mathtt{theta\_2}"
     assert made["lam_0"] == r"\lambda_{1}" and made["base_omega_x"] == r"\omega_{B,x}"
+
+
+def test_a_file_is_not_made_a_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["latex", str(EXAMPLES / SCENES[0] / "scene.toml"), "--out", str(tmp_path / "paper.tex")]) == 7
+    assert f"and .tex is the ending of a file; try: the folder {tmp_path / 'paper'}" in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())

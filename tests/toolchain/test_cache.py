@@ -230,7 +230,7 @@ def test_an_entry_of_another_user_stays_and_the_model_is_built_in_a_temporary_fo
             patch.setattr(Path, name, closed(call))
         cache = Cache(tmp_path)
         assert cache.get("key") is None
-        with pytest.warns(RuntimeWarning, match="its entry of this model cannot be read by this user") as warned:
+        with pytest.warns(RuntimeWarning, match="its entry of this model is another user's") as warned:
             assert cache.put("key", fill("of the second")).text("data.txt") == "of the second"
         assert len(warned) == 1
         again = cache.get("key")
@@ -256,6 +256,40 @@ def test_two_users_share_a_folder() -> None:
         )
         assert (done.returncode, done.stdout) == (0, f"{user}\n"), done.stderr
         assert ("building in" in done.stderr) == (user == "54322")
+    shutil.rmtree(shared)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() != 0, reason="only root takes the part of two users")
+@pytest.mark.parametrize(
+    ("owner", "mode", "taken"),
+    [
+        (54321, 0o1777, [54322, 0]),
+        (54321, 0o755, [54321, 54322, 0]),
+        (54322, 0o755, [54322, 0]),
+        (0, 0o1777, [54322, 0]),
+        (0, 0o775, [54322, 0]),
+    ],
+)
+def test_libraries_that_another_user_has_put_there_are_not_run(owner: int, mode: int, taken: list[int]) -> None:
+    """An entry that anyone may read, with right checksums: the user's own, the system's and those of the folder's owner
+    are taken, if nobody else can write there."""
+    shared = Path(tempfile.mkdtemp())  # the folders of the tests are for root alone
+    for maker in (54321, 54322, 0):
+        entry = Cache(shared).put(f"by {maker}", fill(f"of {maker}"))
+        for path in (entry.folder, *entry.folder.iterdir()):
+            path.chmod(0o755)
+            os.chown(path, maker, maker)
+    os.chown(shared, owner, owner)
+    shared.chmod(mode)
+    script = (
+        "import encodings.ascii, json, os, sys, tempfile\nfrom eomgen.toolchain.cache import Cache\n"
+        "os.setgid(54322); os.setuid(54322)\ncache = Cache(sys.argv[1])\n"
+        "print(json.dumps([maker for maker in (54321, 54322, 0) if cache.get(f'by {maker}')]))\n"
+    )
+    done = subprocess.run([sys.executable, "-c", script, str(shared)], capture_output=True, text=True, check=False)
+    assert (done.returncode, json.loads(done.stdout)) == (0, taken), done.stderr
+    assert "chmod" not in done.stderr  # which is for the owner
+    assert all((shared / f"by {maker}").is_dir() for maker in (54321, 54322, 0))
     shutil.rmtree(shared)
 
 

@@ -16,7 +16,7 @@ from typing import Any
 import jinja2
 from jinja2.bccache import Bucket
 
-from eomgen.base.files import make_private_folder, template_folder
+from eomgen.base.files import belongs_to_others, make_private_folder, template_folder
 from eomgen.base.version import __version__
 from eomgen.codegen.scheduling.matrix_loops import added_products
 from eomgen.codegen.targets.c.naming import c_string, comment, file_name
@@ -49,7 +49,8 @@ class TemplateBytecode(jinja2.BytecodeCache):
         """Take the bytecode of a template from one of the folders."""
         for folder in self.folders:
             with contextlib.suppress(OSError):
-                kept = (folder / bucket.key).read_bytes()
+                file = folder / bucket.key
+                kept = b"" if belongs_to_others(folder) or belongs_to_others(file) else file.read_bytes()
                 if hashlib.sha256(kept[_DIGEST:]).digest() == kept[:_DIGEST]:
                     bucket.bytecode_from_string(kept[_DIGEST:])
             if bucket.code is not None:
