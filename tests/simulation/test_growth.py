@@ -320,6 +320,18 @@ def test_a_run_that_stops_because_its_equations_diverge_says_so() -> None:
     assert unstable.message.startswith("stopped at t = 0.10") and "a step smaller than 0.001 s" in unstable.message
 
 
+def test_a_start_from_rest_before_a_singular_step_is_no_divergence() -> None:
+    """A constant force, then a stiffness of -4/step^2, by which the matrix of a step becomes 0."""
+    builder = eomgen.SceneBuilder("pushed", gravity=[0, 0, 0]).body("sled", 1.0)
+    builder.joint("rail", "prismatic", "base", "sled", axis=[1, 0, 0])
+    builder.effort("push", "rail", "1 + (4194304 * q.rail if t > 0.0195 else 0)")
+    stopped = eomgen.build(builder.build(), profile="quick").simulate(0.25, 2.0**-10, method="rosenbrock")
+    assert stopped.message == (
+        "stopped at t = 0.01953125 s, after 20 of 256 steps: the matrix of a step is singular; try: the inertia of the"
+        " bodies and, near special configurations, other initial angles"
+    )
+
+
 def test_a_run_that_stops_at_angles_beyond_sines_because_it_explodes_names_the_step() -> None:
     """sqrt(1e5 N m / 0.25 kg m^2) = 632 rad/s times 0.01 s = 6.3, above 2.8: in half of the step it explodes too."""
     arm: dict[str, Any] = {"type": "revolute", "parent": "base", "child": "arm", "axis": [0, -1, 0], "stiffness": 1e5}

@@ -50,6 +50,9 @@ _BEHIND = (3.0, 1e2, 1e4, 1e8, 1e16, 1e32)
 _EQUAL, _UNEQUAL = 0.1, 0.5
 #: Logarithm of the least growth within the repeated window: growth before or after the window cannot be compared.
 _RISEN = 1.0
+#: Part of the logarithm of the growth in the second half of the time from which growth counts as exponential: an
+#: exponential has 0.5, the fifth power of time 0.44 over a factor of 10, and lower powers less.
+_SECOND_HALF = 0.45
 _LARGEST = 1e300
 
 
@@ -160,8 +163,11 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
     largest = np.maximum.accumulate(sizes)  # a passage through zero is not growth
     # a component at rest has no ratio
     with np.errstate(over="ignore"):
-        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > 0.0)
-    component = int(np.argmax(np.max(behind, axis=0)))
+        behind = np.divide(sizes[-1], largest, out=np.zeros_like(sizes), where=largest > _rounding_of_rest(run, rows))
+    grown = _grown(run, np.max(behind, axis=0), sizes[-1], _SUDDEN)
+    if not len(grown):
+        return None
+    component = int(grown[np.argmax(np.max(behind[:, grown], axis=0))])
     step, near = run.settings["step"], max(2 * WINDOW, len(rows) // 10)
     for least in _BEHIND:
         late, early = (np.flatnonzero(behind[:, component] >= factor) for factor in (least, _SUDDEN * least))
@@ -172,6 +178,8 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
         if not 0 < steps <= _LONGEST:
             return None
         before, after = sizes[early[-1], component], sizes[late[-1], component]
+        if not _diverges(rows[early[-1] : late[-1] + 1, 0], largest[early[-1] : late[-1] + 1, component]):
+            return None
         again = [_again(run, library, first, steps, parts) for parts in _FINER_OF_SLOW]
         finer = [
             math.inf if repeated is None else float(_sizes(run, repeated[-1:])[0][component]) for repeated in again
@@ -179,6 +187,20 @@ def _own_growth(run: Run, library: Library, rows: Array) -> Growth | None:
         if all(size > 0.0 and abs(math.log(size / after)) < _EQUAL * math.log(after / before) for size in finer):
             return _described(run, (first[0], last[0]), component, before, after, step / _FINER_OF_SLOW[-1], finer[-1])
     return None
+
+
+def _diverges(times: Array, sizes: Array) -> bool:
+    """Return whether a size grows like an exponential of time or faster: half of the time brings about half of the
+    growth. A power of time, as after a start from rest, grows less in the second half."""
+    middle = np.interp(0.5 * (times[0] + times[-1]), times, np.log(sizes))
+    return bool(np.log(sizes[-1]) - middle > _SECOND_HALF * np.log(sizes[-1] / sizes[0]))
+
+
+def _rounding_of_rest(run: Run, rows: Array) -> Array:
+    """Return the velocities, (nv + nz,), whose travel within a step is lost in the rounding of the coordinates; 0 for
+    internal states."""
+    travel = np.finfo(float).eps * _lengths(run, rows) / run.settings["step"]
+    return np.concatenate([travel, np.zeros(run.model.nz)])
 
 
 def at_rest(run: Run, rows: Array) -> bool:
@@ -312,9 +334,13 @@ def _moved(run: Run, rows: Array, part: float) -> NDArray[np.bool_]:
     model = run.model
     size = _sizes(run, rows)[0]
     travel = size[: model.nv] * (rows[-1, 0] - rows[0, 0])
+    return np.concatenate([travel > part * _lengths(run, rows), size[model.nv :] > 0.0])
+
+
+def _lengths(run: Run, rows: Array) -> Array:
+    """Return the size that a travel of each velocity is compared with, (nv,): the coordinates, or a radian."""
     longest = _longest(run, rows)
-    scale = np.array([longest if unit == "m/s" else 1.0 for unit in model.v_units])
-    return np.concatenate([travel > part * scale, size[model.nv :] > 0.0])
+    return np.array([longest if unit == "m/s" else 1.0 for unit in run.model.v_units])
 
 
 def _longest(run: Run, rows: Array) -> float:

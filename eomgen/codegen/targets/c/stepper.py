@@ -208,15 +208,22 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
     data = solver.get("elimination", {})
     smallest = f"{program.prefix}_SMALLEST_PIVOT"
 
+    def size(upper: Sequence[tuple[int, str]]) -> str:
+        return " + ".join(f"EG_ABS(a{slot}){other}" for slot, other in upper)
+
     def is_large(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> str:
         """Return the test of a pivot, a_diagonal, against the other entries of the row, in the units of the
         unknowns."""
         if not upper:
             return f"EG_ABS(a{diagonal}) > K(0.0)"
-        return (
-            f"EG_ABS(a{diagonal}){unit} > {smallest} *"
-            f" ({' + '.join(f'EG_ABS(a{slot}){other}' for slot, other in upper)})"
-        )
+        return f"EG_ABS(a{diagonal}){unit} > {smallest} * ({size(upper)})"
+
+    def tested(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> dict[str, str]:
+        """Return the test of a pivot, and if no other factorization follows, the pivot that takes its place."""
+        if solver["fallback"] or not upper:
+            return {"is_large": is_large(diagonal, unit, upper)}
+        pivot = f"{program.prefix}_pivot(a{diagonal}, {unit.removeprefix(' * ') or 'K(1.0)'}, {size(upper)})"
+        return {"pivot": pivot, "is_large": is_large(diagonal, "", ())}
 
     if "unrolled" in data:
         rows, columns = data["rows"], data["columns"]
@@ -226,10 +233,11 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
         upper = [{column: slot for slot, column in row["upper"]} for row in data["unrolled"]]
         for k, row in enumerate(data["unrolled"]):
             if "sum" in row:  # against the summands, in the units of the row
-                test = is_large(row["diagonal"], "", [(slot, "") for slot in (row["sum"], *row["within"])])
+                summands = [(slot, "") for slot in (row["sum"], *row["within"])]
+                test = {"is_large": is_large(row["diagonal"], "", summands)}
             else:
-                test = is_large(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
-            made.append({**row, "row": rows[k], "column": columns[k], "is_large": test})
+                test = tested(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
+            made.append({**row, "row": rows[k], "column": columns[k], **test})
             right = _right_side(rows[k], un, plain=solver["plain"])
             if "sources" in row:
                 forward += _forward_with_sources(k, right, row, data, upper)
@@ -245,11 +253,11 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
     for kind in data.get("kinds", ()):
         rows = []
         for row in kind["rows"]:
-            test_of_pivot = ""
+            test = {}
             if "diagonal" in row:
                 units = [f" * {_front_place(local)}" if solver["inertia"] else "" for local in row["columns"]]
-                test_of_pivot = is_large(row["diagonal"], units[0], list(zip(row["upper"], units[1:], strict=True)))
-            rows.append({**row, "is_large": test_of_pivot})
+                test = tested(row["diagonal"], units[0], list(zip(row["upper"], units[1:], strict=True)))
+            rows.append({**row, **test})
         kinds.append({**kind, "parts": in_parts(rows)})
     return {"kinds": kinds}
 
