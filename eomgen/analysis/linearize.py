@@ -340,9 +340,18 @@ def _finite_blocks(
         blocks |= {name: whole(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
-    if bad:
+    outputs = signal_names(model, (), ()).outputs
+    steep = [
+        output
+        for row, output in enumerate(outputs)
+        if any(name.startswith("Y") and not np.all(np.isfinite(blocks[name][row])) for name in bad)
+    ]
+    if any(not name.startswith("Y") for name in bad):
         fault = f"partials are not finite numbers in this state: {', '.join(bad)}"
         raise NumericalError(Problem("linearize", fault, "a state in which forces and their slopes have a value"))
+    if steep:
+        fault = f"the slope of the output {' and of '.join(steep)} is not a finite number in this state"
+        raise NumericalError(Problem("linearize", fault, "another state, or a scene without this output"))
     return blocks
 
 

@@ -113,7 +113,9 @@ def test_refinement_ends_at_rounding_and_at_the_budget() -> None:
     slow.seconds = 10.0
     found = judge_of(slow, method("a"), error=1e-2, seconds=15.0)
     with pytest.raises(
-        NumericalError, match="no method gives a reference for this scene: there is none that runs on it"
+        NumericalError,
+        match="no method gives a reference for this scene: a: two runs, one at half the step or a smaller tolerance, "
+        "take longer than 15 s",
     ):
         found.reference()
     assert slow.made == [("a", 1)]

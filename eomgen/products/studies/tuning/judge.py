@@ -32,6 +32,7 @@ from eomgen.products.studies.work_precision.reference import (
     check_moves,
     hold,
     rank,
+    took_longer,
 )
 from eomgen.products.studies.work_precision.running import REACHED, ComparedRun, Runner
 
@@ -260,8 +261,9 @@ class Judge:
             if apart == AGREED:
                 break
         if best is None:
-            reasons = "; ".join(f"{name}: {why}" for name, why in list(self.tried.items())[:3])
-            fault = f"no method gives a reference for this scene: {reasons or 'there is none that runs on it'}"
+            slow = dict.fromkeys((one.row.name for one in self.candidates), took_longer(self.seconds))
+            reasons = "; ".join(f"{name}: {why}" for name, why in list((slow | self.tried).items())[:3])
+            fault = f"no method gives a reference for this scene: {reasons}"
             raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
         check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
