@@ -306,3 +306,13 @@ def test_motion_without_inertia_is_named() -> None:
     lin = model.linearize([0.0, 0.0], a=[0.0, 0.0], parameters={"load": 0.0})
     with pytest.raises(ModelError, match=r"the inertia matrix is singular along v\.hinge, so there is no linear model"):
         lin.modes()
+
+
+def test_an_output_without_a_slope_is_named() -> None:
+    builder = eomgen.SceneBuilder("cart", gravity=[0, 0, 0]).body("m", 1.0)
+    builder.joint("slide", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=1.0)
+    builder.output("tilt", formula="acos(1 - q.slide ** 2)").output("twice", formula="2 * q.slide")
+    model = eomgen.build(builder.build(), profile="quick")
+    with pytest.raises(NumericalError) as caught:
+        model.linearize(at="initial")
+    assert "linearize: the slope of the output tilt is not a finite number in this state" in str(caught.value)
