@@ -1,26 +1,19 @@
-"""Counts of phrases that make texts hard to read, per package: ``python -m tests.language`` prints the table.
+"""Counts of phrases that make texts hard to read; ``python -m tests.budgets`` prints the numbers and holds the budgets.
 
 Counted are docstrings, comments, messages (string literals of three words or more) and identifiers of ``eomgen``,
-comments of ``templates``, and the pages of ``docs`` without blocks of code. ``--update`` writes the numbers to
-``tests/language_budget.json`` unless a sum over all packages is higher than before: texts may move between packages.
-Numbers of pronouns, per 1000 words, are never raised.
-
-``--anchors`` prints the frequencies of phrases in public docstrings and in all pages, next to other packages.
+comments of ``templates``, and the pages of ``docs`` without blocks of code.
 """
 
 from __future__ import annotations
 
 import ast
 import inspect
-import json
 import math
 import re
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
-BUDGET = Path(__file__).with_name("language_budget.json")
 
 #: Phrases that replace a noun of the field by a pronoun, or an "if" by a place; words of place for "after", "in
 #: addition to" and "separately" (a wheel may stand behind an axle); "is no" for "is not a"; "tell" for "report".
@@ -49,8 +42,6 @@ PRONOUNS: Mapping[str, re.Pattern[str]] = {
     "one": re.compile(r"\b(?:the|that|this|these|those|own|first|last|next|each|given|such) ones?\b", re.IGNORECASE),
     "others": re.compile(r"\b(?:others|the other)\b", re.IGNORECASE),
 }
-#: Steps of allowed numbers per 1000 words; by how much a package may exceed the number, since words move.
-_STEP, _SLACK = 0.5, 1.0
 #: Phrases of which other packages have few: pattern, and the largest number per 1000 words of docstrings in diffrax,
 #: SymPy's mechanics, symforce, python-control and scipy.integrate.
 ANCHORS: Mapping[str, tuple[re.Pattern[str], float]] = {
@@ -123,25 +114,18 @@ def repetitions(text: str) -> list[str]:
     return [match[0] for match in _REPEATED.finditer(" ".join(text.split()))]
 
 
-def files_of_packages() -> dict[str, list[Path]]:
-    """Return the counted files of each entry of the first floor of ``eomgen``, of each product, of the templates and of
-    the pages."""
-    packages: dict[str, list[Path]] = {}
-    for file in sorted((ROOT / "eomgen").rglob("*.py")):
-        parts = file.relative_to(ROOT / "eomgen").parts
-        name = ".".join(parts[: 2 if parts[0] == "products" else 1]).removesuffix(".py")
-        packages.setdefault(name, []).append(file)
-    packages["(templates)"] = sorted((ROOT / "templates").rglob("*.jinja"))
-    packages["(pages)"] = [
+def counted_files() -> list[Path]:
+    """Return the modules of ``eomgen``, the templates and the pages."""
+    pages = [
         ROOT / "README.md",
-        *sorted(file for file in (ROOT / "docs").glob("*.md") if file.stem not in ("errors", "modules")),
+        *(file for file in (ROOT / "docs").glob("*.md") if file.stem not in ("errors", "modules")),
         *(
             page
             for folder in ("scene", "python", "command_line", "theory", "contributing")
-            for page in sorted((ROOT / "docs" / folder).glob("*.md"))
+            for page in (ROOT / "docs" / folder).glob("*.md")
         ),
     ]
-    return packages
+    return sorted([*(ROOT / "eomgen").rglob("*.py"), *(ROOT / "templates").rglob("*.jinja"), *pages])
 
 
 def counts_of(files: list[Path]) -> dict[str, int]:
@@ -160,50 +144,16 @@ def counts_of(files: list[Path]) -> dict[str, int]:
     return counts
 
 
-def counts() -> dict[str, dict[str, int]]:
-    """Return the counts of each package."""
-    return {package: counts_of(files) for package, files in files_of_packages().items()}
+def totals() -> dict[str, float]:
+    """Return the numbers of phrases and names in all files, and of pronouns per 1000 words."""
+    counts = counts_of(counted_files())
+    rates = {name: math.ceil(10_000.0 * counts[name] / counts["words"]) / 10.0 for name in PRONOUNS}
+    return {name: rates.get(name, number) for name, number in counts.items() if name != "words"}
 
 
-def budget() -> dict[str, dict[str, float]]:
-    """Return the largest numbers allowed; a package or phrase that is not listed has none."""
-    table: dict[str, dict[str, float]] = json.loads(BUDGET.read_text(encoding="utf-8"))
-    return table
-
-
-def measures(row: Mapping[str, float]) -> dict[str, float]:
-    """Return the numbers that have a budget: counts of phrases and names, pronouns per 1000 words, rounded up."""
-    per_thousand = {name: 1000.0 * row.get(name, 0) / max(row["words"], 1) for name in PRONOUNS}
-    rounded = {name: _STEP * math.ceil(value / _STEP) for name, value in per_thousand.items()}
-    return {**{name: count for name, count in row.items() if name != "words"}, **rounded}
-
-
-def lowered(measured: Mapping[str, float], allowed: Mapping[str, float]) -> dict[str, float]:
-    """Return the next budget of a package: measured numbers, of pronouns never more than before."""
-    kept = {
-        name: min(value, allowed.get(name, value)) if name in PRONOUNS else value for name, value in measured.items()
-    }
-    return {name: value for name, value in kept.items() if value}
-
-
-def excesses(now: Mapping[str, Mapping[str, float]], allowed: Mapping[str, Mapping[str, float]]) -> list[str]:
-    """Return a line for each number above its budget."""
-    return [
-        f'{package}: {value:g} of "{phrase}"{" per 1000 words" * (phrase in PRONOUNS)}, {most:g} allowed'
-        for package, row in now.items()
-        for phrase, value in measures(row).items()
-        if value > (most := allowed.get(package, {}).get(phrase, 0) + _SLACK * (phrase in PRONOUNS))
-    ]
-
-
-def total(table: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
-    """Return the sums of counts over all packages."""
-    return {column: sum(row.get(column, 0) for row in table.values()) for column in COLUMNS}
-
-
-def places(phrase: str, package: str) -> Iterator[str]:
-    """Yield the lines of a package with a phrase, by file and line; also lines of code with the phrase in a string."""
-    for file in files_of_packages()[package]:
+def places(phrase: str) -> Iterator[str]:
+    """Yield the lines with a phrase, by file and line; also lines of code with the phrase in a string."""
+    for file in counted_files():
         if phrase == "repeated":
             yield from (
                 f"{file.relative_to(ROOT)}: {one}" for text in texts_and_names(file)[0] for one in repetitions(text)
@@ -212,19 +162,6 @@ def places(phrase: str, package: str) -> Iterator[str]:
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
             if {**PHRASES, **PRONOUNS}[phrase].search(line):
                 yield f"{file.relative_to(ROOT)}:{number}: {line.strip()}"
-
-
-def table(now: Mapping[str, Mapping[str, int]]) -> str:
-    """Return counts, and their number per 1000 words in the last line, as a table."""
-    sums = total(now)
-    columns = list(sums)
-    lines = [f"{'package':<22}" + "".join(f"{column:>13}" for column in columns)]
-    lines += [
-        f"{package:<22}" + "".join(f"{row[column]:>13}" for column in columns)
-        for package, row in (*sorted(now.items()), ("all", sums))
-    ]
-    shares = "".join(f"{1000.0 * sums[column] / sums['words']:>13.2f}" for column in columns)
-    return "\n".join([*lines, f"{'per 1000 words':<22}{shares}"])
 
 
 def public_texts() -> dict[str, list[str]]:
@@ -248,29 +185,9 @@ def per_thousand(texts: list[str]) -> dict[str, float]:
     }
 
 
-def main(arguments: list[str]) -> int:
-    """Print the table, or the places of a phrase in a package, or write lower counts to the budget."""
-    if len(arguments) == 2:
-        print("\n".join(places(*arguments)))
-        return 0
-    if arguments == ["--anchors"]:
-        measured = {name: per_thousand(texts) for name, texts in public_texts().items()}
-        for name, (_, most) in ANCHORS.items():
-            numbers = "".join(f"{label} {values[name]:.2f}, " for label, values in measured.items())
-            print(f"{name:<10}{numbers}allowed {ALLOWED * most:.2f}")
-        return 0
-    now = counts()
-    print(table(now))
-    if arguments == ["--update"]:
-        old = budget()
-        sums = {name: value for name, value in total(now).items() if name not in PRONOUNS}
-        if higher := excesses({"all": sums}, {"all": total(old)}):
-            print("not written:", *higher, sep="\n")
-            return 1
-        kept = {package: lowered(measures(row), old.get(package, {})) for package, row in sorted(now.items())}
-        BUDGET.write_text(json.dumps(kept, indent=1) + "\n", encoding="utf-8")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+def anchors() -> Iterator[str]:
+    """Yield the frequencies of phrases in public docstrings and pages, and the allowed ones."""
+    measured = {name: per_thousand(texts) for name, texts in public_texts().items()}
+    for name, (_, most) in ANCHORS.items():
+        numbers = "".join(f"{label} {values[name]:.2f}, " for label, values in measured.items())
+        yield f"{name:<10}{numbers}allowed {ALLOWED * most:.2f}"

@@ -34,7 +34,12 @@ class Facts(NamedTuple):
     texts: Sequence[str]
     #: Each occurrence of a variable, an argument, an attribute or a function name.
     names: Sequence[str]
-    import_lines: int
+    #: Numbers of lines by kind, as ``budgets.line_counts``.
+    lines: dict[str, float]
+    constants: int
+    #: Name of each function, and of each short function with its number of uses.
+    functions: Sequence[str]
+    short: Sequence[tuple[str, int]]
     #: Complexity of each function above ``READABLE``.
     complexities: Sequence[tuple[str, int]]
 
@@ -53,7 +58,7 @@ def nodes_of(tree: ast.AST) -> list[ast.AST]:
 
 
 def _facts(path: Path) -> Facts:
-    from tests import grain, language, test_complexity, test_doors
+    from tests import budgets, language, test_doors
 
     source = path.read_text(encoding="utf-8")
     tree = ast.parse(source)
@@ -66,8 +71,11 @@ def _facts(path: Path) -> Facts:
         list(test_doors.foreign(nodes)),
         texts,
         names,
-        grain.import_lines(nodes),
-        list(test_complexity.complex_functions(source, test_complexity.READABLE, tree)),
+        budgets.line_counts(source, tree, nodes),
+        budgets.constants(tree),
+        [function.name for _, function in budgets.functions(tree)],
+        budgets.short_functions(source, tree),
+        list(budgets.complex_functions(source, budgets.READABLE, tree)),
     )
 
 
@@ -75,9 +83,7 @@ def _facts(path: Path) -> Facts:
 def facts() -> dict[Path, Facts]:
     """Return the facts of each ``.py`` and ``.pyi`` file of the package, sorted by path."""
     files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
-    gathering = (
-        ROOT / "tests" / f"{name}.py" for name in ("syntax", "grain", "language", "test_complexity", "test_doors")
-    )
+    gathering = (ROOT / "tests" / f"{name}.py" for name in ("syntax", "budgets", "language", "test_doors"))
     digest = hashlib.sha256()
     for file in (*files, *gathering):
         digest.update(f"{file}\0".encode() + file.read_bytes() + b"\0")

@@ -1,4 +1,4 @@
-"""Texts of the package name things: the number of phrases without a noun never grows."""
+"""Counts of phrases that replace a noun."""
 
 from __future__ import annotations
 
@@ -9,11 +9,8 @@ import pytest
 from tests.language import (
     ALLOWED,
     ANCHORS,
-    budget,
     comments,
-    counts,
     counts_of,
-    excesses,
     of_python,
     per_thousand,
     public_texts,
@@ -21,19 +18,10 @@ from tests.language import (
 )
 
 
-def test_no_package_has_more_vague_phrases_than_before() -> None:
-    higher = excesses(counts(), budget())
-    assert not higher, "\n".join([*higher, "`python -m tests.language PHRASE PACKAGE` lists the places"])
-
-
 def test_public_docstrings_and_pages_have_few_phrases_that_other_packages_avoid() -> None:
     for label, texts in public_texts().items():
         for name, number in per_thousand(texts).items():
             assert number <= ALLOWED * ANCHORS[name][1], f"{label}: {number:.2f} of {name} per 1000 words"
-
-
-def test_a_package_outside_the_budget_may_have_none() -> None:
-    assert excesses({"new": {"words": 9, "what": 1}}, {}) == ['new: 1 of "what", 0 allowed']
 
 
 def test_phrases_are_counted_in_docstrings_comments_and_messages(tmp_path: Path) -> None:
