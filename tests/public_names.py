@@ -1,0 +1,79 @@
+"""Text of all public names: Python's with their parameters, verbs with their options, keys of scenes;
+``python -m tests.public_names`` writes it to ``tests/public_names.txt``. The catalogue of messages holds their codes.
+
+The text only grows: a line that goes needs a row in ``REMOVED``, which names the message that a user gets.
+"""
+
+from __future__ import annotations
+
+import enum
+import inspect
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from pathlib import Path
+
+import click
+
+from eomgen.cli import VERBS, commands
+from eomgen.scene.document.reference import schema as scene_schema
+from tests.docstrings import names
+
+COMMAND = "python -m tests.public_names"
+TEXT = Path(__file__).with_suffix(".txt")
+#: Beginning of the removed lines -> code of the message that names the replacement.
+REMOVED: Mapping[str, str] = {}
+
+
+def python_names() -> Iterator[str]:
+    """Yield public names, and each parameter of a function with its default."""
+    for name, value in names():
+        yield name
+        if inspect.isclass(value) and (issubclass(value, BaseException) or issubclass(value, enum.Enum)):
+            continue
+        if callable(value):
+            try:
+                parameters = inspect.signature(value).parameters.values()
+            except (TypeError, ValueError):
+                continue
+            yield from (f"{name}({_text(one)})" for one in parameters if one.name not in ("self", "cls"))
+
+
+def _text(parameter: inspect.Parameter) -> str:
+    stars = {inspect.Parameter.VAR_POSITIONAL: "*", inspect.Parameter.VAR_KEYWORD: "**"}.get(parameter.kind, "")
+    position = "*, " if parameter.kind is inspect.Parameter.KEYWORD_ONLY else ""
+    if parameter.default is inspect.Parameter.empty:
+        return f"{position}{stars}{parameter.name}"
+    plain = isinstance(parameter.default, bool | int | float | None)
+    return f"{position}{parameter.name}={parameter.default!r}" if plain else f"{position}{parameter.name}=..."
+
+
+def verbs() -> Iterator[str]:
+    """Yield the verbs with their arguments and options."""
+    context = click.Context(commands)
+    for name in VERBS:
+        command = commands.get_command(context, name)
+        assert command is not None
+        yield f"eomgen {name}"
+        for parameter in command.params:
+            words = [parameter.name.upper()] if isinstance(parameter, click.Argument) and parameter.name else []
+            yield from (f"eomgen {name} {word}" for word in words or (*parameter.opts, *parameter.secondary_opts))
+
+
+def keys() -> Iterator[str]:
+    """Yield the keys of tables of a scene."""
+    schema = scene_schema()
+    for table, entry in (("scene", schema), *schema["$defs"].items()):
+        yield from (f"[{table}] {key}" for key in entry.get("properties", {}))
+
+
+def lines() -> list[str]:
+    """Return all lines, sorted within Python, verbs and keys."""
+    return [line for part in (python_names, verbs, keys) for line in sorted(set(part()))]
+
+
+def gone(before: Iterable[str], now: Collection[str]) -> list[str]:
+    """Return the lines that are no longer there, without removed names."""
+    return [line for line in before if line not in now and not line.startswith(tuple(REMOVED))]
+
+
+if __name__ == "__main__":
+    TEXT.write_text("\n".join(lines()) + "\n", encoding="utf-8")

@@ -1,0 +1,29 @@
+"""Public names stay: Python's with their parameters, verbs with their options, keys of scenes."""
+
+from __future__ import annotations
+
+import pytest
+
+from eomgen.base.message_codes import rows
+from tests import public_names
+from tests.public_names import COMMAND, REMOVED, TEXT, gone, lines
+
+
+@pytest.mark.slow
+def test_public_names_only_grow() -> None:
+    before, now = TEXT.read_text(encoding="utf-8").splitlines(), lines()
+    assert not gone(before, set(now)), "callers lose these names; a removed name has a message, and a row in REMOVED"
+    assert before == now, f"`{COMMAND}` writes the new names"
+
+
+def test_removed_names_have_a_message() -> None:
+    now, codes = lines(), {row.code for row in rows()}
+    for name, code in REMOVED.items():
+        assert code in codes and not any(line.startswith(name) for line in now), name
+
+
+def test_lines_that_go_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    before = ["eomgen.build", "eomgen.build(scene)", "eomgen.old", "eomgen.old(a=1)"]
+    assert gone(before, {"eomgen.build"}) == before[1:]
+    monkeypatch.setattr(public_names, "REMOVED", {"eomgen.old": "E0001"})
+    assert gone(before, {"eomgen.build"}) == ["eomgen.build(scene)"]
