@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -190,6 +190,11 @@ def _check_value(option: Option, value: object) -> None:
         fault = f"True or False is needed, not {type(value).__name__}"
         hint = f"{option.name}=True, for all joints" if value else f"{option.name}=False"
         raise UsageError(Problem(option.name, fault, hint))
+    if option.default == () and not isinstance(value, str):
+        wrong = [value] if not isinstance(value, Iterable) else [one for one in value if not isinstance(one, str)]
+        if wrong:
+            fault = f"a list of names is needed, not {shown(wrong[0])}"
+            raise UsageError(Problem(option.name, fault, f"{option.name}=[{shown(option.metavar)}]"))
 
 
 def _root_of(path: Path) -> str:
