@@ -9,7 +9,7 @@ from pathlib import Path
 
 import mujoco
 
-from eomgen.scene.sources.mjcf.coverage import MEANINGS, STATUSES, key_of_path
+from eomgen.products.robots.mjcf.coverage import MEANINGS, STATUSES, key_of_path
 
 COMMAND = "python -m tests.mjcf_grammar docs/mjcf.md"
 PAGE = Path(__file__).parents[1] / "docs" / "mjcf.md"

@@ -11,7 +11,7 @@ from pathlib import Path
 import mujoco
 import numpy as np
 
-from eomgen.scene.sources.mjcf.coverage import STATUSES, key_of_path
+from eomgen.products.robots.mjcf.coverage import STATUSES, key_of_path
 from tests.oracles.evaluation import Array
 
 #: A file with one element or more of each kind that a mutant is made of.

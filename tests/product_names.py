@@ -25,7 +25,8 @@ def names_of(product: Product) -> set[str]:
     ]
     called = {str(getattr(row, key)) for row in rows for key in _KEYS if isinstance(getattr(row, key, None), str)}
     methods = {target.partition(":")[2] for row in rows for target in getattr(row, "methods", ())}
-    return {*product.modules, *product.names, *called, *methods} - {""}
+    endings = {ending for row in rows for ending in getattr(row, "endings", ())}
+    return {*product.modules, *product.names, *called, *methods, *endings} - {""}
 
 
 def table() -> str:

@@ -12,9 +12,9 @@ from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
-from eomgen.scene.sources.sdf.coverage import IDLE, MEANINGS, READ, STATUSES
-from eomgen.scene.sources.sdf.reading import FIRST
-from eomgen.scene.sources.sdf.values import NEWEST
+from eomgen.products.robots.sdf.coverage import IDLE, MEANINGS, READ, STATUSES
+from eomgen.products.robots.sdf.reading import FIRST
+from eomgen.products.robots.sdf.values import NEWEST
 
 COMMAND = "python -m tests.sdf_grammar docs/sdf.md"
 PAGE = Path(__file__).parents[1] / "docs" / "sdf.md"

@@ -37,6 +37,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     "products.laws": {"FileLaw"},
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
+    "products.robots": {"MJCF", "SDF", "URDF", "mjcf", "sdf"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
     },
@@ -219,6 +220,7 @@ DOORS: dict[str, set[str]] = {
     },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
+    "products.robots": {"base", "errors", "formula", "lie", "scene", "system"},
     "products.pages": {
         *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
         *("products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
@@ -513,7 +515,6 @@ LATE: dict[str, dict[str, str]] = {
     },
     "scene.sources.register": {
         "scene.sources.renamed_keys": "a scene of a record is not read",
-        "scene.sources.directives.conversion": "most scenes are others",
         "scene.reading.xml": "for endings that several formats share",
     },
     "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
@@ -533,9 +534,9 @@ LATE: dict[str, dict[str, str]] = {
         "scene.include": "most scenes include nothing",
         "scene.repeat": "likewise",
     },
-    "scene.sources.urdf.source": {"scene.sources.urdf.conversion": "most scenes are not URDF"},
-    "scene.sources.mjcf.source": {"scene.sources.mjcf.conversion": "most scenes are not MJCF"},
-    "scene.sources.sdf.source": {"scene.sources.sdf.conversion": "most scenes are not SDF"},
+    "products.robots.urdf.source": {"products.robots.urdf.conversion": "most scenes are not URDF"},
+    "products.robots.mjcf.source": {"products.robots.mjcf.conversion": "most scenes are not MJCF"},
+    "products.robots.sdf.source": {"products.robots.sdf.conversion": "most scenes are not SDF"},
     "compiled.terms": {"system.system": "the class of systems; few calls give a motion of the base"},
     "simulation.automatic_method": {"system.system": "the class of systems; few runs choose a method"},
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},

@@ -19,7 +19,7 @@ from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import method_named, method_names, row_of
 from eomgen.products.derivatives.linearise import sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many
-from eomgen.scene.sources.register import BUILT_IN
+from eomgen.scene.sources.register import own_sources
 from eomgen.simulation import option_types
 from eomgen.simulation.simulate import simulate
 from eomgen.verbs import methods
@@ -69,7 +69,7 @@ def test_methods_with_their_parameters_and_settings(method: str) -> None:
 def test_options_of_build_and_load() -> None:
     for function in (eomgen.build, eomgen.load):
         assert set(inspect.signature(function).parameters) <= words(function)
-    for source in BUILT_IN:
+    for source in own_sources():
         for option in source.options:
             assert {option.name, *option.choices} <= words(eomgen.load), option.name
     assert {"fast", "reproducible", "quick", "double", "float"} <= words(eomgen.build)

@@ -60,6 +60,13 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('report', 'pendulum.toml')", "eomgen: there is no verb 'report'"),
         ("cli('latex', 'pendulum.toml')", "eomgen: there is no verb 'latex'"),
     ),
+    "robots": (
+        (
+            "eomgen.load('robot.urdf')",
+            "'robot.urdf' cannot be read: it is part of the product robots of eomgen, which is not installed",
+        ),
+        ("cli('info', 'robot.sdf')", "'robot.sdf' cannot be read: it is part of the product robots of eomgen"),
+    ),
     "sympy_mechanics": (("eomgen.from_sympy", "module 'eomgen' has no attribute 'from_sympy'"),),
     "reliability": (
         ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),

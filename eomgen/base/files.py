@@ -220,8 +220,7 @@ def nearby(path: Path, otherwise: str = "another path", endings: Collection[str]
             return f"another path: there is no folder {str(folder)!a}"
         every: dict[str, list[str]] = {}
         for file in itertools.islice(folder.iterdir(), _COMPARED):
-            folder_for_file = path.suffix and not file.suffix and file.is_dir()
-            if file.suffix.lower() in endings or not (endings or folder_for_file):
+            if not endings or file.suffix.lower() in endings:
                 every.setdefault(file.stem.lower(), []).append(file.name)
     except (OSError, ValueError):
         return otherwise

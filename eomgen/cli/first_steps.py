@@ -111,7 +111,7 @@ def _check_empty(target: Path) -> None:
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
     """Say the next command after a folder was made."""
-    scenes = [file for file in files if file.endswith((".toml", ".urdf", ".xml", ".sdf", ".yaml"))]
+    scenes = [file for file in files if file.endswith((".toml", ".urdf", ".xml", ".sdf"))]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:
         scene, out = (shlex.quote(str(folder / name)) for name in (scenes[0], "out"))

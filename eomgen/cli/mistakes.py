@@ -66,7 +66,7 @@ _EXAMPLES: Mapping[str, str] = {
 
 def of_verb(word: str, verbs: Mapping[str, Verb]) -> str:
     """Return the remedy for a word that is not a verb; ``verbs`` are the rows of the register by name."""
-    if word.endswith((".toml", ".urdf", ".xml", ".sdf", ".yaml")):
+    if word.endswith((".toml", ".urdf", ".xml", ".sdf")):
         others = [name for name, verb in verbs.items() if verb.takes_scene][:7]
         return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(others)}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
@@ -136,6 +136,6 @@ def _of_extra(word: str, error: click.UsageError, path: str, words: Sequence[str
         return f"--terms {','.join(names)}, with commas"
     if option == "--json" and place == (before or 0) + 1:
         return f"--json > {word}"
-    if word.endswith((".toml", ".urdf", ".xml", ".sdf", ".yaml")):
+    if word.endswith((".toml", ".urdf", ".xml", ".sdf")):
         return "one scene, and a command for each other one"
     return "--set name=value without blanks, and one scene"

@@ -58,9 +58,5 @@ def _file(path: Path) -> Path:
         fault, hint = "there is no such file or folder", "the folder of a run of eomgen simulate, or its solution.npz"
     else:
         fault, hint = "a stored solution is needed, a file .npz", f"eomgen simulate {path} --out DIR, which draws, too"
-        hint = (
-            hint
-            if path.suffix in (".toml", ".urdf", ".xml", ".sdf", ".yaml")
-            else "the solution.npz of eomgen simulate"
-        )
+        hint = hint if path.suffix in (".toml", ".urdf", ".xml", ".sdf") else "the solution.npz of eomgen simulate"
     raise UsageError(Problem(str(path), fault, hint))

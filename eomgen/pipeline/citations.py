@@ -9,7 +9,7 @@ from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled
 from eomgen.pipeline.pipeline import load
 
 #: Endings of scene files.
-_FILES = (".toml", ".urdf", ".xml", ".sdf", ".yaml", ".yml")
+_FILES = (".toml", ".urdf", ".xml", ".sdf")
 
 
 def papers_of_methods(names: Sequence[str]) -> list[Paper]:

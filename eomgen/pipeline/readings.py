@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from eomgen.system.description import Description, Shape
 
 #: Endings of the files that eomgen itself reads; other distributions read further files, and may change.
-_OWN = (".toml", ".urdf", ".sdf", ".yaml", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".dae", ".glb")
+_OWN = (".toml", ".urdf", ".sdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".dae", ".glb")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
 #: Bytes of a body with its joint, of a point and of a force element at least: the text of a scene that is too large is

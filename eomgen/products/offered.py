@@ -14,6 +14,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "optimisers": ("acados", "casadi", "jax", "torch"),
     "pages": ("latex", "live", "report"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
+    "robots": (".mjcf", ".sdf", ".urdf", ".world", ".xml", "MJCF", "SDF", "URDF"),
     "studies": (
         "Extremes",
         "Identification",

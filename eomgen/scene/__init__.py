@@ -1,4 +1,4 @@
-"""Scene descriptions, read and validated: scene files, URDF, formulas, and the Scene."""
+"""Scene descriptions, read and validated: scene files, formulas, and the Scene."""
 
 __all__ = [
     "bodies",

@@ -12,13 +12,13 @@ from typing import Any, Literal
 
 from eomgen.base.data import without_garbage_collection
 from eomgen.base.messages import shown
+from eomgen.base.products import fault_of_absent
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.formula.namespaces import FileData
 from eomgen.scene.reading.report import Report
 from eomgen.scene.scene import Scene
 from eomgen.scene.sources.register import TOML, checked_options, endings_like, readable, source_of
 from eomgen.scene.sources.source import ConvertedScene, fault_of_kind, read_text, shown_file
-from eomgen.scene.sources.urdf.source import URDF
 
 #: The module by which pydantic looks for plugins when it makes a validator.
 _PLUGINS = "pydantic.plugin._loader"
@@ -104,6 +104,8 @@ def _read(path: Path, *, strict: bool, **options: Any) -> ConvertedScene:
     if source is None:
         if not path.suffix and not path.exists():
             raise UsageError(f"there is no file {str(path)!a}", readable(path))
+        if absent := fault_of_absent(path.suffix.lower()):
+            raise UsageError(f"{str(path)!a} cannot be read: {absent[0]}", absent[1])
         raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
     specified = checked_options(source, options)
     return source.convert(read_text(path, endings_like(path)), path, strict=strict, included=False, **specified)
@@ -125,25 +127,6 @@ def load_toml(
     DescriptionError
     """
     return _from_read(TOML.read(text, file=file), file, coordinates, folder)
-
-
-def load_urdf(
-    text: str,
-    *,
-    file: str = "robot.urdf",
-    strict: bool = False,
-    coordinates: Literal["joint", "absolute"] | None = None,
-    task_frames: Sequence[str] = (),
-    **options: Any,
-) -> Scene:
-    """Read a scene from the text of a URDF file; see ``load``.
-
-    Raises
-    ------
-    DescriptionError, UsageError
-    """
-    read = URDF.read(text, file=file, strict=strict, **checked_options(URDF, options))
-    return _from_read(read, file, coordinates, None, task_frames)
 
 
 def _from_read(

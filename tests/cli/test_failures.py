@@ -18,7 +18,6 @@ from typing import cast
 import pytest
 
 import eomgen
-from eomgen.base.files import nearby
 from eomgen.cli import main
 from eomgen.cli.options import check_assigned
 from tests.messages.answers import plain
@@ -392,9 +391,3 @@ def test_ctrl_c_while_parts_are_imported_leaves_no_traceback(
     finally:
         gc.set_threshold(*of_tests)
     assert capsys.readouterr().err == "interrupted\n"
-
-
-def test_a_folder_is_not_advised_for_a_file(tmp_path: Path) -> None:
-    (tmp_path / "one").mkdir()
-    assert nearby(tmp_path / "ones.csv") == "another path"
-    assert nearby(tmp_path / "ones") == str(tmp_path / "one")

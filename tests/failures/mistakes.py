@@ -180,7 +180,7 @@ def _files() -> Iterator[tuple[str, Callable[[], Any], tuple[str, ...]]]:
     yield (
         "a kind of file that is none",
         lambda: eomgen.load("scene.txt"),
-        ("not a kind of file", ".toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file"),
+        ("not a kind of file", ".toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"),
     )
     yield (
         "a name with a space",

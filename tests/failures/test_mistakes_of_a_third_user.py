@@ -14,11 +14,11 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
-from eomgen.scene.load import load_urdf
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, changed, run_of, scene_of, slider
 from tests.failures.test_mistakes_of_a_second_user import refused
 from tests.failures.test_silent_calls import ROBOT
+from tests.models.urdf import load_urdf
 
 pytestmark = pytest.mark.slow
 
@@ -137,7 +137,7 @@ def test_a_scene_without_its_ending(tmp_path: Path) -> None:
     text = refused(lambda: eomgen.load(tmp_path / "arm"))
     assert text.endswith(f"there is no file '{tmp_path}/arm'; try: {tmp_path}/arm.toml"), text
     assert refused(lambda: eomgen.load("")).endswith(
-        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives"
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"
     )
 
 

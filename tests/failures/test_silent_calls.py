@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.scene.load import load_urdf
+from tests.models.urdf import load_urdf
 
 ROBOT = """<robot name="lifter">
   <link name="ground"/>
@@ -85,8 +85,6 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: slider().simulate(0.01, 1e-3).error.outputs_at["plac"], "there is no output 'plac'; try: place"),
     (lambda: load_urdf(ROBOT, actuated=["lift"]), "actuated: True or False is needed, not list; try: actuated=True"),
     (lambda: load_urdf(ROBOT, friction=0.3), "friction: True or False is needed, not float"),
-    (lambda: load_urdf(ROBOT, lock=[3]), "lock: a list of names is needed, not 3; try: lock=['JOINT']"),
-    (lambda: load_urdf(ROBOT, tunable=None), "tunable: a list of names is needed, not None; try: tunable=['LINK']"),
     (lambda: load_urdf(ROBOT, limits="soft"), "limits: True or False is needed, not str"),
     (
         lambda: load_urdf(ROBOT.replace('lower="-1"', 'lower="2"'), limits=True),

@@ -19,8 +19,9 @@ from eomgen.products.testing.joint_types import OWN, check_poses, exponentials, 
 from eomgen.results.scenery import scenery
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
 from eomgen.scene.joints.model import Joint
-from eomgen.scene.load import load_toml, load_urdf
+from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
+from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.states import random_states
 

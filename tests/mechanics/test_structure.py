@@ -17,11 +17,12 @@ from scipy.spatial.transform import Rotation
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.kinematics.bodies import constant_quaternion
 from eomgen.scene.joint_types import JointType
-from eomgen.scene.load import from_data, load_urdf
+from eomgen.scene.load import from_data
 from eomgen.scene.rotations import coordinate_axis, frame_about, unit_axis
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
+from tests.models.urdf import load_urdf
 from tests.oracles.almost import ROUNDING, SHIFTS, TERMS, Compared, change, computed
 from tests.oracles.states import random_states
 from tests.oracles.written_scenes import Data, structured_scene

@@ -64,7 +64,12 @@ FOREIGN: tuple[tuple[str, str, str], ...] = (
 def sites(source: Source) -> list[Site]:
     """Return all places that make a message, in the order of modules and lines."""
     made = [*_problems(source), *_reports(source), *_rules(source), *_notes(source)]
-    return sorted(made, key=lambda site: (site.module, site.line))
+    return sorted(made, key=_place)
+
+
+def _place(site: Site) -> tuple[bool, str, int]:
+    """Return the sort key of a place: the core comes before the readers of robots, which share messages with it."""
+    return site.module.startswith("eomgen.products.robots"), site.module, site.line
 
 
 def _problems(source: Source) -> Iterable[Site]:
@@ -85,7 +90,9 @@ def _problems(source: Source) -> Iterable[Site]:
 def _reports(source: Source) -> Iterable[Site]:
     for module in source.modules.values():
         for call, owner in module.calls.get("refuse", ()):
-            if module.name.startswith("eomgen.scene"):  # of a place and a key, of an element, of an actuator
+            if module.name.startswith(
+                ("eomgen.scene", "eomgen.products.robots")
+            ):  # of a place and a key, of an element, of an actuator
                 place = 2 if len(call.args) > 3 else len(call.args) > 2 or ".sdf." in module.name
                 yield _site(source, call, owner, module, "d", *_given(call, int(place), "fault", "hint"))
         for name, place in (("add", 1), ("add_at", 2), ("add_place", 3)):

@@ -199,7 +199,7 @@ def test_every_section_has_a_page() -> None:
         ("scene/joints.md", ["the axis has no direction"]),
         ("scene/mjcf.md", ["a ball joint with armature on a body that moves is not supported"]),
         ("scene/mjcf.md", ["the sidesite 'a' is not on the body of its geom"]),
-        ("scene/sdf.md", [next(row.pattern for row in rows() if row.room == "scene.sources.sdf")]),
+        ("scene/sdf.md", [next(row.pattern for row in rows() if row.room == "products.robots.sdf")]),
         ("scene/simulation.md", ["a number is needed here, not 'fast'"]),
         ("scene/top_level.md", ["the key format is missing"]),
         ("scene/units.md", ["there is no unit degg"]),

@@ -498,8 +498,7 @@ def test_options_of_a_robot(folder: Path) -> None:
             'file = "."',
             (
                 "car.toml:14 (include.left.file): '.' is not a kind of file that can be included; "
-                "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model"
-                " directives"
+                "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file"
             ),
         ),
         (

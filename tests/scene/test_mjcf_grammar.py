@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.products.robots.mjcf import coverage
+from eomgen.products.robots.mjcf.coverage import STATUSES
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from eomgen.scene.sources.mjcf import coverage
-from eomgen.scene.sources.mjcf.coverage import STATUSES
 from tests.mjcf_grammar import COMMAND, PAGE, grammar, page
 from tests.mjcf_mutants import ABSENT, BASE, base, elements, mutants
 from tests.oracles.mjcf_oracle import Imported

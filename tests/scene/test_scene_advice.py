@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.scene.load import from_data, load_toml, load_urdf
+from eomgen.scene.load import from_data, load_toml
 from tests.models.cache import shared_cache
+from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import tape_evaluator
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
 from tests.scene.test_urdf import replaced as urdf_replaced

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.cli import main
 from eomgen.pipeline.pipeline import derive
+from eomgen.products.robots.sdf.conversion import sdf_data
 from eomgen.scene.load import load
-from eomgen.scene.sources.sdf.conversion import sdf_data
 from tests.oracles.evaluation import tape_evaluator
 
 FILES = Path(__file__).parents[1] / "files"

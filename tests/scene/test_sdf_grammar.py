@@ -13,10 +13,10 @@ from xml.etree import ElementTree
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.sources.sdf.conversion import sdf_data
-from eomgen.scene.sources.sdf.coverage import NOTED, READ, REFUSED, STATUSES
-from eomgen.scene.sources.sdf.reading import FIRST
-from eomgen.scene.sources.sdf.values import NEWEST
+from eomgen.products.robots.sdf.conversion import sdf_data
+from eomgen.products.robots.sdf.coverage import NOTED, READ, REFUSED, STATUSES
+from eomgen.products.robots.sdf.reading import FIRST
+from eomgen.products.robots.sdf.values import NEWEST
 from tests.sdf_grammar import COMMAND, INNER, PAGE, Part, grammar, key_of, page
 
 

@@ -11,7 +11,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.formula.nodes import Number
-from eomgen.scene.sources.register import BUILT_IN, all_options, source_of, sources
+from eomgen.scene.sources.register import all_options, own_sources, source_of, sources
 from eomgen.scene.sources.source import Source
 
 #: A format of somebody else: as many equal links, one below the other, as the file says.
@@ -54,13 +54,13 @@ def installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
     sys.modules.pop("chainfiles", None)
 
 
-@pytest.mark.parametrize("source", BUILT_IN, ids=lambda source: source.name)
+@pytest.mark.parametrize("source", own_sources(), ids=lambda source: source.name)
 def test_every_row_reads_by_its_endings_and_its_options_are_on_the_command_line(
     source: Source, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     for ending in source.endings:
         file = tmp_path / f"robot{ending.upper()}"
-        file.write_text(f"<!-- <robot> -->\n<{source.root}/>", encoding="utf-8")
+        file.write_text(f"<!-- <robot> -->\n<{(source.roots or ('',))[0]}/>", encoding="utf-8")
         assert source_of(file) is source
     assert main(["simulate", "--help-files"]) == 0
     help_text = capsys.readouterr().out
@@ -70,7 +70,7 @@ def test_every_row_reads_by_its_endings_and_its_options_are_on_the_command_line(
 
 
 def test_options_of_one_name_mean_the_same_in_all_sources() -> None:
-    options = [option for source in BUILT_IN for option in source.options]
+    options = [option for source in own_sources() for option in source.options]
     assert {option.name for option in options} == all_options().keys()
     assert all(option == all_options()[option.name][1] for option in options)
 
@@ -121,7 +121,7 @@ def test_what_a_source_of_others_refuses_is_said_like_everything_else(installed:
     with pytest.raises(eomgen.UsageError, match="load: there is no argument 'lng'; try: long"):
         eomgen.load(file, lng=True)
     hint = "is not a kind of file that can be read; try: a .toml scene, a .urdf file, an .xml file of"
-    hint += " MuJoCo, an .sdf file, a .yaml file of model directives or a .chain file"
+    hint += " MuJoCo, an .sdf file or a .chain file"
     with pytest.raises(eomgen.UsageError, match=hint):
         eomgen.load("rope.chains")
 
@@ -141,3 +141,11 @@ def test_a_distribution_that_is_broken_is_named(installed: Path, text: str, what
         eomgen.load("rope.chain")
     # needs no other source
     assert eomgen.load(Path(__file__).parents[2] / "examples/four_bar/scene.toml").name == "four_bar"
+
+
+def test_model_directives_are_refused_with_their_replacement(tmp_path: Path) -> None:
+    file = tmp_path / "cell.dmd.yaml"
+    file.write_text("directives: []\n", encoding="utf-8")
+    remedy = r"try: \[include\.NAME\] of each model in a scene file: directives of Drake are not read"
+    with pytest.raises(eomgen.UsageError, match=remedy):
+        eomgen.load(file)

@@ -13,9 +13,10 @@ import eomgen
 from eomgen.errors import DescriptionError, ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.joints.moved_inertia import coupled_by_mimic
-from eomgen.scene.load import from_data, load_urdf
+from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.terms import UNRESISTED
+from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import random_states
 

@@ -11,8 +11,9 @@ import pytest
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
-from eomgen.scene.load import load, load_urdf
+from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
+from tests.models.urdf import load_urdf
 
 ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
 FILES = {

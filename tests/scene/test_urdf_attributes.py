@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from eomgen.errors import DescriptionError
-from eomgen.scene.load import load, load_urdf
+from eomgen.scene.load import load
 from eomgen.scene.rotations import about_axis
 from eomgen.scene.scene import Scene
+from tests.models.urdf import load_urdf
 from tests.scene.test_urdf import ROBOTS
 
 INERTIAL = """<inertial><mass value="{}"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>

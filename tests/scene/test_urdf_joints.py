@@ -13,9 +13,10 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.load import from_data, load, load_urdf
+from eomgen.scene.load import from_data, load
 from eomgen.scene.rotations import about_axis, snapped_rotation
 from eomgen.scene.scene import Scene
+from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.formulas import value_of
 from tests.oracles.pinocchio_oracle import robot_file
@@ -402,7 +403,7 @@ def test_a_loop_joint_is_the_constraint_that_one_would_write(rng: np.random.Gene
 
 
 def data_of_text(text: str) -> dict[str, Any]:
-    from eomgen.scene.sources.urdf.source import URDF  # of this test alone
+    from eomgen.products.robots.urdf.source import URDF  # of this test alone
 
     return dict(URDF.read(text).data)
 

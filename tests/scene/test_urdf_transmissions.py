@@ -12,8 +12,9 @@ import pytest
 
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
-from eomgen.scene.load import load, load_urdf
-from eomgen.scene.sources.urdf import transmissions
+from eomgen.products.robots.urdf import transmissions
+from eomgen.scene.load import load
+from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import relative_error, tape_evaluator
 from tests.oracles.pinocchio_oracle import robot_file
 from tests.oracles.states import random_states

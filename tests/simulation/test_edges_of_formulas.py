@@ -47,18 +47,6 @@ def test_quotient_without_a_value_is_named() -> None:
     assert "may have no value there" in run.message
 
 
-def test_zero_divisor_is_named_though_the_dividend_is_not_known() -> None:
-    """The angle of a velocity has a value, and is not accused."""
-    scene = falling("0")
-    scene["parameters"] = {"grip": {"value": 0.0, "tunable": True}}
-    slip = "atan2(velocity.o[0], abs(velocity.o[2]) + 1)"
-    scene["forces"] = {"tyre": {"body": "b", "force": [f"-grip * tanh(80 * {slip} / (3 * grip))", 0, 0]}}
-    run = eomgen.build(scene, method="rk4", profile="quick").simulate(0.1, 0.01)
-    assert not run.success
-    assert "where in a formula ... / 0 has no value at grip = 0;" in run.message, run.message
-    assert "may have no value" not in run.message
-
-
 def test_root_without_a_slope_is_named() -> None:
     """From q = 0 the tangent of sqrt(q) is vertical."""
     scene = {

@@ -147,14 +147,12 @@ def _read_samples(path: Path) -> dict[str, list[float | str]]:
 def _cell(where: str, word: str) -> float | str:
     """Return a number, or a number with a unit unchanged. Raises FileError."""
     try:
-        if math.isfinite(number := float(word)):
-            return number
-        fault = f"{number:g} is not a finite number"
+        return float(word)
     except ValueError:
         if is_quantity(word):
             return word
         fault = f"{shown(word)} is not a number" if word else "a cell is empty"
-    raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm"))
+        raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm")) from None
 
 
 #: Designs whose samples are not drawn, or not one by one.

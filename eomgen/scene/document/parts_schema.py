@@ -9,7 +9,7 @@ from pydantic import ConfigDict, Field, create_model
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Rotations, Triple, Value
-from eomgen.scene.sources.register import BUILT_IN, all_options, formats_with
+from eomgen.scene.sources.register import all_options, formats_with, own_sources
 from eomgen.scene.sources.source import Option, Source
 
 
@@ -20,6 +20,10 @@ def _key_of(source: Source, option: Option) -> tuple[Any, Any]:
         names = Annotated[tuple[str, ...], Field(strict=False)]
         return names, key(description, option.default, kind="list of names")
     return Literal[option.choices] if option.choices else type(option.default), key(description, option.default)
+
+
+#: Types and keys of the options of sources.
+_OPTIONS = {option.name: _key_of(source, option) for source, option in all_options().values()}
 
 
 class Include(Table):
@@ -45,9 +49,8 @@ class Include(Table):
     initial: dict[str, dict[str, Any]] = key(
         "the start of joints of the file, each as its `initial`", {}, kind="tables by joint", shown_default="`{}`"
     )
-    for source, option in all_options().values():
-        __annotations__[option.name], locals()[option.name] = _key_of(source, option)
-    del source, option
+    __annotations__.update((name, kind) for name, (kind, _) in _OPTIONS.items())
+    locals().update((name, value) for name, (_, value) in _OPTIONS.items())
 
 
 class Repeat(Table):
@@ -71,7 +74,7 @@ class Repeat(Table):
 
 def include_of(source: Source | None) -> type[Include]:
     """Return the table of an include of a source's files, which may be another distribution's."""
-    if source is None or source in BUILT_IN:
+    if source is None or source in own_sources():
         return Include
     added: dict[str, Any] = {option.name: _key_of(source, option) for option in source.options}
     return create_model("Include", __base__=Include, **added)

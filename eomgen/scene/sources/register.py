@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -10,19 +10,9 @@ from typing import Any
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import nearest, shown
+from eomgen.base.products import rows_of
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.sources.mjcf.source import MJCF
-from eomgen.scene.sources.sdf.source import PACKAGES, SDF
-from eomgen.scene.sources.source import (
-    ACTUATED,
-    FRICTION,
-    LARGEST_FILE,
-    LIMITS,
-    ConvertedScene,
-    Option,
-    Source,
-)
-from eomgen.scene.sources.urdf.source import URDF
+from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, Option, Source
 
 #: The group of entry points for sources of other distributions: objects of the class ``Source``.
 GROUP = "eomgen.sources"
@@ -41,52 +31,19 @@ def _read_toml(text: str, **options: Any) -> ConvertedScene:
     return read_toml(text, **options)
 
 
-def _read_directives(
-    text: str,
-    *,
-    file: str = "models.dmd.yaml",
-    strict: bool = False,
-    included: bool = False,  # models that the file welds to the world are fixed to the base in any scene
-    path: Path | None = None,
-    limits: bool = False,
-    friction: bool = False,
-    actuated: bool = False,
-    packages: Sequence[str] = (),
-) -> ConvertedScene:
-    """Return a file of model directives in the form of a scene file that includes the models; the options as in
-    ``DIRECTIVES``.
-
-    Parameters
-    ----------
-    path : Path, optional
-        The file, from whose folder models are read.
-
-    Raises
-    ------
-    DescriptionError, OptionError, UsageError
-    """
-    from eomgen.scene.sources.directives.conversion import directives_data  # noqa: PLC0415  # most scenes are others
-
-    options = {"limits": limits, "friction": friction, "actuated": actuated, "packages": packages}
-    return directives_data(text, file=file, strict=strict, path=path, options=options)
-
-
 TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True)
-DIRECTIVES = Source(
-    "model directives",
-    (".yaml", ".yml"),
-    "a .yaml file of model directives",
-    _read_directives,
-    (LIMITS, FRICTION, ACTUATED, PACKAGES),
-    located=True,
-)
-BUILT_IN: tuple[Source, ...] = (TOML, URDF, MJCF, SDF, DIRECTIVES)
+
+
+@cache
+def own_sources() -> tuple[Source, ...]:
+    """Return eomgen's own sources: scene files, and the sources of products."""
+    return (TOML, *rows_of(GROUP, Source))
 
 
 @cache
 def sources() -> tuple[Source, ...]:
     """Return all sources. Raises UsageError naming the distribution of one that cannot be taken."""
-    result = list(BUILT_IN)
+    result = list(own_sources())
     for entry in extensions(GROUP):
         source = loaded(entry, Source)
         taken = [ending for ending in source.endings if any(ending in other.endings for other in result)]
@@ -100,18 +57,16 @@ def source_of(path: Path) -> Source | None:
     """Return the source for a file, by the ending of its name, and by the outermost element if several sources share
     the ending; None without a source."""
     ending = path.suffix.lower()
-    own = [source for source in BUILT_IN if ending in source.endings]
+    own = [source for source in own_sources() if ending in source.endings]
     if len(own) > 1:
         root = _root_of(path)
-        if root == "mujocoinclude":  # a part of an MJCF file
-            return MJCF
-        return next((source for source in own if source.root == root), own[0])
+        return next((source for source in own if root in source.roots), own[0])
     return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 
 def endings_like(path: Path) -> set[str]:
     """Return the endings of eomgen's own sources, and the ending of a file."""
-    return {path.suffix.lower(), *(ending for source in BUILT_IN for ending in source.endings)}
+    return {path.suffix.lower(), *(ending for source in own_sources() for ending in source.endings)}
 
 
 def readable(path: Path) -> str:
@@ -131,7 +86,7 @@ def readable(path: Path) -> str:
 def all_options() -> dict[str, tuple[Source, Option]]:
     """Return the options of eomgen's own sources by name; of one that several have, the first source's."""
     result: dict[str, tuple[Source, Option]] = {}
-    for source in BUILT_IN:
+    for source in own_sources():
         for option in source.options:
             result.setdefault(option.name, (source, option))
     return result
@@ -139,7 +94,7 @@ def all_options() -> dict[str, tuple[Source, Option]]:
 
 def formats_with(source: Source, option: Option) -> str:
     """Return the names of the formats that have an option of a source, for texts about the option."""
-    shared = [other.name for other in BUILT_IN if source in BUILT_IN and option in other.options]
+    shared = [other.name for other in own_sources() if source in own_sources() and option in other.options]
     return ", ".join(shared or [source.name])
 
 
@@ -190,11 +145,6 @@ def _check_value(option: Option, value: object) -> None:
         fault = f"True or False is needed, not {type(value).__name__}"
         hint = f"{option.name}=True, for all joints" if value else f"{option.name}=False"
         raise UsageError(Problem(option.name, fault, hint))
-    if option.default == () and not isinstance(value, str):
-        wrong = [value] if not isinstance(value, Iterable) else [one for one in value if not isinstance(one, str)]
-        if wrong:
-            fault = f"a list of names is needed, not {shown(wrong[0])}"
-            raise UsageError(Problem(option.name, fault, f"{option.name}=[{shown(option.metavar)}]"))
 
 
 def _root_of(path: Path) -> str:

@@ -101,15 +101,12 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
         elif isinstance(formula, Quantity):
             yield from _quantity_without_value(formula, value_of)
         elif formula.name == "div" or formula.name in _SAID:
-            numbers = [evaluate(part, value_of) for part in parts[formula.name == "div" :]]
-            texts = [f"{number:.6g}" for number in numbers]
-            if formula.name == "div":  # without a value by zero, known or not
-                dividend, text = _dividend(parts[0], value_of)
-                numbers, texts = [dividend, *numbers], [text, *texts]
+            numbers = [evaluate(part, value_of) for part in parts]
             if max(map(abs, numbers)) < _GROWN:
                 try:
                     apply(formula.name, numbers)
                 except ArithmeticError:
+                    texts = [f"{number:.6g}" for number in numbers]
                     said = f"{texts[0]} / {texts[1]}" if formula.name == "div" else _SAID[formula.name].format(*texts)
                     of = parts[-1:] if formula.name == "div" else parts
                     named = (symbol for part in of for symbol in _symbols(part))
@@ -119,15 +116,6 @@ def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Ite
         pass
     for part in parts:
         yield from _without_value(part, value_of)
-
-
-def _dividend(formula: Formula, value_of: Callable[[Symbol], float]) -> tuple[float, str]:
-    """Return the value of a dividend and its text; 1 and three points if the value is not known here."""
-    try:
-        value = evaluate(formula, value_of)
-    except ArithmeticError:
-        return 1.0, "..."
-    return value, f"{value:.6g}"
 
 
 def _symbols(formula: Formula) -> Iterator[Symbol]:

@@ -15,14 +15,14 @@ FAILURES = [
         "A folder in the place of a file",
         2,
         "usage error: '.' is not a kind of file that can be read; "
-        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives",
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file",
         command="info .",
     ),
     Failure(
         "A file of unknown kind",
         2,
         "usage error: 'scene.txt' is not a kind of file that can be read; "
-        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo, an .sdf file or a .yaml file of model directives",
+        "try: a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file",
         command="info scene.txt",
         files={"scene.txt": "name: arm\n"},
     ),

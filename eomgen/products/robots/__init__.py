@@ -1,0 +1,15 @@
+"""Robots: models of URDF, SDF and MJCF as scenes."""
+
+from eomgen.base.products import Product
+
+__all__ = []
+
+PRODUCT = Product(
+    rows={
+        "eomgen.sources": (
+            "eomgen.products.robots.urdf.source:URDF",
+            "eomgen.products.robots.mjcf.source:MJCF",
+            "eomgen.products.robots.sdf.source:SDF",
+        ),
+    },
+)

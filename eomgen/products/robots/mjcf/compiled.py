@@ -1,0 +1,257 @@
+"""MJCF compiled by MuJoCo, and the lines at which its elements stand, also in included files."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import nearest, shown
+from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.products.robots.draft import Place
+from eomgen.scene.reading.xml import Element, read_xml
+from eomgen.scene.sources.source import read_text, shown_file
+
+#: Sections of a file whose children are elements of one kind, by the name of the kind.
+_SECTIONS = {"actuator": "actuator", "equality": "equality", "tendon": "tendon", "sensor": "sensor", "keyframe": "key"}
+#: Elements below bodies, by the name of the kind.
+_OF_BODIES = {"body": "body", "joint": "joint", "freejoint": "joint", "site": "site", "geom": "geom"}
+#: Depth at which MuJoCo's own reader of XML ends.
+_DEEPEST = 500
+#: Numbers beyond this one, or below its inverse, whose powers may have no value.
+_LARGE = 1e60
+#: Remedies for parts of MuJoCo's messages.
+_REMEDIES = {
+    "Error opening file": "a path from the folder of the file, or assetdir, meshdir and texturedir of <compiler>",
+    "already included": "one <include> of each file, and none of a file that includes it",
+    "unrecognized element": "the file as the MuJoCo that it is for saves it (mj_saveLastXML), or without the element",
+    "unrecognized": "pip install -U mujoco, if the file is for a newer MuJoCo",
+    "repeated name": "another name for one of them",
+    "mjMINVAL": "a geom with mass in the body, or <inertial>",
+    "engthrange": "lengthrange of the actuator, or limits of the joints that it moves",
+}
+_LINE = re.compile(r"\bline (\d+)")
+_UNKNOWN = re.compile(r"(?:unknown element|unrecognized name) '([^']+)'|'([^']+)' (?:is )?not found")
+
+
+@dataclass
+class Elements:
+    """The elements of a file and of the files that it includes.
+
+    Attributes
+    ----------
+    every : all elements with their files, sections of the top level with their paths
+    named : place by kind and name
+    ordered : places by kind, in the order of the compiled model
+    includes : place of the last ``<include>`` of each file
+    files : that are read
+    liberties : notes on faults of their XML
+    """
+
+    every: list[tuple[str, Element, str]] = field(default_factory=list)
+    named: dict[tuple[str, str], Place] = field(default_factory=dict)
+    ordered: dict[str, list[Place]] = field(default_factory=dict)
+    includes: dict[str, Place] = field(default_factory=dict)
+    files: set[Path] = field(default_factory=set)
+    liberties: list[str] = field(default_factory=list)
+
+    def place(self, kind: str, name: str, number: int, count: int, file: str) -> Place:
+        """Return the place of an element by its name, of one without a name by its number among ``count``."""
+        if name and (kind, name) in self.named:
+            return self.named[kind, name]
+        places = self.ordered.get(kind, [])
+        return places[number] if len(places) == count else Place(file, 1)
+
+    def first(self, tag: str, file: str) -> Place:
+        """Return the place of the first element whose tag begins so; the start of the file without one."""
+        places = (Place(name, element.line) for _, element, name in self.every if element.tag.startswith(tag))
+        return next(places, Place(file, 1))
+
+    def mentioning(self, word: str) -> Place | None:
+        """Return the place of the only element with an attribute of that name or value; None without one."""
+        if word in self.includes:
+            return self.includes[word]
+        places = {
+            Place(file, element.line)
+            for _, element, file in self.every
+            for name, value in element.attributes
+            if word in (name, value) or (name == "file" and word.endswith(value))
+        }
+        return places.pop() if len(places) == 1 else None
+
+    def extreme(self) -> tuple[Place, str] | None:
+        """Return the first number that is large, small or none, with its place; None without one."""
+        for _, element, file in self.every:
+            for _, value in element.attributes:
+                for word in value.split():
+                    with suppress(ValueError):
+                        size = abs(float(word))
+                        if not (size == 0.0 or 1.0 / _LARGE < size < _LARGE):
+                            return Place(file, element.line), word
+        return None
+
+
+def elements_of(text: str, file: str, path: Path | None) -> Elements:
+    """Return the elements of an MJCF text. Raises DescriptionError for a text that is not MJCF."""
+    result = Elements()
+    root = read_xml(text, file, _DEEPEST)
+    if root.tag != "mujoco":
+        fault = f"the outermost element is {shown(root.tag)}, not 'mujoco'"
+        raise DescriptionError(Problem(f"{file}:{root.line}", fault, "the file that includes this one"))
+    result.liberties += root.liberties
+    if path is not None:
+        result.files.add(path.absolute())
+    _walk(result, root, "", file, None if path is None else path.parent)
+    return result
+
+
+def _walk(result: Elements, element: Element, path: str, file: str, folder: Path | None) -> None:
+    """Record the children of an element, with the elements of included files in their places.
+
+    Child bodies come last, as in the compiled model, which numbers all geoms, joints and sites of a body before.
+    """
+    for child in sorted(element.children(), key=lambda child: child.tag == "body"):
+        if child.tag == "include":
+            result.includes[child.get("file")] = Place(file, child.line)
+            for included, name in _included(result, child, folder):
+                _walk(result, included, path, name, folder)
+            continue
+        own = f"{path}/{child.tag}" if path else child.tag
+        result.every.append((own, child, file))
+        kind, place = _kind(path, child.tag), Place(file, child.line)
+        if own == "worldbody":
+            result.ordered.setdefault("body", [place])  # the body 0, of all such sections together
+        elif kind:
+            result.ordered.setdefault(kind, []).append(place)
+            if child.get("name"):
+                result.named.setdefault((kind, child.get("name")), place)
+        _walk(result, child, own, file, folder)
+
+
+def _kind(path: str, tag: str) -> str:
+    if path in _SECTIONS:
+        return _SECTIONS[path]
+    return _OF_BODIES.get(tag, "") if path.startswith("worldbody") else ""
+
+
+def _included(result: Elements, element: Element, folder: Path | None) -> Iterator[tuple[Element, str]]:
+    """Yield the root of an included file with its name; none of a file that is missing or that is read already: MuJoCo
+    refuses these. Raises DescriptionError for a file that is not XML."""
+    path = None if folder is None else (folder / element.get("file")).absolute()
+    if path is None or path in result.files or not path.exists():
+        return
+    result.files.add(path)
+    root = read_xml(read_text(path), shown_file(path), _DEEPEST)
+    result.liberties += root.liberties
+    yield root, shown_file(path)
+
+
+def mujoco_module() -> Any:
+    """Return the package ``mujoco``. Raises UsageError if it is missing."""
+    try:
+        import mujoco  # noqa: PLC0415  # an extra
+    except ImportError:
+        fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed"
+        raise UsageError(Problem("load", fault, "pip install 'eomgen[mujoco]'")) from None
+    if not hasattr(mujoco.MjModel, "dof_dampingpoly"):
+        fault = f"mujoco {mujoco.__version__} is older than 3.7, whose models are read"
+        raise UsageError(Problem("load", fault, "pip install -U 'eomgen[mujoco]'"))
+    return mujoco
+
+
+@contextmanager
+def _caught(mujoco: Any) -> Iterator[list[str]]:
+    """Collect MuJoCo's warnings, which MuJoCo would print, and write to a file in the current folder."""
+    texts: list[str] = []
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(texts.append)
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            yield texts
+            texts += [str(warning.message) for warning in caught]
+    finally:
+        mujoco.set_mju_user_warning(before)
+
+
+def compiled(text: str, file: str, path: Path | None, elements: Elements) -> tuple[Any, list[str]]:
+    """Return the ``mujoco.MjModel`` of a file, static bodies kept, and MuJoCo's warnings.
+
+    Raises
+    ------
+    DescriptionError
+        With MuJoCo's message.
+    """
+    mujoco = mujoco_module()
+    try:
+        with _caught(mujoco) as texts:
+            spec = mujoco.MjSpec.from_string(text) if path is None else mujoco.MjSpec.from_file(str(path))
+            _check_assets(spec, path)
+            spec.compiler.fusestatic = False
+            model = spec.compile()
+        return model, [f"MuJoCo: {' '.join(text.split())}" for text in texts]
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
+        raise DescriptionError(_problem(str(error), file, elements)) from None
+
+
+def _check_assets(spec: Any, path: Path | None) -> None:
+    """Raise FileError for a file of a mesh, texture or height field that is not regular: MuJoCo would read a named
+    pipe for ever. MuJoCo names missing files itself."""
+    if path is None:
+        return
+    assets = ((spec.meshdir, (*spec.meshes, *spec.skins, *spec.hfields)), (spec.texturedir, spec.textures))
+    files = {path.parent / folder / item.file for folder, items in assets for item in items if item.file}
+    for file in sorted(files):
+        if file.exists() and not file.is_file():
+            read_text(file)
+
+
+def out_of_range(file: str, elements: Elements) -> DescriptionError:
+    """Return the error for a file whose numbers cannot be multiplied or divided."""
+    place, word = elements.extreme() or (Place(file, 1), "")
+    fault = f"the number {shown(word)} is too large or too small to calculate with" if word else "a number is too large"
+    return DescriptionError(Problem(str(place), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
+
+
+def _problem(message: str, file: str, elements: Elements) -> Problem:
+    """Return MuJoCo's message as one line, with its place and a remedy."""
+    element = re.search(r"Element name '([^']*)', id \d+", message)
+    words = re.sub(r"\s*(?:Element '[^']*', )?line \d+(?:, column \d+)?\s*", " ", message)
+    words = re.sub(r"\s*Element name '[^']*', id \d+,?", "", words)
+    words = " ".join(re.sub(r"^(?:(?:XML )?Error:\s*)+", "", words).split()).removeprefix("Schema violation: ")
+    tag = re.search(r"Element '([^']*)', line", message)
+    if tag and words.endswith("unrecognized element"):
+        words += f" <{tag[1][:64]}>"
+    if element and element[1] and f"'{element[1]}'" not in words:
+        words += f" ({shown(element[1])})"
+    place = _place_of(message, file, elements)
+    if not place and _LINE.search(message):
+        words += " (in an included file)"
+    return Problem(place or file, f"MuJoCo refuses the file: {words}", _remedy(words, elements))
+
+
+def _place_of(message: str, file: str, elements: Elements) -> str:
+    """Return the place of MuJoCo's message, by the line there, which is 0 in included files, or by the element that the
+    message names; empty for an unknown place."""
+    line = _LINE.search(message)
+    if line and int(line[1]):
+        return f"{file}:{line[1]}"
+    for word in re.findall(r"'([^']+)'", message):
+        if place := elements.mentioning(word):
+            return str(place)
+    counted = re.search(r"\b(actuator|equality|key|sensor|tendon) (\d+)", message)
+    ordered = elements.ordered.get(counted[1], []) if counted else []
+    return str(ordered[int(counted[2])]) if counted and int(counted[2]) < len(ordered) else ""
+
+
+def _remedy(words: str, elements: Elements) -> str:
+    """Return the names nearest to an unknown one, or the remedy for the fault; empty without one."""
+    unknown = _UNKNOWN.search(words)
+    known = [name for _, name in elements.named]
+    if unknown and known:
+        return nearest(unknown[1] or unknown[2], known)
+    return next((remedy for part, remedy in _REMEDIES.items() if part in words), "")

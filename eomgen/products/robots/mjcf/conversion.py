@@ -1,0 +1,208 @@
+"""Conversion of MJCF to a scene, from the model that MuJoCo compiles: its defaults, frames, meshes and mass properties
+are resolved there and are not computed again."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.messages import legal_name, listed, nearest, shown
+from eomgen.products.robots.draft import Place
+from eomgen.products.robots.mjcf.actuators import convert_actuators
+from eomgen.products.robots.mjcf.compiled import compiled, elements_of, mujoco_module, out_of_range
+from eomgen.products.robots.mjcf.coverage import note_unknown_attributes
+from eomgen.products.robots.mjcf.draft import Draft
+from eomgen.products.robots.mjcf.equalities import convert_equalities, site_place
+from eomgen.products.robots.mjcf.fluid import convert_fluid
+from eomgen.products.robots.mjcf.sensors import convert_sensors
+from eomgen.products.robots.mjcf.shapes import convert_geoms
+from eomgen.products.robots.mjcf.tendons import add_pulls, convert_tendons
+from eomgen.products.robots.mjcf.tree import convert_tree
+from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.source import ConvertedScene, OptionError
+
+#: Sections of the entries that efforts and forces act on.
+_OWNERS = {"joint": "joints", "body": "bodies"}
+#: Kinds of names with the elements that have them in a file, and an array of each in the compiled model.
+_NAMED = {
+    "body": {"body": "body_parentid", "site": "site_bodyid"},
+    "joint": {"joint": "jnt_type"},
+    "signal": {"actuator": "actuator_trntype"},
+    "constraint": {"equality": "eq_type"},
+    "output": {"sensor": "sensor_type"},
+}
+_WORD = re.compile(r"[A-Za-z_]\w*")
+
+
+def mjcf_data(
+    text: str,
+    *,
+    file: str,
+    strict: bool = False,
+    path: Path | None = None,
+    limits: bool = False,
+    friction: bool = False,
+    keyframe: str = "",
+    mocap: bool = False,
+    included: bool = False,
+) -> ConvertedScene:
+    """Return an MJCF file in the form of a scene file, with notes on all that is left out.
+
+    Parameters
+    ----------
+    text : str
+        Of the file, for the lines of its elements.
+    file : str
+        Its name in messages.
+    strict : bool
+        Refuse elements that would be left out with a note.
+    path : Path, optional
+        The file; without it MuJoCo compiles the text, which then names no other files.
+    limits, friction : bool
+        Take limits of position as stops, and dry friction.
+    keyframe : str
+        Name or number of the keyframe at the start.
+    mocap : bool
+        Move mocap bodies by motions from outside.
+
+    Raises
+    ------
+    DescriptionError, OptionError, UsageError
+    """
+    mujoco = mujoco_module()
+    elements = elements_of(text, file, path)
+    model, warnings = compiled(text, file, path, elements)
+    name = legal_name(_name_of(mujoco, model) or "model", ())
+    data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
+    draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
+    draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
+    draft.included = included
+    for kind, objects in _NAMED.items():
+        for word, count in objects.items():
+            draft.keep(kind, (draft.written(word, index) for index in range(len(getattr(model, count)))))
+    draft.key = _keyframe(draft, keyframe, file)
+    draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
+    draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
+    data["gravity"] = [0.0] * 3 if draft.disabled("GRAVITY") else model.opt.gravity.tolist()
+    draft.lines["gravity"] = str(elements.first("option", file))
+    _refuse_other_physics(draft)
+    try:
+        with np.errstate(all="ignore"):  # the scene refuses numbers without a value
+            convert_tree(draft, limits=limits, friction=friction)
+            _add_sites(draft)
+            convert_tendons(draft)
+            convert_equalities(draft)
+            convert_actuators(draft)
+            add_pulls(draft)
+            convert_fluid(draft)
+            convert_sensors(draft)
+            convert_geoms(draft)
+    except ArithmeticError:
+        raise out_of_range(file, elements) from None
+    _add_lines(draft)
+    _drop_unused_definitions(data)
+    _note_the_rest(draft)
+    note_unknown_attributes(draft)
+    omissions = draft.all_warnings()
+    if strict:
+        for place, note in omissions:
+            draft.refuse(place, "", note, "no --strict (strict=False), to go on without")
+    draft.report.raise_problems()
+    return ConvertedScene(
+        data,
+        draft.lines,
+        [*elements.liberties, *warnings, *draft.notes, *(note for _, note in omissions)],
+        inertias_checked=True,
+    )
+
+
+def _name_of(mujoco: Any, model: Any) -> str:
+    return bytes(model.names[: bytes(model.names).index(b"\0")]).decode("utf-8", "replace")
+
+
+def _keyframe(draft: Draft, wanted: str, file: str) -> int:
+    """Return the number of the keyframe; -1 for none."""
+    count = int(draft.model.nkey)
+    names = [draft.written("key", index) or str(index) for index in range(count)]
+    if not wanted:
+        if count:
+            draft.notes.append(f"the start is the configuration of the file; keyframe=... is one of {listed(names)}")
+        return -1
+    if wanted not in names:
+        raise OptionError(
+            "keyframe", f"{file} has no keyframe {shown(wanted)}", nearest(wanted, names) or "no keyframe"
+        )
+    return names.index(wanted)
+
+
+def _refuse_other_physics(draft: Draft) -> None:
+    """Report parts of MuJoCo's physics that no scene has, and that change the motion."""
+    model, elements = draft.model, draft.elements
+    for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
+        if count:
+            place = elements.first(tag, draft.report.file)
+            draft.refuse(place, "", f"a {name} is not supported", "the file without it")
+
+
+def _add_sites(draft: Draft) -> None:
+    """Add sites as frames."""
+    for site in range(draft.model.nsite):
+        written = draft.written("site", site)
+        if not written:
+            continue
+        name = draft.name("body", written, "")
+        draft.section("frames")[name] = site_place(draft, site).entry
+        draft.lines[f"frames.{name}"] = str(draft.place("site", site, draft.model.nsite))
+
+
+def _add_lines(draft: Draft) -> None:
+    """Give entries without a line of their own the one of their joint or body."""
+    for section in ("efforts", "forces"):
+        for name, entry in draft.data.get(section, {}).items():
+            owner = next(f"{kind}.{entry[word]}" for word, kind in _OWNERS.items() if word in entry)
+            if owner in draft.lines:
+                draft.lines.setdefault(f"{section}.{name}", draft.lines[owner])
+
+
+def _drop_unused_definitions(data: dict[str, Any]) -> None:
+    """Remove the definitions of lengths, rates and other quantities that no formula mentions."""
+    definitions = data.get("definitions", {})
+    waiting = [text for key, section in data.items() if key != "definitions" for text in _texts(section)]
+    used: set[str] = set()
+    while waiting:
+        for word in _WORD.findall(waiting.pop()):
+            if word in definitions and word not in used:
+                used.add(word)
+                waiting.append(definitions[word]["formula"])
+    for name in definitions.keys() - used:
+        del definitions[name]
+    if not definitions:
+        data.pop("definitions", None)
+
+
+def _texts(value: Any) -> Iterator[str]:
+    """Yield all texts within a section."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for part in value.values():
+            yield from _texts(part)
+    elif isinstance(value, list):
+        for part in value:
+            yield from _texts(part)
+
+
+def _note_the_rest(draft: Draft) -> None:
+    """Note contact."""
+    model, file = draft.model, draft.report.file
+    touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
+    if len(touching) > 1 and not draft.disabled("CONTACT"):
+        draft.leave_out(
+            draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms)"
+        )
+    if model.npair and not draft.disabled("CONTACT"):
+        draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs")

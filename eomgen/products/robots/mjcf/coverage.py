@@ -1,0 +1,69 @@
+"""How each attribute of MJCF is taken: a table over MuJoCo's grammar, by element, from ``coverage.txt``.
+
+Elements have the keys of ``key_of_path``. An attribute without a status is one of a newer MuJoCo.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from eomgen.products.robots.draft import Place
+from eomgen.products.robots.mjcf.draft import Draft
+
+READ, IDLE, NOTED, REFUSED = "read", "without effect", "noted", "refused"
+#: Meaning of each status.
+MEANINGS: Mapping[str, str] = {
+    READ: "takes part in the equations, the names or the start, by MuJoCo's compiler or by eomgen",
+    IDLE: "pictures, contact, memory, the numbers of MuJoCo's solvers, or data of the user: no part of the equations",
+    NOTED: "left out with a note if it would act; refused with `--strict`",
+    REFUSED: "refused with line and name if it would act",
+}
+
+
+def key_of_path(path: str) -> str:
+    """Return the key of an element from its tags: bodies, frames and replicates within one another count once."""
+    tags = [tag for tag in path.split("/") if tag not in ("worldbody", "body", "frame", "replicate")]
+    last = path.rpartition("/")[2]
+    if path.startswith(("worldbody", "body")):
+        if not tags:
+            return "body" if last == "worldbody" else last
+        return "/".join(["body", *tags])
+    if tags and tags[0] == "default":
+        tags = ["default", *(tag for tag in tags if tag != "default")]
+    return "/".join(tags)
+
+
+def _table(text: str) -> dict[str, dict[str, str]]:
+    """Return the status by attribute of each element, of lines with elements, statuses and attributes."""
+    table: dict[str, dict[str, str]] = {}
+    same: list[dict[str, str]] = []
+    elements, status = False, ""
+    for line in text.splitlines():
+        words = line.partition("#")[0]
+        if not words.startswith(" "):
+            if not elements:
+                same = []
+            same += [table.setdefault(key, {}) for key in words.split()]
+            elements = True
+            continue
+        elements = False
+        before, colon, names = words.strip().rpartition(": ")
+        status = before if colon else status
+        for row in same:
+            row.update(dict.fromkeys(names.split(), status))
+    return table
+
+
+#: Status by attribute, of each element.
+STATUSES: Mapping[str, Mapping[str, str]] = _table(Path(__file__).with_name("coverage.txt").read_text(encoding="utf-8"))
+
+
+def note_unknown_attributes(draft: Draft) -> None:
+    """Note attributes of a newer MuJoCo than the one of the table."""
+    for path, element, file in draft.elements.every:
+        known = STATUSES.get(key_of_path(path), {})
+        for name in element.unread_attributes:
+            if name not in known:
+                note = f"not read: the attribute {name} of <{element.tag}>, which this version does not know"
+                draft.leave_out(Place(file, element.line), note)

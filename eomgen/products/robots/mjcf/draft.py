@@ -1,0 +1,160 @@
+"""The scene that an MJCF file becomes, while its parts are converted one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
+from eomgen.products.robots.draft import LinkPlace, Place, SceneDraft
+from eomgen.products.robots.mjcf.compiled import Elements
+
+#: Most terms of a sum in one text.
+_TERMS = 20
+#: Flags of parts that MuJoCo solves as constraints, which the flag ``constraint`` switches off together.
+_CONSTRAINTS = ("CONTACT", "EQUALITY", "FRICTIONLOSS", "LIMIT")
+
+
+def number(value: float) -> str:
+    """Return a number as part of a formula: in brackets if it is negative."""
+    text = repr(float(value))
+    return f"({text})" if text.startswith("-") else text
+
+
+def times(factor: float, term: str) -> str:
+    """Return the product of a number and a term, which is a name, a number or in brackets."""
+    return term if factor == 1.0 else f"{number(factor)} * {term}"
+
+
+def total(terms: Sequence[str]) -> str:
+    """Return the sum of terms in brackets, 0.0 of none."""
+    return f"({' + '.join(terms)})" if len(terms) > 1 else terms[0] if terms else "0.0"
+
+
+def dot(first: Sequence[str], second: Sequence[str]) -> str:
+    """Return the scalar product of two vectors."""
+    return total([f"{a} * {b}" for a, b in zip(first, second, strict=True)])
+
+
+def cross(first: Sequence[str], second: Sequence[str]) -> list[str]:
+    """Return the vector product of two vectors."""
+    pairs = ((1, 2), (2, 0), (0, 1))
+    return [f"({first[i]} * {second[j]} - {first[j]} * {second[i]})" for i, j in pairs]
+
+
+def clipped(term: str, low: float, high: float) -> str:
+    """Return a term within a range."""
+    return f"max({number(low)}, min({number(high)}, {term}))"
+
+
+def polynomial(variable: str, coefficients: Sequence[float], power: Callable[[str, int], str]) -> str:
+    """Return the sum of coefficients times powers of a variable, from the power 1 on."""
+    return total([times(c, power(variable, k)) for k, c in enumerate(coefficients, 1) if c != 0.0])
+
+
+def plain_power(variable: str, exponent: int) -> str:
+    """Return a power."""
+    return variable if exponent == 1 else f"{variable}**{exponent}"
+
+
+def odd_power(variable: str, exponent: int) -> str:
+    """Return a power with the sign of the variable."""
+    return plain_power(variable, exponent) if exponent % 2 else f"{variable} * abs({variable})**{exponent - 1}"
+
+
+@dataclass
+class Draft(SceneDraft):
+    """The scene so far.
+
+    Attributes
+    ----------
+    mujoco : the package
+    model : the compiled ``mujoco.MjModel``
+    elements : of the file and the files that it includes
+    folder : of the file, to which paths of meshes are relative; None for a text
+    places, joints, tendons : places of bodies, names of joints, and the definitions of the lengths of tendons,
+        by number in the compiled model
+    qpos, qvel : MuJoCo's coordinates and velocities at the start
+    key : number of the keyframe at the start; -1 for none
+    moving_targets : whether motions from outside move mocap bodies
+    tendon_joints : joints of fixed tendons with their coefficients
+    points : names of the points at sites
+    frame_origins : names of the points at frames, by the wanted names
+    actuator_forces, actuator_motions : formulas of the forces of actuators, and of their lengths and rates
+    branches : of spatial tendons: names in the scene, and the divisors of their lengths
+    pulls : of spatial tendons: formulas of actuators that pull the ends together
+    """
+
+    mujoco: Any = None
+    model: Any = None
+    elements: Elements = field(default_factory=Elements)
+    folder: Path | None = None
+    places: dict[int, LinkPlace] = field(default_factory=dict)
+    joints: dict[int, str] = field(default_factory=dict)
+    tendons: dict[int, str] = field(default_factory=dict)
+    qpos: Array = field(default_factory=lambda: np.zeros(0))
+    qvel: Array = field(default_factory=lambda: np.zeros(0))
+    key: int = -1
+    moving_targets: bool = False
+    tendon_joints: dict[int, list[tuple[int, float]]] = field(default_factory=dict)
+    points: dict[int, str] = field(default_factory=dict)
+    frame_origins: dict[str, str] = field(default_factory=dict)
+    actuator_forces: dict[int, str] = field(default_factory=dict)
+    actuator_motions: dict[int, tuple[str, str]] = field(default_factory=dict)
+    branches: dict[int, list[tuple[str, float]]] = field(default_factory=dict)
+    pulls: dict[int, list[str]] = field(default_factory=dict)
+
+    def written(self, kind: str, index: int) -> str:
+        """Return the name of an element in the file; empty without one."""
+        kinds = self.mujoco.mjtObj
+        return self.mujoco.mj_id2name(self.model, getattr(kinds, f"mjOBJ_{kind.upper()}"), index) or ""
+
+    def define(self, wanted: str, formula: str) -> str:
+        """Return the name of a definition, which is added."""
+        name = self.name("signal", "", wanted)
+        self.section("definitions")[name] = {"formula": formula}
+        return name
+
+    def point(self, wanted: str, place: LinkPlace) -> str:
+        """Return the name of a point at the origin of a frame, which is added once for each wanted name."""
+        if wanted not in self.frame_origins:
+            name = self.name("point", "", wanted)
+            self.section("points")[name] = {"body": place.body, "position": place.position.tolist()}
+            self.frame_origins[wanted] = name
+        return self.frame_origins[wanted]
+
+    def frame_points(self, wanted: str, place: LinkPlace) -> tuple[str, list[str]]:
+        """Return the names of points at the origin of a frame, and 1 m along its axes."""
+        ends = [
+            self.point(f"{wanted}_{axis}", LinkPlace(place.body, place.orientation, place.position + column))
+            for axis, column in zip("xyz", place.orientation.T, strict=True)
+        ]
+        return self.point(wanted, place), ends
+
+    def along(self, start: str, end: str) -> list[str]:
+        """Return the components of the vector from a point to another, in world axes."""
+        return [f"(position.{end}[{i}] - position.{start}[{i}])" for i in range(3)]
+
+    def place(self, kind: str, index: int, count: int) -> Place:
+        """Return file and line of an element."""
+        return self.elements.place(kind, self.written(kind, index), index, count, self.report.file)
+
+    def sum_of(self, word: str, terms: Sequence[str]) -> str:
+        """Return the sum of any number of terms, in parts that are as short as texts of formulas may be."""
+        parts = [total(terms[k : k + _TERMS]) for k in range(0, len(terms), _TERMS)]
+        return parts[0] if len(parts) == 1 else total([self.define(f"{word}_of_part", part) for part in parts])
+
+    def disabled(self, flag: str) -> bool:
+        """Return whether the file switches a part of the physics off, alone or with all constraints."""
+        flags = (flag, "CONSTRAINT") if flag in _CONSTRAINTS else (flag,)
+        bits = self.mujoco.mjtDisableBit
+        return any(self.model.opt.disableflags & getattr(bits, f"mjDSBL_{name}") for name in flags)
+
+    @property
+    def without_passive_forces(self) -> bool:
+        """Whether there are no passive forces at all: as in MuJoCo if springs and dampers are both off."""
+        return self.disabled("SPRING") and self.disabled("DAMPER")

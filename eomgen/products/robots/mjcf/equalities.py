@@ -1,0 +1,115 @@
+"""Equalities of MJCF as exact constraints: MuJoCo holds them by forces that give way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from eomgen.products.robots.draft import LinkPlace
+from eomgen.products.robots.mjcf.draft import Draft, number, plain_power, polynomial
+from eomgen.products.robots.mjcf.tree import HINGE
+
+
+def convert_equalities(draft: Draft) -> None:
+    """Add the active equalities of a file to the scene."""
+    model, kinds = draft.model, draft.mujoco.mjtEq
+    if draft.disabled("EQUALITY"):
+        return
+    for index in range(model.neq):
+        place = draft.place("equality", index, model.neq)
+        written = draft.written("equality", index)
+        kind = int(model.eq_type[index])
+        word = kinds(kind).name.removeprefix("mjEQ_").lower()
+        name = draft.name("constraint", written, f"{word}_{index + 1}")
+        draft.lines[f"constraints.{name}"] = str(place)
+        if not model.eq_active0[index]:
+            draft.leave_out(place, f"not modelled: the equality {name}, which the file makes inactive")
+        elif kind == kinds.mjEQ_CONNECT:
+            _connect(draft, index, name)
+        elif kind == kinds.mjEQ_WELD:
+            _weld(draft, index, name)
+        elif kind == kinds.mjEQ_JOINT:
+            variables = [f"q.{draft.joints[joint]}" for joint in _objects(draft, index)]
+            turning = int(model.jnt_type[_objects(draft, index)[0]]) == HINGE
+            _couple(draft, index, name, variables, _reference_angles(draft, index), "rad" if turning else "m")
+        elif kind == kinds.mjEQ_TENDON and all(tendon in draft.tendon_joints for tendon in _objects(draft, index)):
+            lengths = [draft.tendons[tendon] for tendon in _objects(draft, index)]
+            zeros = [float(model.tendon_length0[tendon]) for tendon in _objects(draft, index)]
+            joints = [joint for joint, _ in draft.tendon_joints[_objects(draft, index)[0]]]
+            turning = all(int(model.jnt_type[joint]) == HINGE for joint in joints)
+            _couple(draft, index, name, lengths, zeros, "rad" if turning else "m")
+        else:
+            fault = f"an equality of {'a spatial tendon' if word == 'tendon' else f'type {word}'} is not supported"
+            draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
+
+
+def _objects(draft: Draft, index: int) -> list[int]:
+    """Return the objects of an equality, one or two."""
+    both = [int(draft.model.eq_obj1id[index]), int(draft.model.eq_obj2id[index])]
+    return [number for number in both if number >= 0]
+
+
+def _of_sites(draft: Draft, index: int) -> bool:
+    return int(draft.model.eq_objtype[index]) == int(draft.mujoco.mjtObj.mjOBJ_SITE)
+
+
+def _frame(place: LinkPlace, *, axes: bool) -> dict[str, object]:
+    entry: dict[str, object] = {"body": place.body, "position": place.position.tolist()}
+    if axes:
+        entry |= {"axis": place.orientation[:, 2].tolist(), "x_axis": place.orientation[:, 0].tolist()}
+    return entry
+
+
+def site_place(draft: Draft, site: int) -> LinkPlace:
+    """Return the pose of a site."""
+    body = draft.places[int(draft.model.site_bodyid[site])]
+    return body.of(np.array(draft.model.site_pos[site]), draft.model.site_quat[site])
+
+
+def _connect(draft: Draft, index: int, name: str) -> None:
+    model = draft.model
+    first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+    if _of_sites(draft, index):
+        places = [site_place(draft, first), site_place(draft, second)]
+    else:
+        anchors = np.array(model.eq_data[index][:6]).reshape(2, 3)
+        places = [draft.places[body].of(anchor) for body, anchor in zip((first, second), anchors, strict=True)]
+    _constrain(draft, name, "spherical", places, axes=False)
+
+
+def _weld(draft: Draft, index: int, name: str) -> None:
+    model = draft.model
+    first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+    if _of_sites(draft, index):
+        places = [site_place(draft, first), site_place(draft, second)]
+    else:
+        anchor, relative = np.array(model.eq_data[index][:3]), np.array(model.eq_data[index][3:10])
+        places = [draft.places[first].of(relative[:3], relative[3:]), draft.places[second].of(anchor)]
+    _constrain(draft, name, "fixed", places, axes=True)
+
+
+def _constrain(draft: Draft, name: str, kind: str, places: list[LinkPlace], *, axes: bool) -> None:
+    """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
+    if places[0].body == places[1].body:
+        draft.notes.append(f"the equality {name} is left out: both ends are on one body")
+        return
+    first, second = (_frame(place, axes=axes) for place in places)
+    draft.section("constraints")[name] = {"type": kind, "first": first, "second": second}
+
+
+def _reference_angles(draft: Draft, index: int) -> list[float]:
+    model = draft.model
+    return [float(model.qpos0[model.jnt_qposadr[joint]]) for joint in _objects(draft, index)]
+
+
+def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: list[float], unit: str) -> None:
+    """Add the equation y - y0 = a0 + a1 (x - x0) + ... between coordinates, or lengths of tendons."""
+    coefficients = [float(value) for value in draft.model.eq_data[index][:5]]
+    right = number(coefficients[0] + zeros[0])
+    if len(variables) == 2 and any(coefficients[1:]):
+        other = variables[1] if zeros[1] == 0.0 else f"({variables[1]} - {number(zeros[1])})"
+        right += f" + {polynomial(other, coefficients[1:], plain_power)}"
+    draft.section("constraints")[name] = {
+        "type": "formula",
+        "equation": f"{variables[0]} - ({right})",
+        "unit": unit,
+    }

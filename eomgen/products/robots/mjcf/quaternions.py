@@ -1,0 +1,61 @@
+"""Rotations as formulas: quaternions whose components are terms, (w, x, y, z), and their logarithms."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.products.robots.mjcf.draft import Draft, times, total
+
+#: Square of a length below which a direction does not count.
+_SMALLEST = "1e-32"
+#: Sign and factors of each component of a product: (sign, index of the first, index of the second).
+_PRODUCT = (
+    ((1, 0, 0), (-1, 1, 1), (-1, 2, 2), (-1, 3, 3)),
+    ((1, 0, 1), (1, 1, 0), (1, 2, 3), (-1, 3, 2)),
+    ((1, 0, 2), (-1, 1, 3), (1, 2, 0), (1, 3, 1)),
+    ((1, 0, 3), (1, 1, 2), (-1, 2, 1), (1, 3, 0)),
+)
+
+
+def product(draft: Draft, wanted: str, first: Sequence[str], second: Sequence[str]) -> list[str]:
+    """Return the names of the components of the product of two quaternions, which are defined."""
+    return [
+        draft.define(f"{wanted}_{letter}", total([f"{sign}.0 * {first[i]} * {second[j]}" for sign, i, j in terms]))
+        for letter, terms in zip("wxyz", _PRODUCT, strict=True)
+    ]
+
+
+def inverse(quaternion: Sequence[str]) -> list[str]:
+    """Return the inverse of a unit quaternion."""
+    return [quaternion[0], *(f"(-{part})" for part in quaternion[1:])]
+
+
+def exponential(draft: Draft, wanted: str, vector: Sequence[str]) -> list[str]:
+    """Return the names of the components of the quaternion of a rotation vector."""
+    square = total([f"{part}**2" for part in vector])
+    angle = draft.define(f"{wanted}_angle", f"sqrt(max({square}, {_SMALLEST}))")
+    factor = draft.define(f"{wanted}_factor", f"sin(0.5 * {angle}) / {angle}")
+    real = draft.define(f"{wanted}_w", f"cos(0.5 * {angle})")
+    return [real, *(draft.define(f"{wanted}_{a}", f"{factor} * {x}") for a, x in zip("xyz", vector, strict=True))]
+
+
+def logarithm(draft: Draft, wanted: str, quaternion: Sequence[str]) -> list[str]:
+    """Return the names of the components of the rotation vector of a quaternion, by less than half a turn."""
+    w, *vector = quaternion
+    square = total([f"{part}**2" for part in vector])
+    size = draft.define(f"{wanted}_size", f"sqrt(max({square}, {_SMALLEST}))")
+    factor = draft.define(
+        f"{wanted}_factor", f"2.0 * atan2({size}, abs({w})) / {size} * (1.0 if {w} >= 0.0 else (-1.0))"
+    )
+    return [draft.define(f"{wanted}_{axis}", f"{factor} * {x}") for axis, x in zip("xyz", vector, strict=True)]
+
+
+def turned_back(quaternion: Sequence[str], vector: Sequence[float]) -> list[str]:
+    """Return the components of a constant vector after the inverse of the rotation of a unit quaternion."""
+    w, x, y, z = quaternion
+    rows = (
+        (f"(1.0 - 2.0 * ({y}**2 + {z}**2))", f"(2.0 * ({x} * {y} - {w} * {z}))", f"(2.0 * ({x} * {z} + {w} * {y}))"),
+        (f"(2.0 * ({x} * {y} + {w} * {z}))", f"(1.0 - 2.0 * ({x}**2 + {z}**2))", f"(2.0 * ({y} * {z} - {w} * {x}))"),
+        (f"(2.0 * ({x} * {z} - {w} * {y}))", f"(2.0 * ({y} * {z} + {w} * {x}))", f"(1.0 - 2.0 * ({x}**2 + {y}**2))"),
+    )
+    return [total([times(c, row[j]) for c, row in zip(vector, rows, strict=True) if c]) for j in range(3)]

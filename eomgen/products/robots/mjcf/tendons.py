@@ -1,0 +1,199 @@
+"""Tendons of MJCF: fixed ones, whose lengths are sums of coordinates, and spatial ones along paths of sites, which wrap
+around geoms; springs and dampers along both."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from eomgen.products.robots.mjcf.draft import (
+    Draft,
+    clipped,
+    number,
+    odd_power,
+    plain_power,
+    polynomial,
+    times,
+    total,
+)
+from eomgen.products.robots.mjcf.equalities import site_place
+
+
+def convert_tendons(draft: Draft) -> None:
+    """Add the tendons of a file as definitions of length and rate, and their forces: of fixed ones as efforts."""
+    model = draft.model
+    driven = {
+        int(target)
+        for kind, (target, *_) in zip(model.actuator_trntype, model.actuator_trnid, strict=True)
+        if kind == draft.mujoco.mjtTrn.mjTRN_TENDON
+    }
+    wrap_joint = int(draft.mujoco.mjtWrap.mjWRAP_JOINT)
+    for index in range(model.ntendon):
+        place = draft.place("tendon", index, model.ntendon)
+        written = draft.written("tendon", index)
+        first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
+        wraps = range(first, first + count)
+        if int(model.wrap_type[first]) != wrap_joint:
+            if _acts(draft, index) or index in driven:
+                _spatial(draft, index, written)
+            else:
+                draft.leave_out(place, f"not modelled: the spatial tendon {written or index + 1}, which has no force")
+            continue
+        name = draft.name("signal", "", f"length_of_{written or f'tendon_{index + 1}'}")
+        draft.taken["signal"].add(f"{name}_rate")
+        draft.tendons[index] = name
+        draft.tendon_joints[index] = [(int(model.wrap_objid[k]), float(model.wrap_prm[k])) for k in wraps]
+        for own, letter in ((name, "q"), (f"{name}_rate", "v")):
+            terms = [times(c, f"{letter}.{draft.joints[joint]}") for joint, c in draft.tendon_joints[index]]
+            draft.section("definitions")[own] = {"formula": total(terms)}
+            draft.lines[f"definitions.{own}"] = str(place)
+        _forces(draft, index, name)
+
+
+def _forces(draft: Draft, index: int, name: str) -> None:
+    model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
+    if not add_armature(draft, index, float(model.tendon_armature[index])):
+        fault = "armature of a tendon along several joints is not supported"
+        draft.refuse(place, f"tendon {name}", fault, "armature of its joints")
+    if model.tendon_springyield[index]:
+        draft.refuse(
+            place,
+            f"tendon {name}",
+            "springyield makes the spring plastic, and no scene has such springs",
+            "springyield 0",
+        )
+    if model.tendon_frictionloss[index] and not draft.disabled("FRICTIONLOSS"):
+        draft.left_out("dry friction of tendons (frictionloss)", name)
+    if model.tendon_limited[index] and not draft.disabled("LIMIT"):
+        draft.left_out("limits of tendons (range)", name)
+    stiffness = [float(model.tendon_stiffness[index]), *map(float, model.tendon_stiffnesspoly[index])]
+    damping = [float(model.tendon_damping[index]), *map(float, model.tendon_dampingpoly[index])]
+    terms = []
+    if any(stiffness) and not draft.disabled("SPRING"):
+        low, high = (float(value) for value in model.tendon_lengthspring[index])
+        slack = number(low) if low == high else clipped(name, low, high)
+        terms.append(polynomial(f"({name} - {slack})", stiffness, plain_power))
+    if any(damping) and not draft.disabled("DAMPER"):
+        terms.append(polynomial(f"{name}_rate", damping, odd_power))
+    draft.pulls[index] = []
+    add_tension(draft, index, terms)
+
+
+def add_tension(draft: Draft, index: int, terms: list[str]) -> None:
+    """Add the terms of a tension, of fixed tendons as efforts of their joints."""
+    if index in draft.branches:
+        draft.pulls[index] += terms
+    elif terms:
+        name = draft.tendons[index]
+        tension = draft.define(name.replace("length_of_", "tension_of_", 1), total(terms))
+        for joint, coefficient in draft.tendon_joints[index]:
+            own = draft.name("effort", "", f"{tension}_on_{draft.joints[joint]}")
+            draft.section("efforts")[own] = {
+                "joint": draft.joints[joint],
+                "effort": f"-({times(coefficient, tension)})",
+            }
+
+
+def add_armature(draft: Draft, index: int, armature: float) -> bool:
+    """Add the inertia of a tendon, kg or kg m², to its joint; return whether it has a place in the scene."""
+    joints = draft.tendon_joints.get(index, ())
+    if armature and len(joints) == 1:
+        joint, coefficient = joints[0]
+        entry = draft.section("joints")[draft.joints[joint]]
+        entry["rotor_inertia"] = entry.get("rotor_inertia", 0.0) + armature * coefficient**2
+    return not armature or len(joints) == 1
+
+
+def _acts(draft: Draft, index: int) -> bool:
+    """Return whether a tendon has a spring, a damper, inertia or dry friction of its own."""
+    model = draft.model
+    names = ("stiffness", "stiffnesspoly", "damping", "dampingpoly", "armature", "frictionloss", "limited")
+    return any(np.any(getattr(model, f"tendon_{name}")[index]) for name in names)
+
+
+def _spatial(draft: Draft, index: int, written: str) -> None:
+    """Add the branches of a spatial tendon as tendons of the scene, and definitions of length and rate."""
+    model, kinds = draft.model, draft.mujoco.mjtWrap
+    place = draft.place("tendon", index, model.ntendon)
+    first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
+    title = written or f"tendon_{index + 1}"
+    name = draft.name("signal", "", f"length_of_{title}")
+    draft.taken["signal"].add(f"{name}_rate")
+    branches: list[tuple[dict[str, Any], float]] = []
+    divisor = 1.0
+    entry: dict[str, Any] = {"points": []}
+    for k in range(first, first + count):
+        kind, target = int(model.wrap_type[k]), int(model.wrap_objid[k])
+        if kind == kinds.mjWRAP_PULLEY:
+            branches.append((entry, divisor))
+            entry, divisor = {"points": []}, float(model.wrap_prm[k])
+        elif kind == kinds.mjWRAP_SITE:
+            entry["points"].append(_point(draft, target, entry["points"]))
+        else:
+            wrap = _obstacle(draft, index, title, k)
+            if wrap is not None:
+                entry.setdefault("wraps", []).append({"after": entry["points"][-1], **wrap})
+    branches.append((entry, divisor))
+    kept = [(entry, divisor) for entry, divisor in branches if len(entry["points"]) > 1]
+    draft.branches[index] = []
+    for number_of_branch, (entry, divisor) in enumerate(kept, 1):
+        own = draft.name("tendon", "", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}")
+        draft.section("tendons")[own] = entry
+        draft.lines[f"tendons.{own}"] = str(place)
+        draft.branches[index].append((own, divisor))
+    draft.tendons[index] = name
+    for own, word in ((name, "path_length"), (f"{name}_rate", "path_rate")):
+        terms = [times(1.0 / divisor, f"{word}.{branch}") for branch, divisor in draft.branches[index]]
+        draft.section("definitions")[own] = {"formula": total(terms)}
+        draft.lines[f"definitions.{own}"] = str(place)
+    _forces(draft, index, name)
+
+
+def _point(draft: Draft, site: int, passed: Sequence[str] = ()) -> str:
+    """Return the name of a point at a site, which is added; of a site that a path has passed, a point of its own."""
+    if site not in draft.points or draft.points[site] in passed:
+        written = draft.written("site", site) or f"site_{site + 1}"
+        name = draft.name("point", "", f"at_{written}")
+        at = site_place(draft, site)
+        draft.section("points")[name] = {"body": at.body, "position": at.position.tolist()}
+        draft.points[site] = name
+    return draft.points[site]
+
+
+def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | None:
+    """Return the obstacle of a wrapping geom; None if the geom is too small, or for a fault."""
+    model = draft.model
+    geom, side = int(model.wrap_objid[k]), round(float(model.wrap_prm[k]))
+    at = draft.places[int(model.geom_bodyid[geom])].of(np.array(model.geom_pos[geom]), model.geom_quat[geom])
+    cylinder = int(model.wrap_type[k]) == int(draft.mujoco.mjtWrap.mjWRAP_CYLINDER)
+    center: dict[str, Any] = {"body": at.body, "position": at.position.tolist()}
+    if cylinder:
+        center |= {"axis": at.orientation[:, 2].tolist()}
+    radius = float(model.geom_size[geom][0])
+    entry: dict[str, Any] = {"shape": "cylinder" if cylinder else "sphere", "center": center, "radius": radius}
+    if side >= 0:
+        away = site_place(draft, side)
+        if away.body != at.body:
+            fault = f"the sidesite {draft.written('site', side)} is not on the body of its geom"
+            place = draft.place("tendon", index, model.ntendon)
+            draft.refuse(place, f"tendon {title}", fault, "a site on the body of the geom")
+            return None
+        if float(np.linalg.norm(away.position - at.position)) < radius:
+            entry["inside"] = True
+        else:
+            entry["side"] = _point(draft, side)
+    return entry
+
+
+def add_pulls(draft: Draft) -> None:
+    """Add the forces of springs, dampers and actuators to the branches of spatial tendons."""
+    for index, branches in draft.branches.items():
+        terms = draft.pulls[index]
+        if not terms:
+            continue
+        tension = draft.name("signal", "", draft.tendons[index].replace("length_of_", "tension_of_", 1))
+        draft.section("definitions")[tension] = {"formula": total(terms)}
+        for branch, divisor in branches:
+            draft.section("tendons")[branch]["force"] = times(1.0 / divisor, tension)

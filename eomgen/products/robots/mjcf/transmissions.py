@@ -1,0 +1,344 @@
+"""Transmissions of MJCF's actuators: the length and the rate that an actuator measures, and the loads of its force.
+
+Definitions: MuJoCo's documentation, "Computation: Actuation model, transmission", and the attributes ``gear``,
+``refsite``, ``jointinparent``, ``cranksite`` of "XML reference: actuator/general". The rate is the power of a unit
+force, which is the derivative of the length of all transmissions but of ball joints and rotations between sites.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.data import dataclass
+from eomgen.products.robots.draft import LinkPlace
+from eomgen.products.robots.mjcf import quaternions
+from eomgen.products.robots.mjcf.draft import Draft, cross, dot, number, times, total
+from eomgen.products.robots.mjcf.equalities import site_place
+from eomgen.products.robots.mjcf.tree import BALL, HINGE, SLIDE, bodies_above
+from eomgen.system.description import BASE
+
+
+@dataclass
+class Transmission:
+    """A transmission.
+
+    Attributes
+    ----------
+    length, rate : terms, m or rad, and m/s or rad/s
+    load : adds the loads of a force, a term
+    period : of the length after which rotations repeat, rad; 0 of others
+    """
+
+    length: str
+    rate: str
+    load: Callable[[str], None]
+    period: float = 0.0
+
+
+@dataclass
+class Drive:
+    """The actuator whose transmission is asked for.
+
+    Attributes
+    ----------
+    name, index : of the actuator, in the scene and in the compiled model
+    gear : six numbers
+    efforts : terms of the efforts of hinges and slides, which are added by the caller
+    """
+
+    draft: Draft
+    name: str
+    index: int
+    gear: list[float]
+    efforts: dict[int, list[str]]
+
+    def names(self, word: str, formulas: Sequence[str]) -> list[str]:
+        """Return the names of the components of a vector, which are defined."""
+        return [
+            self.draft.define(f"{self.name}_{word}_{axis}", text) for axis, text in zip("xyz", formulas, strict=True)
+        ]
+
+    def add_load(self, body: str, word: str, **entry: Any) -> None:
+        """Add forces and torques to a body that is not the base."""
+        if body != BASE:
+            own = self.draft.name("force", "", f"{self.name}_{word}")
+            self.draft.section("forces")[own] = {"body": body, **entry}
+
+    def targets(self) -> list[int]:
+        return [int(number_of_target) for number_of_target in self.draft.model.actuator_trnid[self.index]]
+
+    @property
+    def turns(self) -> bool:
+        return any(self.gear[3:])
+
+
+def transmission(drive: Drive) -> Transmission | str:
+    """Return the transmission of an actuator; the word for it if no scene has one."""
+    draft, kinds = drive.draft, drive.draft.mujoco.mjtTrn
+    kind = int(draft.model.actuator_trntype[drive.index])
+    target, second = drive.targets()
+    if kind in (kinds.mjTRN_JOINT, kinds.mjTRN_JOINTINPARENT):
+        joint = int(draft.model.jnt_type[target])
+        if joint in (HINGE, SLIDE):
+            return _on_joint(drive, target)
+        in_parent = kind == kinds.mjTRN_JOINTINPARENT
+        return _on_ball(drive, target, in_parent) if joint == BALL else _on_free(drive, target, in_parent)
+    if kind == kinds.mjTRN_TENDON and target in draft.tendons:
+        return _on_tendon(drive, target)
+    if kind == kinds.mjTRN_SITE:
+        return _on_site(drive, target) if second < 0 else _between_sites(drive, target, second)
+    if kind == kinds.mjTRN_SLIDERCRANK:
+        return _slider_crank(drive, target, second)
+    return str(kinds(kind).name.removeprefix("mjTRN_").lower())
+
+
+def _on_joint(drive: Drive, joint: int) -> Transmission:
+    name, gear = drive.draft.joints[joint], drive.gear[0]
+
+    def load(force: str) -> None:
+        drive.efforts.setdefault(joint, []).append(times(gear, f"({force})"))
+
+    return Transmission(times(gear, f"q.{name}"), times(gear, f"v.{name}"), load)
+
+
+def _on_tendon(drive: Drive, tendon: int) -> Transmission:
+    draft, gear = drive.draft, drive.gear[0]
+    length = draft.tendons[tendon]
+
+    def load(force: str) -> None:
+        own = draft.define(f"{drive.name}_force", force)
+        if tendon in draft.branches:
+            draft.pulls[tendon].append(times(-gear, own))
+            return
+        for joint, coefficient in draft.tendon_joints[tendon]:
+            drive.efforts.setdefault(joint, []).append(times(gear * coefficient, own))
+
+    return Transmission(times(gear, length), times(gear, f"{length}_rate"), load)
+
+
+def _add_efforts(drive: Drive, joint: str, force: str, parts: Sequence[str], first: int = 0) -> None:
+    """Add the efforts of a force on the coordinates of a joint from the first one on."""
+    for index, part in enumerate(parts, first):
+        if part not in ("0.0", ""):
+            own = drive.draft.name("effort", "", f"{drive.name}_{'xyz'[index % 3]}")
+            effort = {"joint": joint, "index": index, "effort": f"{part} * ({force})"}
+            drive.draft.section("efforts")[own] = effort
+
+
+def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
+    draft, name, gear = drive.draft, drive.draft.joints[joint], drive.gear[:3]
+    quaternion = [f"q.{name}[{i}]" for i in range(4)]
+    vector = quaternions.logarithm(draft, f"{drive.name}_turn", quaternion)
+    axis = [number(value) if value else "" for value in gear]
+    if in_parent:
+        axis = drive.names("axis", quaternions.turned_back(quaternion, gear))
+    # the rotation vector has the same components in the axes of both bodies
+    length = draft.define(f"{drive.name}_length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a]))
+    rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
+    return Transmission(
+        length,
+        total(rates),
+        lambda force: _add_efforts(drive, name, force, axis),
+        2.0 * pi * float(np.linalg.norm(gear)),
+    )
+
+
+def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
+    draft, name = drive.draft, drive.draft.joints[joint]
+    pushes, turns = drive.gear[:3], drive.gear[3:]
+    child = draft.data["joints"][name]["child"]
+    axis = [number(value) if value else "" for value in turns]
+    if in_parent and drive.turns:
+        axis = drive.names("axis", quaternions.turned_back([f"q.{name}[{i}]" for i in range(4)], turns))
+    rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
+    if any(pushes):
+        center = draft.point(f"{name}_origin", LinkPlace(child, np.eye(3), np.zeros(3)))
+        rates += [times(c, f"velocity.{center}[{i}]") for i, c in enumerate(pushes) if c]
+
+    def load(force: str) -> None:
+        _add_efforts(drive, name, force, axis)
+        if any(pushes):
+            drive.add_load(child, "push", force=[times(c, f"({force})") if c else 0.0 for c in pushes])
+
+    return Transmission("0.0", total(rates), load)
+
+
+def _on_site(drive: Drive, site: int) -> Transmission:
+    draft, place = drive.draft, site_place(drive.draft, site)
+    center, ends = draft.frame_points(f"site_{draft.written('site', site) or site}", place)
+    rates = []
+    for k, end in enumerate(ends):
+        for factor, word in (
+            (drive.gear[k], f"velocity.{center}"),
+            (drive.gear[k + 3], f"angular_velocity.{place.body}"),
+        ):
+            if factor and place.body != BASE:
+                rates.append(times(factor, dot(draft.along(center, end), [f"{word}[{i}]" for i in range(3)])))
+
+    def load(force: str) -> None:
+        pushes, turns = (place.orientation @ np.array(part) for part in (drive.gear[:3], drive.gear[3:]))
+        entry: dict[str, Any] = {"point": place.position.tolist(), "axes": "body"}
+        for key, vector in (("force", pushes), ("torque", turns)):
+            if vector.any():
+                entry[key] = [times(float(part), f"({force})") if part else 0.0 for part in vector]
+        drive.add_load(place.body, "wrench", **entry)
+
+    return Transmission("0.0", total(rates), load)
+
+
+def _spin(body: str) -> list[str]:
+    return ["0.0"] * 3 if body == BASE else [f"angular_velocity.{body}[{i}]" for i in range(3)]
+
+
+def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
+    """Return the transmission of a site against another one. Motions of the last common body do not count, so this
+    body takes the moment by which both ends' forces are out of line."""
+    draft = drive.draft
+    places = [site_place(draft, site), site_place(draft, reference)]
+    words = [f"site_{draft.written('site', number_of_site) or number_of_site}" for number_of_site in (site, reference)]
+    lengths: list[str] = []
+    rates: list[str] = []
+    loads: list[Callable[[str], None]] = []
+    center = draft.point(words[0], places[0])
+    origin, ends = draft.frame_points(words[1], places[1])
+    common = _common_body(draft, site, reference)
+    if any(drive.gear[:3]):
+        offset = drive.names("offset", draft.along(origin, center))
+        axis = _in_world(drive, "direction", origin, ends, drive.gear[:3])
+        lengths.append(dot(offset, axis))
+        relative = [f"(velocity.{center}[{i}] - velocity.{origin}[{i}])" for i in range(3)]
+        relative = [f"({speed} - {turn})" for speed, turn in zip(relative, cross(_spin(common), offset), strict=True)]
+        rates.append(dot(axis, relative))
+
+        def push(force: str) -> None:
+            drive.add_load(
+                places[0].body, "push", point=places[0].position.tolist(), force=[f"{a} * ({force})" for a in axis]
+            )
+            drive.add_load(
+                places[1].body, "reaction", point=places[1].position.tolist(), force=[f"-{a} * ({force})" for a in axis]
+            )
+            moment = cross(axis, offset)
+            drive.add_load(common, "balance", torque=[f"{part} * ({force})" for part in moment])
+
+        loads.append(push)
+    if drive.turns:
+        turn = _in_world(drive, "turn_axis", origin, ends, drive.gear[3:])
+        _, own = draft.frame_points(words[0], places[0])
+        own_axes, axes = [draft.along(center, end) for end in own], [draft.along(origin, end) for end in ends]
+        vector = _relative_turn(drive, axes, own_axes)
+        lengths.append(total([times(c, x) for c, x in zip(drive.gear[3:], vector, strict=True) if c]))
+        spins = [f"({a} - {b})" for a, b in zip(_spin(places[0].body), _spin(places[1].body), strict=True)]
+        rates.append(dot(turn, spins))
+
+        def twist(force: str) -> None:
+            for place, word, sign in zip(places, ("torque", "counter_torque"), ("", "-"), strict=True):
+                drive.add_load(place.body, word, torque=[f"{sign}{a} * ({force})" for a in turn])
+
+        loads.append(twist)
+
+    def load(force: str) -> None:
+        for add in loads:
+            add(force)
+
+    period = 0.0 if any(drive.gear[:3]) else 2.0 * pi * float(np.linalg.norm(drive.gear[3:]))
+    return Transmission(draft.define(f"{drive.name}_length", total(lengths)), total(rates), load, period)
+
+
+def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
+    """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
+    cosines = [[dot(axis, other) for other in others] for axis in axes]
+    pairs = ((2, 1), (0, 2), (1, 0))
+    sines = drive.names("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
+    size = drive.draft.define(f"{drive.name}_size", f"sqrt(max({dot(sines, sines)}, 1e-32))")
+    cosine = f"0.5 * ({total([cosines[i][i] for i in range(3)])} - 1.0)"
+    factor = drive.draft.define(f"{drive.name}_factor", f"atan2({size}, {cosine}) / {size}")
+    return drive.names("turn", [f"{factor} * {sine}" for sine in sines])
+
+
+def _in_world(drive: Drive, word: str, origin: str, ends: Sequence[str], vector: Sequence[float]) -> list[str]:
+    """Return the names of the components in the world of a constant vector in the axes of a frame."""
+    axes = [drive.draft.along(origin, end) for end in ends]
+    return drive.names(
+        word, [total([times(c, axis[i]) for c, axis in zip(vector, axes, strict=True) if c]) for i in range(3)]
+    )
+
+
+def _chain(draft: Draft, body: int) -> list[int]:
+    """Return the bodies from a body to the world, without the world; welded ones by the body that carries them."""
+    return [int(draft.model.body_weldid[above]) for above in bodies_above(draft.model, body)]
+
+
+def _common_body(draft: Draft, site: int, reference: int) -> str:
+    """Return the moving body that carries both sites, on which their chains part."""
+    chains = [_chain(draft, int(draft.model.site_bodyid[end])) for end in (site, reference)]
+    shared = [body for body in chains[0] if body in chains[1]]
+    return draft.places[shared[0]].body if shared else BASE
+
+
+def moved_joints(drive: Drive) -> list[int]:
+    """Return the joints on which an actuator acts otherwise than by an effort of one coordinate."""
+    draft, model, kinds = drive.draft, drive.draft.model, drive.draft.mujoco.mjtTrn
+    kind, (target, second) = int(model.actuator_trntype[drive.index]), drive.targets()
+    if kind in (kinds.mjTRN_SITE, kinds.mjTRN_SLIDERCRANK):
+        bodies = [int(model.site_bodyid[site]) for site in (target, second) if site >= 0]
+    elif kind == kinds.mjTRN_TENDON:
+        bodies = _bodies_of_path(draft, target) if target in draft.branches else []
+    else:
+        return [] if int(model.jnt_type[target]) in (HINGE, SLIDE) else [target]
+    chains = [set(_chain(draft, body)) for body in bodies]
+    shared = set(chains[0]).intersection(*chains) if len(chains) > 1 else set[int]()
+    moved = {body for chain in chains for body in chain} - shared
+    return [joint for joint in range(model.njnt) if int(model.jnt_bodyid[joint]) in moved]
+
+
+def _bodies_of_path(draft: Draft, tendon: int) -> list[int]:
+    """Return the bodies with sites and geoms of a spatial tendon."""
+    model, kinds = draft.model, draft.mujoco.mjtWrap
+    first = int(model.tendon_adr[tendon])
+    bodies = []
+    for k in range(first, first + int(model.tendon_num[tendon])):
+        kind, target = int(model.wrap_type[k]), int(model.wrap_objid[k])
+        if kind != kinds.mjWRAP_PULLEY:
+            owners = model.site_bodyid if kind == kinds.mjWRAP_SITE else model.geom_bodyid
+            bodies.append(int(owners[target]))
+    return bodies
+
+
+def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
+    """Return the transmission of a rod between the site of a crank and a slider along z of another site."""
+    draft, model = drive.draft, drive.draft.model
+    places = [site_place(draft, crank), site_place(draft, slider)]
+    center = draft.point(f"site_{draft.written('site', crank) or crank}", places[0])
+    origin, ends = draft.frame_points(f"site_{draft.written('site', slider) or slider}", places[1])
+    rod, gear = float(model.actuator_cranklength[drive.index]), drive.gear[0]
+    offset = drive.names("offset", draft.along(origin, center))
+    axis = drive.names("slide", draft.along(origin, ends[2]))
+    along = draft.define(f"{drive.name}_along", dot(offset, axis))
+    square = draft.define(f"{drive.name}_square", f"{along}**2 + {number(rod**2)} - {dot(offset, offset)}")
+    root = draft.define(f"{drive.name}_root", f"sqrt({square} if {square} > 0.0 else 1.0)")
+    length = draft.define(f"{drive.name}_length", times(gear, f"({along} - ({root} if {square} > 0.0 else 0.0))"))
+    share = draft.define(f"{drive.name}_share", f"(1.0 - {along} / {root} if {square} > 0.0 else 1.0)")
+    push = drive.names(
+        "direction",
+        [f"{share} * {a} + ({x} / {root} if {square} > 0.0 else 0.0)" for a, x in zip(axis, offset, strict=True)],
+    )
+    moment = [f"({share} * {part})" for part in cross(axis, offset)]
+    relative = [f"(velocity.{center}[{i}] - velocity.{origin}[{i}])" for i in range(3)]
+    rate = f"({dot(push, relative)} + {dot(moment, _spin(places[1].body))})"
+
+    def load(force: str) -> None:
+        pull = times(gear, f"({force})")
+        drive.add_load(places[0].body, "push", point=places[0].position.tolist(), force=[f"{a} * {pull}" for a in push])
+        drive.add_load(
+            places[1].body,
+            "reaction",
+            point=places[1].position.tolist(),
+            force=[f"-{a} * {pull}" for a in push],
+            torque=[f"{part} * {pull}" for part in moment],
+        )
+
+    return Transmission(length, times(gear, rate), load)

@@ -1,0 +1,153 @@
+"""Joints of SDF that follow others: mimics, and gearboxes between two joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eomgen.base.arrays import Array
+from eomgen.base.messages import nearest, shown
+from eomgen.products.robots.draft import LinkPlace, Place, SceneDraft
+from eomgen.products.robots.mjcf.draft import number
+from eomgen.products.robots.sdf.elements import SdfMimic
+from eomgen.products.robots.sdf.frames import WORLD_NODE, Frames, Node
+from eomgen.products.robots.sdf.joints import axes_in_world
+from eomgen.products.robots.sdf.tree import Edge, Step
+
+#: Cosine of the angle between axes of gears above which they are parallel.
+_PARALLEL = 1.0 - 1e-9
+
+
+def add_followers(
+    draft: SceneDraft,
+    frames: Frames,
+    steps: Sequence[Step],
+    gears: Sequence[Edge],
+    names: Mapping[Node, str],
+    places: Mapping[Node, LinkPlace],
+) -> set[str]:
+    """Let joints mimic others, and add gearboxes as constraints; return the joints that have no coordinate of their
+    own.
+
+    Parameters
+    ----------
+    steps : sequence
+        The joints of the tree.
+    names : mapping
+        Of joints in the scene.
+    places : mapping
+        Of links.
+    """
+    moving = {step.edge.key: step for step in steps if not step.edge.fixed}
+    followers = _Followers(draft, frames, moving, names, places)
+    for step in moving.values():
+        for index, axis in enumerate(step.edge.joint.axes):
+            if axis.mimic is not None:
+                followers.mimic(step, index, axis.mimic)
+    for gear in gears:
+        followers.gear(gear)
+    return followers.following
+
+
+class _Followers:
+    def __init__(
+        self,
+        draft: SceneDraft,
+        frames: Frames,
+        moving: Mapping[Node, Step],
+        names: Mapping[Node, str],
+        places: Mapping[Node, LinkPlace],
+    ) -> None:
+        self.draft, self.frames, self.moving, self.names, self.places = draft, frames, moving, names, places
+        self.following: set[str] = set()
+
+    def coordinate(self, step: Step, index: int) -> str:
+        """Return the coordinate of an axis in formulas."""
+        name = self.names[step.edge.key]
+        count = len(step.edge.joint.axes)
+        if count == 1:
+            return f"q.{name}"
+        if self.draft.data["joints"][name]["type"] != "universal":  # two revolute joints in its place
+            index = count - 1 - index if step.turned else index
+            return f"q.{name}" if index == 0 else f"q.{name}_second"
+        return f"q.{name}[{count - 1 - index if step.turned else index}]"
+
+    def mimic(self, step: Step, index: int, mimic: SdfMimic) -> None:
+        """Couple an axis with the axis of another joint."""
+        path, own = step.edge.key
+        *outer, last = mimic.joint.split("::")
+        model = self.frames.models.get((*path, *outer))
+        merged = model.merged.get(last, "") if model is not None else ""
+        key = ((*path, *outer, *((merged,) if merged else ())), last)
+        place = f"joints.{self.names[step.edge.key]}"
+        if (
+            model is None
+            or not self.frames.known(path, mimic.joint, mimic.place, "")
+            or (last not in self.frames.models[key[0]].joints)
+        ):
+            fault = f"there is no joint {shown(mimic.joint)} to mimic"
+            self.draft.refuse(mimic.place, place, fault, nearest(mimic.joint, self.frames.models[path].joints))
+            return
+        place_of_axis = {"axis": 0, "axis2": 1}.get(mimic.axis, -1)
+        leader = self.moving.get(key)
+        if leader is None:
+            fault = f"the joint {shown(mimic.joint)}, which {shown(own)} mimics, has no coordinate of its own"
+            self.draft.refuse(mimic.place, place, fault, "a joint that moves and closes no loop")
+            return
+        if not 0 <= place_of_axis < len(leader.edge.joint.axes):
+            fault = f"the joint {shown(mimic.joint)} has no {shown(mimic.axis)} to mimic"
+            self.draft.refuse(mimic.place, place, fault, "axis, or axis2 of a joint with two")
+            return
+        offset = mimic.offset - mimic.multiplier * mimic.reference
+        follower, leading = self.coordinate(step, index), self.coordinate(leader, place_of_axis)
+        name, leader_name = follower.removeprefix("q."), leading.removeprefix("q.")
+        if "[" not in follower + leading:
+            entry = self.draft.data["joints"][name]
+            entry["mimic"] = {"joint": leader_name, "multiplier": mimic.multiplier, "offset": offset}
+            self.following.add(name)
+            return
+        equation = f"{follower} - ({number(mimic.multiplier)} * {leading} + {number(offset)})"
+        self.constrain(f"{self.names[step.edge.key]}_mimic", equation, mimic.place)
+
+    def constrain(self, wanted: str, equation: str, place: Place) -> None:
+        """Add an equation of coordinates."""
+        name = self.draft.name("constraint", "", wanted)
+        self.draft.section("constraints")[name] = {"type": "formula", "equation": equation, "unit": "rad"}
+        self.draft.lines[f"constraints.{name}"] = str(place)
+
+    def gear(self, edge: Edge) -> None:
+        """Add the equation of a gearbox: theta_2 = - ratio theta_1."""
+        joint, gear = edge.joint, edge.joint.gear
+        path, name = edge.key
+        assert gear is not None  # of edges of gearboxes alone
+        reference = gear.reference or joint.parent
+        if not self.frames.known(path, reference, joint.place, "gearbox_reference_body"):
+            return
+        body = self.places[self.frames.link(path, reference)].body
+        axes = axes_in_world(self.frames, edge)
+        angles = []
+        for link, axis in ((edge.parent, axes[0]), (edge.child, axes[1])):
+            angle = self.angle(body, self.places[link].body, axis)
+            if angle is None:
+                end = "the world" if link == WORLD_NODE else shown(link[1])
+                fault = f"no revolute joint along the axis of the gearbox {shown(name)} connects {end}"
+                fault += f" with {shown(gear.reference)}"
+                self.draft.refuse(joint.place, f"joints.{name}", fault, "a revolute joint with a parallel axis")
+                return
+            angles.append(angle)
+        ratio = gear.ratio
+        equation = f"{angles[1]} + {number(ratio)} * ({angles[0]})"
+        self.constrain(name, equation, joint.place)
+
+    def angle(self, reference: str, body: str, axis: Array) -> str | None:
+        """Return the angle of a body against another about an axis; None without a revolute joint along the axis."""
+        for step in self.moving.values():
+            joint = step.edge.joint
+            ends = self.places[step.edge.parent].body, self.places[step.edge.child].body
+            if joint.type not in ("revolute", "continuous") or ends not in ((reference, body), (body, reference)):
+                continue
+            along = float(axes_in_world(self.frames, step.edge)[0] @ axis)
+            if abs(along) < _PARALLEL:
+                continue
+            negative = (along < 0.0) != (ends == (body, reference))
+            return f"{'-' if negative else ''}{self.coordinate(step, 0)}"
+        return None

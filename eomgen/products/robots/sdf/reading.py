@@ -1,0 +1,463 @@
+"""Reading of SDF files, with the files that they include."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from eomgen.base.data import replace
+from eomgen.base.messages import nearest, shown
+from eomgen.errors import DescriptionError, FileError
+from eomgen.products.robots.draft import Place
+from eomgen.products.robots.sdf.elements import (
+    MODEL_FRAME,
+    WORLD_FRAME,
+    Gear,
+    SdfAxis,
+    SdfFrame,
+    SdfJoint,
+    SdfLink,
+    SdfMimic,
+    SdfModel,
+    WrittenPose,
+)
+from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, Leftovers, Values
+from eomgen.products.robots.sdf.visuals import VisualReader
+from eomgen.products.robots.uris import is_remote, is_there, located
+from eomgen.scene.inertia import Inertia, tensor
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element, read_xml
+from eomgen.scene.sources.source import read_text, shown_file
+
+#: Types of joints, with their number of axes.
+TYPES: Mapping[str, int] = {
+    "revolute": 1, "continuous": 1, "prismatic": 1, "screw": 1, "universal": 2, "revolute2": 2, "ball": 0, "fixed": 0,
+    "gearbox": 2,
+}  # fmt: skip  # a table
+#: The oldest minor version of SDF 1 that is read, and the first ones with axes in the frames of joints and with gravity
+#: as a part of the world.
+FIRST, _SINCE_JOINT_AXES, _SINCE_WORLD_GRAVITY = 4, 5, 6
+_VERSION = re.compile(r"1\.([0-9]{1,4})")
+_DEEPEST = 20
+_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+#: Gravity of a world that gives none, m/s^2.
+WORLD_GRAVITY = (0.0, 0.0, -9.8)
+
+
+class SdfReader:
+    """Reads an SDF file and the files that it includes.
+
+    Parameters
+    ----------
+    report : Report
+        Takes the faults of all files.
+    packages : mapping
+        Folders of packages and models by name.
+    home : Path
+        Folder of the file.
+    """
+
+    def __init__(self, report: Report, packages: Mapping[str, Path], home: Path) -> None:
+        self.report, self.packages = report, packages
+        self.leftovers = Leftovers()
+        self.visuals = VisualReader(home)
+        self.gravity: tuple[float, ...] | None = None
+        self.has_world = False
+        self.world_name = ""
+        self.defaulted: list[str] = []
+        self.liberties: list[str] = []
+
+    def world(self, root: Element, file: str, folder: Path) -> SdfModel:
+        """Return the world of a file; of a file of models alone a world that holds them."""
+        reading = _FileReader(self, file, folder, ())
+        self.liberties += root.liberties
+        minor = reading.version(root)
+        if minor is None:
+            self.report.raise_problems()
+        reading.values.minor = minor or 0
+        worlds = list(root.named("world"))
+        result = SdfModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
+        for element in worlds[:1]:
+            self.has_world = True
+            result.place = reading.place(element)
+            self.gravity = reading.gravity(element)
+            self.world_name = element.get("name").replace("default", "")
+            reading.contents(element, "world", result)
+        for element in worlds[1:]:
+            reading.values.refuse(element, "a file with several worlds is not read", "a file for each")
+        for element in root.named("model"):
+            reading.add(result, "models", reading.model(element), element)
+        self.leftovers.keep(root, "sdf", file, "")
+        if not result.models and not result.joints:
+            reading.values.refuse(root, "the file has no <model>", '<model name="..."> with links')
+        self.report.raise_problems()
+        return result
+
+
+class _FileReader:
+    """Reads the elements of one file."""
+
+    def __init__(self, reader: SdfReader, file: str, folder: Path, chain: Sequence[Path]) -> None:
+        self.reader, self.file, self.folder, self.chain = reader, file, folder, chain
+        self.values = Values(file, reader.report, reader.leftovers)
+
+    def place(self, element: Element) -> Place:
+        return Place(self.file, element.line)
+
+    def version(self, root: Element) -> int | None:
+        """Return the minor version of the format; None for a fault."""
+        if root.tag != "sdf":
+            self.values.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf'", "an SDF file")
+            return None
+        written = root.get("version")
+        match = _VERSION.fullmatch(written)
+        if match is None or not FIRST <= int(match[1]) <= NEWEST:
+            fault = f"version {shown(written)} of SDF is not read" if written else "<sdf> has no version"
+            self.values.refuse(root, fault, f'version="1.{FIRST}" to version="1.{NEWEST}"')
+            return None
+        return int(match[1])
+
+    def gravity(self, world: Element) -> tuple[float, ...]:
+        """Return the gravity of a world, which older files have in the settings of its solver."""
+        result = self.values.vector(world, "gravity", WORLD_GRAVITY)
+        for settings in world.named("physics"):
+            if settings.first("gravity") is not None:
+                if self.values.minor < _SINCE_WORLD_GRAVITY:
+                    result = self.values.vector(settings, "gravity", WORLD_GRAVITY)
+                else:
+                    place = (self.place(settings), "")
+                    self.reader.leftovers.unread.setdefault("elements <gravity> of <physics>", []).append(place)
+            settings.read_whole()
+            self.reader.leftovers.count("physics")
+        return result
+
+    def add(self, model: SdfModel, kind: str, item: SdfLink | SdfJoint | SdfFrame | SdfModel, element: Element) -> None:
+        """Put a link, joint, frame or model into a model; its name may not be there yet."""
+        name = item.name
+        if not name:
+            self.values.refuse(element, f"the {element.tag} has no name", f'<{element.tag} name="...">')
+        elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
+            self.values.refuse(element, f"the name {shown(name)} is reserved in SDF", "another name")
+        elif "::" in name and self.values.minor >= SINCE_FRAMES:
+            self.values.refuse(element, f"the name {shown(name)} has ::, which leads into a model", "another name")
+        elif model.has(name):
+            fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names"
+            self.values.refuse(element, fault, "another name")
+        else:
+            getattr(model, kind)[name] = item
+
+    def contents(self, element: Element, key: str, result: SdfModel) -> None:
+        """Read frames, links, joints, models and includes of a model or a world into it."""
+        for child in element.named("link") if key == "model" else ():
+            self.add(result, "links", self.link(child), child)
+        for child in element.named("frame"):
+            self.add(result, "frames", self.frame(child), child)
+        for child in element.named("joint"):
+            self.add(result, "joints", self.joint(child), child)
+        for child in element.named("model"):
+            self.add(result, "models", self.model(child), child)
+        for child in element.named("include"):
+            self.include(child, result)
+        self.reader.leftovers.keep(element, key, self.file, result.name)
+
+    def model(self, element: Element) -> SdfModel:
+        """Return a model."""
+        name = element.get("name")
+        result = SdfModel(
+            name,
+            self.place(element),
+            self.values.pose(element, name),
+            self.values.flag(element, "static", default=False),
+            element.get("canonical_link"),
+            element.get("placement_frame"),
+        )
+        wind = element.first("enable_wind")
+        if wind is not None and self.values.flag(element, "enable_wind", default=False):
+            self.reader.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
+        self.contents(element, "model", result)
+        if not result.links and not result.models and not result.static:
+            self.values.refuse(element, f"the model {shown(name)} has no link", "one link, or <static>true</static>")
+        return result
+
+    def frame(self, element: Element) -> SdfFrame:
+        name = element.get("name")
+        result = SdfFrame(name, self.place(element), self.values.pose(element, name), element.get("attached_to"))
+        self.reader.leftovers.keep(element, "frame", self.file, name)
+        return result
+
+    def link(self, element: Element) -> SdfLink:
+        """Return a link; without mass properties in the file 1 kg and 1 kg m^2, as the format says."""
+        name, values = element.get("name"), self.values
+        inertia = self.inertia(element, name)
+        if values.flag(element, "kinematic", default=False):
+            fault = f"the link {shown(name)} is kinematic: Gazebo moves it without forces"
+            values.refuse(element, fault, "a prescribed motion (drive) in a scene that includes the file")
+        for tag in ("enable_wind", "velocity_decay"):
+            child = element.first(tag)
+            if child is None:
+                continue
+            acts = (
+                any(values.number(child, part, 0.0) for part in ("linear", "angular"))
+                if tag == "velocity_decay"
+                else values.flag(element, tag, default=False)
+            )
+            if acts:
+                self.reader.leftovers.noted.setdefault(tag, []).append((self.place(child), name))
+            self.reader.leftovers.keep(child, tag, self.file, name)
+        pulled = values.flag(element, "gravity", default=True)
+        pose = values.pose(element, name)
+        visuals = self.reader.visuals.of_link(name, element, values, self.folder, self.reader.packages)
+        self.reader.leftovers.keep(element, "link", self.file, name)
+        return SdfLink(name, self.place(element), pose, inertia, pulled, visuals)
+
+    def inertia(self, link: Element, name: str) -> Inertia:
+        element, values = link.first("inertial"), self.values
+        if element is None:
+            self.reader.defaulted.append(name)
+            return Inertia(1.0, np.zeros(3), np.eye(3))
+        if values.flag_of(element, "auto"):
+            fault = f"inertial: auto lets Gazebo compute the inertia of {shown(name)} from its collision geometry"
+            values.refuse(element, fault, "<mass> and <inertia> in numbers")
+        mass = values.number(element, "mass", 1.0)
+        if mass < 0.0:
+            values.refuse(element, f"the mass {mass:.6g} is negative", "a positive number of kg")
+        inner = element.first("inertia")
+        entries = [1.0 if k < 3 else 0.0 for k in range(6)]
+        if inner is not None:
+            entries = [values.number(inner, tag, entries[k]) for k, tag in enumerate(_MOMENTS)]
+            self.reader.leftovers.keep(inner, "inertia", self.file, name)
+        added = element.first("fluid_added_mass")
+        if added is not None:
+            sizes = [values.number(added, child.tag, 0.0) for child in list(added.children())]
+            self.reader.leftovers.keep(added, "fluid_added_mass", self.file, name)
+            if any(sizes):
+                values.refuse(added, "fluid_added_mass is not supported", "an inertia without the fluid")
+        pose = values.pose(element, name, framed=False)
+        self.reader.leftovers.keep(element, "inertial", self.file, name)
+        return Inertia(mass, np.zeros(3), tensor(entries)).moved(pose.orientation, pose.position)
+
+    def joint(self, element: Element) -> SdfJoint:
+        """Return a joint."""
+        name, values, kind = element.get("name"), self.values, element.get("type")
+        if kind not in TYPES:
+            values.refuse(element, f"the joint type {shown(kind)} is not known", nearest(kind, TYPES))
+        parent, child = (values.text(element, tag) for tag in ("parent", "child"))
+        for tag, text in (("parent", parent), ("child", child)):
+            if not text:
+                values.refuse(element, f"the joint {shown(name)} has no <{tag}>", f"<{tag}>link</{tag}>")
+        if child == WORLD_FRAME:
+            values.refuse(element, f"the child of the joint {shown(name)} is the world", "the world as parent")
+        axes = tuple(axis for tag in ("axis", "axis2") if (axis := self.axis(element, tag)) is not None)
+        count = TYPES.get(kind, 0)
+        if kind in TYPES and len(axes) < count:
+            fault = f"the {kind} joint {shown(name)} has {len(axes)} of {count} axes"
+            values.refuse(element, fault, "<axis><xyz>0 0 1</xyz></axis>" if not axes else "<axis2> as well")
+        gear = None
+        if kind == "gearbox":
+            gear = Gear(values.number(element, "gearbox_ratio", 1.0), values.text(element, "gearbox_reference_body"))
+        result = SdfJoint(
+            name,
+            self.place(element),
+            values.pose(element, name),
+            kind,
+            parent,
+            child,
+            axes[:count],
+            self.pitch(element) if kind == "screw" else 0.0,
+            gear,
+            self.is_cut(element, name),
+            axes[0] if kind == "ball" and axes else None,
+        )
+        self.without_effect(element, kind, len(axes) > count)
+        self.reader.leftovers.keep(element, "joint", self.file, name)
+        return result
+
+    def without_effect(self, element: Element, kind: str, surplus: bool) -> None:  # of one caller
+        """Count elements that joints of other types have."""
+        tags = ["axis" if kind == "fixed" else "axis2"] if surplus else []
+        if kind == "ball" and surplus:
+            self.reader.leftovers.count("direction of ball joints")
+        tags += ["gearbox_ratio", "gearbox_reference_body"] if kind != "gearbox" else []
+        tags += ["thread_pitch", "screw_thread_pitch"] if kind != "screw" else []
+        for tag in tags:
+            child = element.first(tag)
+            if child is not None:
+                child.read_whole()
+                self.reader.leftovers.count(f"{tag} of {kind} joints")
+
+    def pitch(self, element: Element) -> float:
+        """Return the travel of a screw, m/rad: the format has m per turn, and before 1.10 radians per m of a
+        left-handed thread."""
+        values = self.values
+        if element.first("screw_thread_pitch") is not None:
+            travel = values.number(element, "screw_thread_pitch", 1.0) / (2.0 * math.pi)
+            old = element.first("thread_pitch")
+            if old is not None:
+                old.read_whole()
+        elif element.first("thread_pitch") is not None:
+            turns = values.number(element, "thread_pitch", 1.0)
+            travel = -1.0 / turns if turns else 0.0
+        else:
+            travel = 1.0 / (2.0 * math.pi)
+        if travel == 0.0:
+            values.refuse(element, "the thread pitch of a screw joint is not 0", "a revolute or a prismatic joint")
+        return travel
+
+    def is_cut(self, element: Element, owner: str) -> bool:
+        """Return whether the file makes the joint one that closes a loop."""
+        physics = element.first("physics")
+        if physics is None:
+            return False
+        simbody = physics.first("simbody")
+        result = False
+        if simbody is not None:
+            result = self.values.flag(simbody, "must_be_loop_joint", default=False)
+            self.reader.leftovers.keep(simbody, "simbody", self.file, owner)
+        self.reader.leftovers.keep(physics, "joint/physics", self.file, owner)
+        return result
+
+    def axis(self, joint: Element, tag: str) -> SdfAxis | None:
+        """Return an axis with its dynamics and limits; None without one."""
+        element, values, name = joint.first(tag), self.values, joint.get("name")
+        if element is None:
+            return None
+        vector = values.vector(element, "xyz", (0.0, 0.0, 1.0))
+        written = element.first("xyz")
+        frame = "" if written is None else written.get("expressed_in")
+        if written is not None:
+            self.reader.leftovers.keep(written, "xyz", self.file, name)
+        if not any(vector):
+            values.refuse(element, f"the {tag} of the joint {shown(name)} has no direction", "<xyz>0 0 1</xyz>")
+            vector = (0.0, 0.0, 1.0)
+        if self.values.minor < SINCE_FRAMES:
+            of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < _SINCE_JOINT_AXES)
+            frame = frame or (MODEL_FRAME if of_model else "")
+        result = SdfAxis(self.place(element), vector, frame)
+        if (dynamics := element.first("dynamics")) is not None:
+            tags = ("damping", "friction", "spring_stiffness", "spring_reference")
+            damping, friction, stiffness, rest = (values.number(dynamics, part, 0.0) for part in tags)
+            result = replace(result, damping=damping, friction=friction, stiffness=stiffness, rest=rest)
+            self.reader.leftovers.keep(dynamics, "dynamics", self.file, name)
+        if (limit := element.first("limit")) is not None:
+            result = self.limits(limit, result, name)
+        if (mimic := element.first("mimic")) is not None:
+            result = replace(result, mimic=self.mimic(mimic, name))
+        self.reader.leftovers.keep(element, "axis", self.file, name)
+        return result
+
+    def limits(self, element: Element, axis: SdfAxis, name: str) -> SdfAxis:
+        values = self.values
+        lower = values.number(element, "lower", -math.inf, infinite=True)
+        upper = values.number(element, "upper", math.inf, infinite=True)
+        effort = values.number(element, "effort", math.inf, infinite=True)
+        speed = values.number(element, "velocity", math.inf, infinite=True)
+        written = any(element.first(tag) is not None for tag in ("stiffness", "dissipation"))
+        stop = (values.number(element, "stiffness", 1e8), values.number(element, "dissipation", 1.0))
+        self.reader.leftovers.keep(element, "limit", self.file, name)
+        return replace(
+            axis,
+            lower=lower,
+            upper=upper,
+            effort=effort if effort >= 0.0 else math.inf,
+            speed=speed if speed >= 0.0 else math.inf,
+            stop=stop if written else None,
+        )
+
+    def mimic(self, element: Element, name: str) -> SdfMimic:
+        values = self.values
+        result = SdfMimic(
+            self.place(element),
+            element.get("joint"),
+            element.get("axis", "axis"),
+            values.number(element, "multiplier", 1.0),
+            values.number(element, "offset", 0.0),
+            values.number(element, "reference", 0.0),
+        )
+        self.reader.leftovers.keep(element, "mimic", self.file, name)
+        return result
+
+    def include(self, element: Element, into: SdfModel) -> None:
+        """Put the model of another file into a model or a world."""
+        values, address = self.values, self.values.text(element, "uri")
+        name, merge = values.text(element, "name"), values.flag_of(element, "merge")
+        static = element.first("static") is not None
+        held = values.flag(element, "static", default=False)
+        pose, placement = values.pose(element, name or address), values.text(element, "placement_frame")
+        moved = element.first("pose") is not None
+        self.reader.leftovers.keep(element, "include", self.file, name or address)
+        inner = self.included(element, address)
+        if inner is None:
+            return
+        inner.name = name or inner.name
+        inner.pose = pose if moved else replace(inner.pose, relative_to="")
+        inner.placement = placement or ("" if moved and not inner.placement else inner.placement)
+        inner.static = held if static else inner.static
+        if not merge:
+            self.add(into, "models", inner, element)
+            return
+        twice = [one for one in inner.names if one in into.names]
+        if twice:
+            fault = f"the included file has the name {shown(twice[0])}, which is there already"
+            values.refuse(element, fault, "the include without merge, or another name")
+            return
+        inner.name = f"_merged__{inner.name}__"
+        while inner.name in into.models:
+            inner.name += "_"
+        inner.static = into.static
+        into.models[inner.name] = inner
+        into.merged |= dict.fromkeys(inner.names, inner.name)
+
+    def included(self, element: Element, address: str) -> SdfModel | None:
+        """Return the model of an included file; None for a fault."""
+        values = self.values
+        if not address:
+            values.refuse(element, "the include has no <uri>", "<uri>model.sdf</uri>")
+            return None
+        if is_remote(address):
+            values.refuse(element, f"{shown(address)} lies in a network, and only local files are read", "a local path")
+            return None
+        path = located(address, self.folder, self.reader.packages)
+        path = _file_of_model(path) if is_there(path) and path.is_dir() else path
+        if path.resolve() in self.chain or len(self.chain) >= _DEEPEST:
+            values.refuse(element, f"files include one another in a circle: {shown(address)}", "another file")
+            return None
+        try:
+            file = shown_file(path)
+            root = read_xml(read_text(path), file)
+        except FileError as error:
+            hint = 'packages=["NAME=FOLDER"]' if "://" in address else f"a path from the folder of {self.file}"
+            values.refuse(element, f"{shown(address)} {error.problems[0].what}", hint)
+            return None
+        except DescriptionError as error:
+            self.reader.report.noted += [(element.line, problem) for problem in error.problems]
+            return None
+        reading = _FileReader(self.reader, file, path.parent, [*self.chain, path.resolve()])
+        self.reader.liberties += root.liberties
+        minor = reading.version(root)
+        if minor is None:
+            return None
+        reading.values.minor = minor
+        models = list(root.named("model"))
+        self.reader.leftovers.keep(root, "sdf", file, "")
+        if len(models) != 1:
+            reading.values.refuse(root, f"an included file has one model, and this one has {len(models)}", "one model")
+            return None
+        return reading.model(models[0])
+
+
+def _file_of_model(folder: Path) -> Path:
+    """Return the newest readable file that a folder of a model names in its ``model.config``."""
+    try:
+        root = read_xml(read_text(folder / "model.config"), "model.config")
+    except (FileError, DescriptionError):
+        return folder / "model.sdf"
+    versions = {}
+    for element in root.named("sdf"):
+        match = _VERSION.fullmatch(element.get("version"))
+        versions[int(match[1]) if match else 0] = element.text()
+    readable = [minor for minor in versions if minor <= NEWEST]
+    return folder / (versions[max(readable)] if readable else "model.sdf")

@@ -1,0 +1,139 @@
+"""The tree of an SDF model: links that are fixed to one another, joints that carry links, joints that close loops, and
+links that move freely.
+
+The format has no tree: joints connect links in any way, and a link that no joint holds is free. Here joints are taken
+one after another, fixed ones first, then joints with forces of their own, and each that would close a loop becomes a
+constraint. A joint whose child carries its parent is turned around.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from eomgen.base.data import dataclass, field
+from eomgen.products.robots.sdf.elements import SdfJoint
+from eomgen.products.robots.sdf.frames import WORLD_NODE, Node
+
+
+@dataclass(frozen=True)
+class Edge:
+    """A joint of a model at a path between two links; ``key`` has the path and the name."""
+
+    key: Node
+    joint: SdfJoint
+    parent: Node
+    child: Node
+    held: bool
+
+    @property
+    def fixed(self) -> bool:
+        """Whether its links do not move against each other."""
+        return self.held or self.joint.type == "fixed"
+
+    @property
+    def rank(self) -> int:
+        """Order of choice: joints that are fixed come first, joints that the file cuts last."""
+        if self.joint.cut:
+            return 3
+        if self.fixed:
+            return 0
+        forces = any(axis.damping or axis.stiffness or axis.friction or axis.mimic for axis in self.joint.axes)
+        return 1 if forces else 2
+
+
+@dataclass(frozen=True)
+class Step:
+    """A step from a link to one that the joint carries; ``turned`` if this is the parent of the joint."""
+
+    edge: Edge
+    start: Node
+    end: Node
+
+    @property
+    def turned(self) -> bool:
+        return self.end == self.edge.parent
+
+
+@dataclass
+class Tree:
+    """Steps with parents first, links on free joints, and joints that close loops.
+
+    Attributes
+    ----------
+    walks : from the world (first) and from each free link, the steps in order
+    loops : joints that close loops
+    """
+
+    walks: dict[Node, list[Step]] = field(default_factory=dict)
+    loops: list[Edge] = field(default_factory=list)
+
+
+class _Groups:
+    """Sets of connected links."""
+
+    def __init__(self) -> None:
+        self.leaders: dict[Node, Node] = {}
+
+    def leader(self, link: Node) -> Node:
+        while link in self.leaders:
+            link = self.leaders[link]
+        return link
+
+    def join(self, first: Node, second: Node) -> bool:
+        """Connect two links; return whether they were not connected before."""
+        first, second = self.leader(first), self.leader(second)
+        if first != second:
+            self.leaders[second] = first
+        return first != second
+
+
+def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> Tree:
+    """Return the tree.
+
+    Parameters
+    ----------
+    links : sequence
+        All links that are not the world's, in the order of the file.
+    edges : sequence
+        All joints, in the order of the file.
+    roots : mapping
+        Of each link the link of its model to which the model's frame is attached.
+    """
+    groups, chosen, result = _Groups(), set[Node](), Tree()
+    for edge in sorted(edges, key=lambda edge: edge.rank):
+        if groups.join(edge.parent, edge.child):
+            chosen.add(edge.key)
+    beside: dict[Node, list[Edge]] = {}
+    for edge in edges:
+        if edge.key in chosen:
+            beside.setdefault(edge.parent, []).append(edge)
+            beside.setdefault(edge.child, []).append(edge)
+        else:
+            result.loops.append(edge)
+    children = {edge.child for edge in edges if edge.key in chosen}
+    reached: set[Node] = set()
+    _walk(WORLD_NODE, beside, reached, result)
+    # a free link: the one that carries the frame of its model, if no joint has it as child, else the first such link
+    starts = [link for link in links if roots[link] == link and link not in children]
+    for link in [*starts, *(link for link in links if link not in children), *links]:
+        if link not in reached:
+            _walk(link, beside, reached, result)
+    return result
+
+
+def _walk(start: Node, beside: Mapping[Node, Sequence[Edge]], reached: set[Node], result: Tree) -> None:
+    steps: list[Step] = []
+    reached.add(start)
+    waiting = [Step(edge, start, _other(edge, start)) for edge in beside.get(start, ())][::-1]
+    while waiting:
+        step = waiting.pop()
+        if step.end in reached:
+            continue
+        reached.add(step.end)
+        steps.append(step)
+        waiting += [Step(edge, step.end, _other(edge, step.end)) for edge in beside.get(step.end, ())][::-1]
+    result.walks[start] = steps
+
+
+def _other(edge: Edge, link: Node) -> Node:
+    return edge.child if edge.parent == link else edge.parent

@@ -1,0 +1,226 @@
+"""Values of SDF elements, which are texts of children, and a record of all that is not read."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.messages import listed, nearest, shown
+from eomgen.lie.numeric import rotation_matrix
+from eomgen.products.robots.draft import Place
+from eomgen.products.robots.sdf.coverage import IDLE, NOTED, STATUSES
+from eomgen.products.robots.sdf.elements import WrittenPose
+from eomgen.products.robots.urdf.reading import NEARLY, NUMBER, UNIT_LENGTH, off_right
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element
+from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
+
+_BOOLEANS = {"true": True, "1": True, "false": False, "0": False}
+_INFINITE = {"inf": math.inf, "+inf": math.inf, "-inf": -math.inf}
+#: Limits beyond this are none: older files write 1e16 for infinity.
+NO_LIMIT = 1e16
+#: The newest minor version of SDF 1 that is read, and the first in which frames have names.
+NEWEST, SINCE_FRAMES = 12, 7
+
+
+class Values:
+    """Reads values of one file; faults go to the report.
+
+    Parameters
+    ----------
+    file : str
+        Its name for messages.
+    minor : int
+        Minor version of the file's format.
+    """
+
+    def __init__(self, file: str, report: Report, leftovers: Leftovers, minor: int = NEWEST) -> None:
+        self.file, self.report, self.leftovers, self.minor = file, report, leftovers, minor
+
+    def place(self, element: Element) -> Place:
+        """Return the place of an element."""
+        return Place(self.file, element.line)
+
+    def refuse(self, element: Element, fault: str, hint: str) -> None:
+        """Report a fault of an element."""
+        self.report.add_place(self.file, element.line, "", fault, hint)
+
+    def text(self, element: Element, tag: str, default: str = "") -> str:
+        """Return the text of a child; the default without the child."""
+        child = element.first(tag)
+        if child is None:
+            return default
+        text = child.text()
+        self.leftovers.keep(child, "value", self.file, element.get("name"))
+        return text
+
+    def flag(self, element: Element, tag: str, *, default: bool) -> bool:
+        """Return a Boolean value of a child."""
+        child = element.first(tag)
+        return default if child is None else self._boolean(child, tag, self.text(element, tag))
+
+    def flag_of(self, element: Element, attribute: str) -> bool:
+        """Return a Boolean attribute, False by default."""
+        return element.has(attribute) and self._boolean(element, attribute, element.get(attribute))
+
+    def _boolean(self, element: Element, name: str, text: str) -> bool:
+        if text.lower() not in _BOOLEANS:
+            self.refuse(element, f"{name}: true or false is needed here, not {shown(text)}", "true or false")
+        return _BOOLEANS.get(text.lower(), False)
+
+    def number(self, element: Element, tag: str, default: float, *, infinite: bool = False) -> float:
+        """Return a number of a child; ``infinite`` for one that may be inf or -inf."""
+        child = element.first(tag)
+        if child is None:
+            return default
+        text = self.text(element, tag)
+        if infinite and text.lower() in _INFINITE:
+            return _INFINITE[text.lower()]
+        (value,) = self.numbers(child, tag, text, (default,))
+        return math.copysign(math.inf, value) if infinite and abs(value) >= NO_LIMIT else value
+
+    def vector(self, element: Element, tag: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """Return the numbers of a child, as many as the default has."""
+        child = element.first(tag)
+        if child is None:
+            return default
+        text = child.text()
+        if tag not in STATUSES:
+            self.leftovers.keep(child, "value", self.file, "")
+        return self.numbers(child, tag, text, default)
+
+    def numbers(self, element: Element, name: str, text: str, default: tuple[float, ...]) -> tuple[float, ...]:
+        """Return as many finite numbers as the default has."""
+        words = text.split()
+        if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
+            count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
+            hint = "blanks between the numbers" if "," in text else ""
+            self.refuse(element, f"{name}: {count} needed here, not {shown(text)}", hint)
+            return default
+        values = tuple(float(word) for word in words)
+        if not all(math.isfinite(value) for value in values):
+            self.refuse(element, f"{name}: {shown(text)} is too large", "")
+            return default
+        return values
+
+    def pose(self, element: Element, owner: str, *, framed: bool = True) -> WrittenPose:
+        """Return the pose of an element; ``framed`` if it may name a frame."""
+        child = element.first("pose")
+        if child is None:
+            return WrittenPose(self.place(element))
+        # the attribute ``frame`` of 1.5 and 1.6 became ``relative_to`` of 1.7, which is read from older files, too
+        naming, frame = "relative_to", child.get("relative_to")
+        if self.minor < SINCE_FRAMES and child.get("frame") not in ("", frame):
+            if frame:
+                fault = f"pose: relative_to {shown(frame)} and frame {shown(child.get('frame'))} differ"
+                self.refuse(child, fault, "relative_to alone")
+            naming, frame = "frame", child.get("frame")
+        if frame and not framed:
+            self.refuse(child, f"pose: the pose of <{element.tag}> has no {naming}", "the pose in the link's frame")
+        kind = child.get("rotation_format", "euler_rpy")
+        degrees = self.flag_of(child, "degrees")
+        if kind not in ("euler_rpy", "quat_xyzw"):
+            self.refuse(child, f"rotation_format: {shown(kind)} is not known", "euler_rpy or quat_xyzw")
+        text = child.text()
+        self.leftovers.keep(child, "pose", self.file, owner)
+        size = 7 if kind == "quat_xyzw" else 6
+        if kind == "quat_xyzw" and degrees:
+            self.refuse(child, "pose: a quaternion has no degrees", 'the pose without degrees="true"')
+        neutral = (0.0,) * 6 + (1.0,) * (size == 7)
+        values = self.numbers(child, "pose", text, neutral) if text else neutral
+        turned = self._quaternion(child, values[3:]) if size == 7 else self._angles(values[3:], degrees, owner)
+        return WrittenPose(self.place(child), turned, np.array(values[:3]), frame)
+
+    def _quaternion(self, element: Element, values: Sequence[float]) -> Array:
+        x, y, z, w = values
+        length = math.hypot(x, y, z, w)
+        if not abs(length - 1.0) <= UNIT_LENGTH:
+            self.refuse(element, f"pose: the quaternion has the length {length:.6g}, and a rotation has 1", "x y z w")
+            return np.eye(3)
+        return snapped_rotation(rotation_matrix(np.array([w, x, y, z]) / length))
+
+    def _angles(self, values: Sequence[float], degrees: bool, owner: str) -> Array:  # of the format
+        if not any(values):
+            return np.eye(3)
+        roll, pitch, yaw = (math.radians(value) if degrees else value for value in values)
+        for angle in (roll, pitch, yaw):
+            if SNAP < off_right(angle) <= NEARLY:
+                self.leftovers.nearly_right.setdefault(owner, f"{angle:.9g}")
+        return snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))
+
+
+class Leftovers:
+    """Parts of files that are not read: with their status if the table knows them."""
+
+    def __init__(self) -> None:
+        self.unread: dict[str, list[tuple[Place, str]]] = {}
+        self.noted: dict[str, list[tuple[Place, str]]] = {}
+        self.idle: dict[str, int] = {}
+        self.nearly_right: dict[str, str] = {}
+
+    def count(self, part: str) -> None:
+        """Count a part without effect."""
+        self.idle[part] = self.idle.get(part, 0) + 1
+
+    def keep(self, element: Element, key: str, file: str, owner: str) -> None:
+        """Keep the rest of an element; ``key`` is its row in the table."""
+        known = STATUSES.get(key, {})
+        for attribute in element.unread_attributes:
+            status = known.get(f"@{attribute}")
+            if status == IDLE:
+                self.count(attribute)
+            elif status == NOTED:
+                self.noted.setdefault(attribute, []).append((Place(file, element.line), owner))
+            else:
+                meant = _meant(attribute, [name[1:] for name in known if name.startswith("@")])
+                kind = f"the attribute {shown(attribute)} of <{element.tag}>{meant}"
+                self.unread.setdefault(kind, []).append((Place(file, element.line), owner))
+        if element.has_text:
+            self.unread.setdefault(f"the text in <{element.tag}>", []).append((Place(file, element.line), owner))
+        read = {child.tag for child in element.read_children}
+        for child in element.unread_children:
+            place, whose = Place(file, child.line), owner or child.get("name")
+            status = known.get(child.tag)
+            if child.tag in read:
+                self.unread.setdefault(f"a second <{child.tag}>", []).append((place, whose))
+            elif status == IDLE:
+                self.count(child.tag)
+            elif status == NOTED:
+                self.noted.setdefault(child.tag, []).append((place, whose))
+            else:
+                meant = _meant(child.tag, [name for name in known if not name.startswith("@")])
+                kind = f"elements <{child.tag[:64]}> of <{element.tag}>{meant}"
+                self.unread.setdefault(kind, []).append((place, whose))
+
+    def warnings(self) -> list[tuple[Place, str]]:
+        """Return one note for each kind of part that is not read or not modelled, with its first place."""
+        result = []
+        for kinds, words in ((self.unread, "not read: {}"), (self.noted, "not modelled: <{}>")):
+            for kind, places in kinds.items():
+                owners = [name for name in dict.fromkeys(name for _, name in places) if name]
+                count = f"({len(places)}{': ' if owners else ''}{listed(owners)})"
+                result.append((places[0][0], f"{words.format(kind)} {count}"))
+        return result
+
+    def notes(self) -> list[str]:
+        """Return notes on parts without effect, and on angles that are nearly right angles."""
+        result = []
+        if self.idle:
+            counts = [f"{count} {tag}" for tag, count in self.idle.items()]
+            result.append(f"without a part in the equations of motion: {', '.join(counts)}")
+        if self.nearly_right:
+            angles = [f"{name} ({angle})" for name, angle in list(self.nearly_right.items())[:8]]
+            more = f" and {len(self.nearly_right) - 8} more" if len(self.nearly_right) > 8 else ""
+            result.append(
+                f"angles near a right angle, but not exact, are kept in the poses of {', '.join(angles)}{more}: pi/2"
+                f" written in full, {math.pi / 2!r}, would be made exact and save operations"
+            )
+        return result
+
+
+def _meant(name: str, known: Sequence[str]) -> str:
+    hint = nearest(name, [one for one in known if one != name])
+    return "" if hint.startswith("one of ") or not hint else f" (is {hint} meant?)"

@@ -1,0 +1,131 @@
+"""Visual geometry of SDF as entries of the section of shapes; no fault of a visual refuses a file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.data import dataclass
+from eomgen.base.messages import listed, shown
+from eomgen.products.robots.sdf.elements import SdfVisual
+from eomgen.products.robots.sdf.values import Leftovers, Values
+from eomgen.products.robots.urdf.visuals import NotDrawnError
+from eomgen.products.robots.uris import is_remote, located
+from eomgen.scene.bodies.mesh_files import ENDINGS
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element
+
+#: Sizes by type of geometry: element in the format, key of the section, number of values, and the default of each.
+_SIZES: Mapping[str, Sequence[tuple[str, str, tuple[float, ...]]]] = {
+    "box": (("size", "size", (1.0, 1.0, 1.0)),),
+    "cylinder": (("radius", "radius", (1.0,)), ("length", "length", (1.0,))),
+    "sphere": (("radius", "radius", (1.0,)),),
+    "capsule": (("radius", "radius", (0.5,)), ("length", "length", (1.0,))),
+    "ellipsoid": (("radii", "semi_axes", (1.0, 1.0, 1.0)),),
+    "mesh": (),
+}
+
+
+class VisualReader:
+    """Reads the visuals of links; ``left_out`` has the reasons for which visuals are left out, with the links.
+
+    Parameters
+    ----------
+    home : Path
+        Folder of the file that is converted: paths of meshes are written from there.
+    """
+
+    def __init__(self, home: Path) -> None:
+        self.home = home
+        self.left_out: dict[str, list[str]] = {}
+
+    def notes(self) -> list[str]:
+        """Return notes on visuals that pictures do not show."""
+        return [
+            f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason}"
+            for reason, names in self.left_out.items()
+        ]
+
+    def of_link(
+        self, link: str, element: Element, values: Values, folder: Path, packages: Mapping[str, Path]
+    ) -> tuple[SdfVisual, ...]:
+        """Return the visuals of a link that can be drawn."""
+        result = []
+        for visual in element.named("visual"):
+            # faults of visuals are notes, so they have a report of their own
+            own = Values(values.file, Report(values.file, {}), Leftovers(), values.minor)
+            try:
+                drawn = _visual(visual, own, _Folders(self.home, folder, packages))
+                if own.report.noted:
+                    _, problem = own.report.noted[0]
+                    raise NotDrawnError(problem.what)
+                result.append(drawn)
+            except NotDrawnError as error:
+                self.left_out.setdefault(str(error), []).append(link)
+            visual.read_whole()
+        return tuple(result)
+
+
+@dataclass(frozen=True)
+class _Folders:
+    """Folders of files of meshes: the folder of the file that names them, and folders of packages."""
+
+    home: Path
+    folder: Path
+    packages: Mapping[str, Path]
+
+    def path(self, address: str) -> str:
+        """Return the path of a mesh from the folder of the file that is converted."""
+        if "://" not in address and self.folder == self.home:
+            return address
+        return os.path.relpath(located(address, self.folder, self.packages), self.home)
+
+
+def _visual(element: Element, values: Values, folders: _Folders) -> SdfVisual:
+    pose = values.pose(element, "")
+    geometry = element.first("geometry")
+    solids = [(kind, item) for kind in _SIZES for item in (geometry.named(kind) if geometry else ())]
+    if not solids:
+        raise NotDrawnError(f"no geometry is one of {', '.join(_SIZES)}")
+    kind, solid = solids[0]
+    entry: dict[str, Any] = {"type": kind}
+    for tag, key, default in _SIZES[kind]:
+        sizes = values.vector(solid, tag, default)
+        if not min(sizes) > 0.0:
+            raise NotDrawnError(f"{tag} of a {kind} is not above 0")
+        entry[key] = list(sizes) if len(sizes) > 1 else sizes[0]
+    if kind == "mesh":
+        entry |= _mesh(solid, values, folders)
+    return SdfVisual(pose, entry | _color(element, values))
+
+
+def _mesh(element: Element, values: Values, folders: _Folders) -> dict[str, Any]:
+    address = values.text(element, "uri")
+    ending = Path(address).suffix.lower()
+    if ending not in ENDINGS:
+        raise NotDrawnError(f"meshes of the kind {shown(ending)} are not read" if ending else "a mesh names no file")
+    if is_remote(address):
+        raise NotDrawnError("meshes lie in a network")
+    scale = values.vector(element, "scale", (1.0, 1.0, 1.0))
+    if not all(scale):
+        raise NotDrawnError("the scale of a mesh is 0")
+    return {"file": folders.path(address), "scale": list(scale), "required": False}
+
+
+def _color(element: Element, values: Values) -> dict[str, Any]:
+    """Return colour and opacity of a visual; none without a colour, or with a transparent one."""
+    material = element.first("material")
+    if material is None or material.first("diffuse") is None:
+        return {}
+    diffuse = material.first("diffuse")
+    words = diffuse.text().split() if diffuse is not None else []
+    parts = values.numbers(material, "diffuse", " ".join(words), (0.5,) * (4 if len(words) != 3 else 3))
+    shown_parts = [min(max(part, 0.0), 1.0) for part in parts]
+    rgb, alpha = shown_parts[:3], (shown_parts[3] if len(parts) > 3 else 1.0)
+    transparency = values.number(element, "transparency", 0.0)
+    opacity = alpha * (1.0 - min(max(transparency, 0.0), 1.0))
+    if opacity == 0.0:
+        raise NotDrawnError("the colour is transparent")
+    return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in rgb), "opacity": opacity}

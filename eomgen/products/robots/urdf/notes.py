@@ -1,0 +1,178 @@
+"""Notes on a converted URDF: changes, implausible values, unsupported elements, and values that a scene needs and a
+URDF does not give.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.messages import listed, shown
+from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Joint, Robot
+from eomgen.scene.inertia import impossible
+
+_MEANING = {
+    "limit": "limits of position, velocity and effort",
+    "friction": "dry friction",
+    "safety_controller": "safety controllers",
+    "calibration": "calibration",
+    "transmission": "transmissions",
+    "gazebo": "settings of Gazebo",
+}
+#: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
+_TURN = 2.0 * math.pi + 1e-3
+#: Ratio of the radius of gyration to the size of a robot above which the moment of inertia is probably in another unit.
+_ABSURD = 100.0
+#: Elements left out of moving joints, without effect on held joints.
+_OF_MOVING_JOINTS = ("safety_controller", "calibration")
+
+
+def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
+    """Return notes on elements without effect on the motion, which are not a reason to refuse a file; ``still`` are
+    joints that are held."""
+    notes = []
+    counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
+    if counts:
+        notes.append(f"geometry and colours have no part in the equations of motion: {', '.join(counts)}")
+    idle = dict(robot.without_effect)
+    for tag in _OF_MOVING_JOINTS:
+        if names := [name for name in robot.left_out.get(tag, ()) if name in still]:
+            idle[tag] = names
+    if idle:
+        named = [f"<{tag}> ({len(names)}: {listed(names)})" for tag, names in idle.items()]
+        notes.append(f"without effect on the joints that have it: {', '.join(named)}")
+    return notes
+
+
+def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
+    """Return notes on locked joints, changed names, and angles made exact or not."""
+    notes = []
+    if locked:
+        notes.append(f"joints locked at zero: {listed(sorted(locked))}")
+    if robot.original:
+        pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
+        notes.append(
+            f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}"
+        )
+    if robot.several_turns:
+        note = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
+        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+    if robot.snapped:
+        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
+    if robot.nearly_right:
+        angles = [f"{name} ({angle})" for name, angle in list(robot.nearly_right.items())[:8]]
+        more = f" and {len(robot.nearly_right) - 8} more" if len(robot.nearly_right) > 8 else ""
+        notes.append(
+            f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
+            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations"
+        )
+    return notes
+
+
+def notes_of_sizes(robot: Robot) -> list[str]:
+    """Return notes on numbers that look like another unit: ranges of more than a turn, and moments of inertia too large
+    for the robot."""
+    notes = []
+    ranges = {joint.name: joint.limit for joint in robot.joints.values() if joint.unit == "rad" and joint.limit}
+    wide = [name for name, limit in ranges.items() if max(abs(limit.lower), abs(limit.upper)) > _TURN]
+    if wide:
+        note = f"limits of more than a turn at {listed(wide)}"
+        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+    lengths = [float(np.linalg.norm(joint.position)) for joint in robot.joints.values()]
+    offsets = [float(np.linalg.norm(link.inertia.center)) for link in robot.links.values()]
+    size = sum(lengths) + max(offsets, default=0.0)
+    for link in robot.links.values():
+        if link.inertia.mass <= 0.0 or size == 0.0:
+            continue
+        moment = float(np.linalg.norm(link.inertia.about_center, 2))
+        radius = math.sqrt(moment / link.inertia.mass)
+        if radius >= _ABSURD * size:
+            note = f"link {link.name}: the radius of gyration {radius:.3g} m is large for the robot, {size:.3g} m"
+            notes.append(f"{note}; moments of inertia of URDF are in kg m^2")
+    return notes
+
+
+def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
+    """Return notes on the conversion of joints that mimic others."""
+    resting = [name for name in held if name not in locked and robot.joints[name].components]
+    notes = []
+    if resting:
+        notes.append(f"joints held because their leaders are held: {listed(resting)}")
+    if leaders:
+        pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
+        more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
+        notes.append(f"joints that mimic others are not independent coordinates: {', '.join(pairs)}{more}")
+    return notes
+
+
+def _joints(names: Sequence[str]) -> str:
+    return (
+        f"the joint{'s' * (len(names) != 1)}"
+        f" {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
+    )
+
+
+def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
+    """Return the line and the fault of each link that no body can be."""
+    result = []
+    for link in robot.links.values():
+        fault = impossible(float(link.inertia.mass), link.inertia.about_center)
+        if fault:
+            result.append((link.line, f"link {link.name}: {fault}"))
+    return result
+
+
+def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
+    """Return one note for each kind of element that is not modelled or not read; ``still`` are held joints. ``still``
+    are joints that are held."""
+    result = []
+    for kind, places in robot.unread.items():
+        owners = [name for name in dict.fromkeys(name for _, name in places) if name]
+        result.append((places[0][0], f"not read: {kind} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
+    if robot.minor > NEWEST:
+        result.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known"))
+    if robot.quaternions and robot.minor < WITH_QUATERNIONS:
+        note = (
+            f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"
+            f" 1.{robot.minor}"
+        )
+        names = [name for _, name in robot.quaternions]
+        result.append((robot.quaternions[0][0], f"{note} ({len(names)}: {listed(names)})"))
+    for tag, names in robot.left_out.items():
+        concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
+        if concerned:
+            meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
+            named = [name for name in dict.fromkeys(concerned) if name]
+            result.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
+    return result
+
+
+#: Deformation of a stop under the largest effort of its joint, by unit of the coordinate.
+GIVE = {"rad": 0.01, "m": 0.001}
+#: Damping of a stop over its stiffness, s.
+DAMPING_TIME = 0.01
+#: Speed well below which a joint with friction counts as sticking, by unit of the coordinate, per second.
+STICKING = {"rad": 0.01, "m": 0.001}
+
+
+def stops_of(joint: Joint) -> dict[str, Any] | None:
+    """Return the ``limits`` of a joint; None if the file gives no range, or no effort to measure a stop by."""
+    limit = joint.limit
+    if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
+        return None
+    ends = {"lower": limit.lower, "upper": limit.upper}
+    finite = {name: value for name, value in ends.items() if math.isfinite(value)}
+    if not finite or not limit.lower < limit.upper or not 0.0 < limit.effort < math.inf:
+        return None
+    stiffness = limit.effort / GIVE[joint.unit]
+    return {**finite, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
+
+
+def friction_of(joint: Joint) -> dict[str, Any] | None:
+    """Return the ``friction`` of a joint; None for no friction, a negative one, or a joint of several coordinates."""
+    if joint.unit not in STICKING or joint.friction <= 0.0:
+        return None
+    return {"coulomb": joint.friction, "velocity": STICKING[joint.unit]}

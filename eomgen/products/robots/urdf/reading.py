@@ -1,0 +1,532 @@
+"""Supported elements of a URDF, links and joints, and a list of all unread ones.
+
+The format is the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. There is no list
+of the attributes and elements that are read: every element records its requested parts, and the rest is reported.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import is_legal, legal_name, nearest, shown
+from eomgen.lie.numeric import rotation_matrix
+from eomgen.products.robots.urdf.visuals import NotDrawnError, VisualReader, Visuals
+from eomgen.scene.inertia import NOTHING, Inertia, tensor
+from eomgen.scene.joint_types import JOINTS, TYPES
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element
+from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
+
+#: Types of joints by name in the format.
+JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}
+#: Types of constraints by the types of loop joints.
+LOOP_TYPES = {
+    "spherical": "spherical",
+    "ball": "spherical",
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "planar": "planar",
+    "fixed": "fixed",
+}
+#: Drake's own joints, and their types; a universal joint turns about x, then y.
+_OF_DRAKE = "drake:joint"
+_SCREWS = ("screw",)
+_TYPES_OF_DRAKE = {"ball": "spherical", "universal": "universal", "planar": "planar", "screw": "helical"}
+Read = TypeVar("Read")
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
+#: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
+NEWEST, WITH_QUATERNIONS = 2, 1
+#: Defaults of ``lower``, ``upper`` and ``effort`` before the minor version with open ranges, and since.
+_WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, math.inf)
+#: By how much the length of a quaternion may differ from 1: three digits of each number.
+UNIT_LENGTH = 1e-3
+#: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
+_OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
+#: Elements to be seen and touched, which have no part in the equations of motion.
+_GEOMETRY = ("visual", "collision", "material")
+
+
+@dataclass(frozen=True)
+class UrdfLink:
+    """A link with mass properties in the link frame."""
+
+    name: str
+    line: int
+    inertia: Inertia
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """Leader of a joint, by name in the file: q = multiplier q_leader + offset."""
+
+    joint: str
+    multiplier: float
+    offset: float
+    line: int
+
+
+@dataclass(frozen=True)
+class UrdfLimit:
+    """Range of a joint's coordinate, and largest effort; zeros by default, infinite since version 1.2."""
+
+    lower: float
+    upper: float
+    effort: float
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint: type in eomgen's words, empty for an unknown type; placement of the child's frame in the parent's."""
+
+    name: str
+    line: int
+    type: str
+    parent: str
+    child: str
+    orientation: Array
+    position: Array
+    axis: tuple[float, ...]
+    damping: float
+    written_type: str
+    mimic: Mimic | None = None
+    limit: UrdfLimit | None = None
+    friction: float = 0.0
+    pitch: float = 0.0
+
+    @property
+    def components(self) -> int:
+        """Number of velocity components; one if the type is not known."""
+        return JOINTS[self.type].v_size if self.type else 1
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate, rad or m; empty unless there is exactly one coordinate."""
+        return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
+
+
+@dataclass(frozen=True)
+class LoopEnd:
+    """One end of a joint that closes a loop: a frame in a link, and the axis of the joint in this frame."""
+
+    link: str
+    orientation: Array
+    position: Array
+    axis: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class LoopJoint:
+    """A joint that closes a loop: a ``loop_joint``, as in Drake's first parser and Isaac Sim, or a ``constraint``, as
+    proposed in pull request 264 of urdfdom."""
+
+    name: str
+    line: int
+    type: str
+    first: LoopEnd
+    second: LoopEnd
+
+
+#: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
+NEARLY = 1e-3
+
+
+@dataclass
+class Robot:
+    """Elements of a URDF, with legal and unique names; ``original`` maps these names to the file's names.
+
+    Attributes
+    ----------
+    minor : minor version of the format, which is 1.minor
+    snapped : joints whose placement became exact
+    nearly_right : joints with an angle near a right one that did not become exact, with that angle
+    several_turns : links and joints whose rpy has an angle of more than a turn
+    left_out : known elements without a model, or unknown elements, with the names of links and joints
+    unread : attributes, repeated elements and text without use, with line and name of each link or joint
+    without_effect : joints with an element that has no effect on joints of this type, by tag
+    geometry : how many elements of each kind there are
+    quaternions : links and joints whose origin has one
+    implied_world : whether joints name a link ``world`` that the file lacks
+    visuals : of links, for pictures
+    """
+
+    name: str
+    minor: int = 0
+    links: dict[str, UrdfLink] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    loops: dict[str, LoopJoint] = field(default_factory=dict)
+    original: dict[str, str] = field(default_factory=dict)
+    snapped: list[str] = field(default_factory=list)
+    nearly_right: dict[str, str] = field(default_factory=dict)
+    several_turns: list[str] = field(default_factory=list)
+    left_out: dict[str, list[str]] = field(default_factory=dict)
+    unread: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
+    without_effect: dict[str, list[str]] = field(default_factory=dict)
+    geometry: dict[str, int] = field(default_factory=dict)
+    quaternions: list[tuple[int, str]] = field(default_factory=list)
+    implied_world: bool = False
+    visuals: Visuals = field(default_factory=Visuals)
+
+
+def read_robot(root: Element, report: Report) -> Robot:
+    """Return the robot of a URDF; faults go to the report.
+
+    Children of the root that a further reader has requested before count as read.
+    """
+    if root.tag != "robot":
+        report.add_at(root.line, "", f"the outermost element is {shown(root.tag)}, not 'robot'", "a URDF file")
+        report.raise_problems()
+    if any(element.tag.startswith("xacro:") for element in root.everything()):
+        report.add_at(root.line, "", "the file holds xacro macros", "xacro first, to make a URDF of it")
+        report.raise_problems()
+    return _UrdfReader(report).robot(root)
+
+
+class _UrdfReader:
+    def __init__(self, report: Report) -> None:
+        self.report = report
+        self.out = Robot("")
+        self.link_names: dict[str, str] = {}
+        self.joint_names: dict[str, str] = {}
+        self.loop_names: dict[str, str] = {}
+        self.kept: set[str] = set()
+        self.used: dict[str, set[str]] = {kind: set() for kind in ("link", "joint", "loop_joint", "constraint")}
+
+    def robot(self, root: Element) -> Robot:
+        self.out.name = legal_name(root.get("name") or "robot", ())
+        self.out.minor = self.version(root)
+        visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
+        self.out.visuals = visuals.result
+        links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
+        joints += tuple(root.named(_OF_DRAKE))
+        constraints = tuple(root.named("constraint"))
+        self.kept = {name for element in (*joints, *loops, *constraints) if is_legal(name := element.get("name"))}
+        self.kept |= {name for element in links if is_legal(name := element.get("name"))}
+        self.tell_left_over(root, "")
+        for element in links:
+            if name := self.name(element, "link", self.link_names):
+                self.out.links[name] = self.link(name, element)
+                visuals.link(name, element)
+                self.tell_left_over(element, name)
+        self.add_world(joints)
+        for element in joints:
+            if name := self.name(element, "joint", self.joint_names):
+                self.out.joints[name] = self.joint(name, element)
+                self.tell_left_over(element, name)
+        self.used["loop_joint"] |= self.used["joint"]
+        for element in loops:
+            if name := self.name(element, "loop_joint", self.loop_names):
+                self.out.loops[name] = self.loop(name, element)
+                self.tell_left_over(element, name)
+        self.used["constraint"] |= self.used["loop_joint"]
+        for element in constraints:
+            if name := self.name(element, "constraint", self.loop_names):
+                self.out.loops[name] = self.constraint(name, element)
+                self.tell_left_over(element, name)
+        return self.out
+
+    def add_world(self, joints: Iterable[Element]) -> None:
+        """Add the link ``world`` if a joint names it and the file has none."""
+        ends = [end for element in joints for tag in ("parent", "child") for end in element.named(tag)]
+        lines = [end.line for end in ends if end.get("link") == "world"]
+        if lines and "world" not in self.link_names:
+            self.link_names["world"] = "world"
+            self.out.links["world"] = UrdfLink("world", lines[0], NOTHING)
+            self.out.implied_world = True
+
+    def version(self, root: Element) -> int:
+        """Return the minor version; a file that gives none is of version 1.0."""
+        written = root.get("version", "1.0")
+        version = _VERSION.fullmatch(written)
+        if version is None:
+            self.report.add_at(root.line, "", f"version: {shown(written)} is not a version of URDF", 'version="1.0"')
+        elif int(version[1]) != 1:
+            hint = f"a file of version 1.0 to 1.{NEWEST}"
+            self.report.add_at(root.line, "", f"version {shown(written)} of URDF is not known", hint)
+        return int(version[2] or 0) if version else 0
+
+    def name(self, element: Element, kind: str, taken: dict[str, str]) -> str:
+        """Return the legal name of a link or joint; empty for a fault."""
+        written = element.get("name")
+        if not written:
+            self.report.add_at(element.line, "", f"the {kind} has no name", f'<{kind} name="...">')
+        elif written in taken:
+            self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
+        else:
+            taken[written] = legal_name(written, self.used[kind], self.kept)
+            self.used[kind].add(taken[written])
+            if taken[written] != written:
+                self.out.original[taken[written]] = written
+            return taken[written]
+        return ""
+
+    def tell_left_over(self, element: Element, owner: str) -> None:
+        """Keep the unread parts of a link, a joint or the robot; a unit is refused: the format has SI units."""
+        for kind in _GEOMETRY:
+            self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
+        for attribute in element.unread_attributes:
+            if attribute in ("unit", "units"):
+                fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only"
+                self.report.add_at(element.line, "", fault, f"the value in SI units, without {attribute}")
+                continue
+            meant = nearest(attribute, element.asked)
+            meant = "" if meant.startswith("one of ") or not meant else f" (is {meant} meant?)"
+            self.leave_unread(f"the attribute {shown(attribute)} of <{element.tag}>{meant}", element, owner)
+        if element.has_text:
+            self.leave_unread(f"the text in <{element.tag}>", element, owner)
+        read = {child.tag for child in element.read_children}
+        for child in element.unread_children:
+            if child.tag in read:
+                self.leave_unread(f"a second <{child.tag}>", child, owner)
+            else:
+                self.out.left_out.setdefault(child.tag, []).append(owner or child.get("name"))
+        for child in element.read_children:
+            if element.tag == "transmission" or child.tag not in (
+                "link",
+                "joint",
+                _OF_DRAKE,
+                "loop_joint",
+                "constraint",
+                *_GEOMETRY,
+            ):
+                self.tell_left_over(child, owner or child.get("name"))
+
+    def leave_unread(self, kind: str, element: Element, owner: str) -> None:
+        self.out.unread.setdefault(kind, []).append((element.line, owner))
+
+    def numbers(
+        self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]
+    ) -> tuple[float, ...]:
+        """Return as many finite numbers as the default has."""
+        if element is None or not element.has(attribute):
+            return default
+        written = element.get(attribute)
+        words = written.split()
+        if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
+            count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
+            fault = f"{attribute}: {count} needed here, not {shown(written)}"
+            hint = "numbers alone: the units of URDF are SI units" if re.search(r"\d\s*[A-Za-z]", written) else ""
+            if "," in written:
+                hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
+            self.report.add_at(element.line, key, fault, hint)
+            return default
+        values = tuple(float(word) for word in words)
+        if not all(math.isfinite(value) for value in values):
+            self.report.add_at(element.line, key, f"{attribute}: {shown(written)} is too large", "")
+            return default
+        return values
+
+    def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
+        """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not
+        exact."""
+        origin = element.first("origin")
+        roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        if max(abs(roll), abs(pitch), abs(yaw)) > 2.0 * math.pi:
+            self.out.several_turns.append(name)
+        quaternion = self.quaternion(origin, key, name)
+        exact = roll_pitch_yaw(roll, pitch, yaw) if quaternion is None else quaternion
+        orientation = snapped_rotation(exact)
+        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
+        nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < off_right(angle) <= NEARLY), None)
+        changed = orientation[orientation != exact]
+        made_exact = changed.size > 0 and bool(np.any(np.isin(changed, (-1.0, 0.0, 1.0))))
+        return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
+
+    def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
+        """Return the matrix of an origin's ``quat_xyzw``; None without one."""
+        if origin is None or not origin.has("quat_xyzw"):
+            return None
+        if origin.has("rpy"):
+            fault = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned"
+            self.report.add_at(origin.line, key, fault, "one of them")
+        x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
+        length = math.hypot(x, y, z, w)
+        if not abs(length - 1.0) <= UNIT_LENGTH:
+            fault = f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1"
+            self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
+            return None
+        self.out.quaternions.append((origin.line, name))
+        return rotation_matrix(np.array([w, x, y, z]) / length)
+
+    def link(self, name: str, element: Element) -> UrdfLink:
+        key = f"links.{name}"
+        inertial = element.first("inertial")
+        if inertial is None:
+            return UrdfLink(name, element.line, NOTHING)
+        (mass,) = self.required(inertial, "mass", ("value",), key)
+        if mass < 0.0:
+            self.report.add_at(inertial.line, key, f"the mass {mass:.6g} is negative", "a positive number of kg")
+        entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
+        orientation, center, _, _ = self.placement(inertial, key, name)
+        return UrdfLink(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
+
+    def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
+        """Return numbers that mass properties need; zeros if missing, which is reported."""
+        element = inertial.first(tag)
+        if element is None:
+            self.report.add_at(inertial.line, key, f"<inertial> has no <{tag}>", f"<{tag} .../> or no <inertial>")
+            return [0.0] * len(attributes)
+        for missing in [attribute for attribute in attributes if not element.has(attribute)]:
+            self.report.add_at(element.line, key, f"<{tag}> has no {missing}", f'<{tag} {missing}="...">')
+        return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
+
+    def joint(self, name: str, element: Element) -> Joint:
+        key = f"joints.{name}"
+        written = element.get("type")
+        types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES
+        if written not in types:
+            self.report.add_at(
+                element.line, key, f"the joint type {shown(written)} is not known", nearest(written, types)
+            )
+        orientation, position, was_snapped, nearly = self.placement(element, key, name)
+        if nearly:
+            self.out.nearly_right[name] = nearly
+        elif was_snapped:
+            self.out.snapped.append(name)
+        kind = JOINTS.get(types.get(written, ""))
+        without_effect = ("axis",) if kind and kind.moves else ("axis", "dynamics", "limit", "mimic")
+        for tag in without_effect if kind and not kind.coordinates else ():
+            if element.first(tag) is not None:
+                self.out.without_effect.setdefault(tag, []).append(name)
+        dynamics = element.first("dynamics")
+        (damping,) = self.numbers(dynamics, "damping", key, (0.0,))
+        (friction,) = self.numbers(dynamics, "friction", key, (0.0,))
+        return Joint(
+            name=name,
+            line=element.line,
+            type=kind.name if kind else "",
+            parent=self.end(element, "parent", key),
+            child=self.end(element, "child", key),
+            orientation=orientation,
+            position=position,
+            axis=self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0)),
+            damping=damping,
+            written_type=written,
+            mimic=self.mimic(element, key),
+            limit=self.limit(element, key),
+            friction=friction,
+            pitch=self.pitch(element, key) if written in _SCREWS else 0.0,
+        )
+
+    def pitch(self, element: Element, key: str) -> float:
+        """Return the travel of a screw of Drake, m/rad; files have m per turn."""
+        (travel,) = self.numbers(element.first("drake:screw_thread_pitch"), "value", key, (0.0,))
+        if not travel:
+            hint = '<drake:screw_thread_pitch value="..."/>'
+            self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0", hint)
+        return travel / (2.0 * math.pi)
+
+    def loop(self, name: str, element: Element) -> LoopJoint:
+        key, written = f"loop_joints.{name}", element.get("type")
+        if written not in LOOP_TYPES:
+            fault = f"the type {shown(written)} of a loop joint is not known"
+            self.report.add_at(element.line, key, fault, nearest(written, LOOP_TYPES))
+        axis = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
+        if not any(axis):
+            self.report.add_at(element.line, key, "the axis of the loop joint has no direction", '<axis xyz="0 0 1"/>')
+        first, second = (
+            self.loop_end("loop joint", element, tag, element.first(tag), axis, key) for tag in ("link1", "link2")
+        )
+        return LoopJoint(name, element.line, LOOP_TYPES.get(written, ""), first, second)
+
+    def constraint(self, name: str, element: Element) -> LoopJoint:
+        key, written = f"constraints.{name}", element.get("type")
+        types = {**LOOP_TYPES, "universal": "universal"}
+        if written not in types:
+            fault = f"the type {shown(written)} of a constraint is not known"
+            self.report.add_at(element.line, key, fault, nearest(written, types))
+        ends = []
+        for side in ("parent", "child"):
+            axis = self.numbers(element.first(f"{side}_axis"), "xyz", key, (1.0, 0.0, 0.0))
+            if not any(axis):
+                fault = f"the {side}_axis of the constraint has no direction"
+                self.report.add_at(element.line, key, fault, f'<{side}_axis xyz="0 0 1"/>')
+            origin = element.first(f"{side}_origin")
+            ends.append(self.loop_end("constraint", element, side, origin, axis, key))
+        return LoopJoint(name, element.line, types.get(written, ""), ends[0], ends[1])
+
+    def loop_end(
+        self, title: str, element: Element, tag: str, origin: Element | None, axis: tuple[float, ...], key: str
+    ) -> LoopEnd:
+        """Return an end whose link an element names, and whose place in the link an element has."""
+        end = element.first(tag)
+        written = end.get("link") if end else ""
+        if not written:
+            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...>", "")
+        elif written not in self.link_names:
+            hint = nearest(written, self.link_names)
+            self.report.add_at(end.line if end else element.line, key, f"there is no link {shown(written)}", hint)
+        exact = self.quaternion(origin, key, element.get("name"))
+        exact = roll_pitch_yaw(*self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))) if exact is None else exact
+        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
+        orientation = snapped_rotation(exact)
+        return LoopEnd(self.link_names.get(written, ""), orientation, position, axis)
+
+    def mimic(self, element: Element, key: str) -> Mimic | None:
+        result = element.first("mimic")
+        if result is None:
+            return None
+        (multiplier,) = self.numbers(result, "multiplier", key, (1.0,))
+        (offset,) = self.numbers(result, "offset", key, (0.0,))
+        return Mimic(result.get("joint"), multiplier, offset, result.line)
+
+    def limit(self, element: Element, key: str) -> UrdfLimit | None:
+        limits = element.first("limit")
+        if limits is None:
+            return None
+        for name in _OTHER_LIMITS:
+            limits.get(name)
+        defaults = zip(
+            ("lower", "upper", "effort"), _OPEN if self.out.minor >= _WITH_OPEN_RANGES else _CLOSED, strict=True
+        )
+        return UrdfLimit(*(self.numbers(limits, name, key, (default,))[0] for name, default in defaults))
+
+    def end(self, element: Element, tag: str, key: str) -> str:
+        """Return the name of a joint's parent or child link; empty without one."""
+        end = element.first(tag)
+        written = end.get("link") if end else ""
+        if not written:
+            self.report.add_at(element.line, key, f"the joint has no <{tag} link=...>", "")
+        elif written not in self.link_names:
+            self.report.add_at(
+                end.line if end else element.line,
+                key,
+                f"there is no link {shown(written)}",
+                nearest(written, self.link_names),
+            )
+        return self.link_names.get(written, "")
+
+
+def _drawn_numbers(element: Element | None, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the numbers of an attribute of a visual. Raises NotDrawnError for a fault of the numbers."""
+    reader = _UrdfReader(Report("", {}))
+    return _without_fault(reader, reader.numbers(element, attribute, "", default))
+
+
+def _drawn_placement(element: Element) -> tuple[Array, Array]:
+    """Return orientation and position of a visual. Raises NotDrawnError for a fault of its origin."""
+    reader = _UrdfReader(Report("", {}))
+    return _without_fault(reader, reader.placement(element, "", ""))[:2]
+
+
+def _without_fault(reader: _UrdfReader, value: Read) -> Read:
+    """Return a value if the reader has reported no fault of it, else raise NotDrawnError."""
+    if reader.report.noted:
+        _, problem = reader.report.noted[0]
+        raise NotDrawnError(str(problem).partition(": ")[2])  # without the line: equal faults are one note
+    return value
+
+
+def off_right(angle: float) -> float:
+    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
+    may be small on purpose."""
+    quarters = round(angle / (0.5 * math.pi))
+    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0

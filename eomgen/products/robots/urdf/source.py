@@ -1,0 +1,82 @@
+"""URDF as a source."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from eomgen.scene.sources.source import ACTUATED, FRICTION, LIMITS, LOCK, ConvertedScene, Option, Source
+
+
+def read_urdf(
+    text: str,
+    *,
+    file: str = "robot.urdf",
+    strict: bool = False,
+    included: bool = False,
+    root: str = "fixed",
+    lock: Sequence[str] = (),
+    limits: bool = False,
+    friction: bool = False,
+    actuated: bool = False,
+    transmissions: bool = False,
+    tunable: Sequence[str] = (),
+) -> ConvertedScene:
+    """Return a URDF in the form of a scene file; the options as in ``URDF``.
+
+    Raises
+    ------
+    DescriptionError, OptionError
+    """
+    from eomgen.products.robots.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are not URDF
+
+    held = "attached" if included and root == "fixed" else root
+    data, lines, notes = urdf_data(
+        text,
+        file=file,
+        strict=strict,
+        root=held,
+        lock=lock,
+        limits=limits,
+        friction=friction,
+        actuated=actuated,
+        transmissions=transmissions,
+        tunable=tunable,
+    )
+    return ConvertedScene(data, lines, notes, inertias_checked=True)
+
+
+URDF = Source(
+    "URDF",
+    (".urdf", ".xml"),
+    "a .urdf file",
+    read_urdf,
+    (
+        Option(
+            "root",
+            "fixed",
+            "how the root link is held",
+            choices=("fixed", "free"),
+            of_key="whether the root link is fixed to the parent, or free",
+        ),
+        LOCK,
+        LIMITS,
+        FRICTION,
+        ACTUATED,
+        Option(
+            "transmissions",
+            False,
+            "make efforts of actuators with transmissions inputs",
+            of_key="efforts of actuators with transmissions are inputs",
+            elsewhere="[inputs], and [efforts] that multiply them by reductions, in the scene file",
+        ),
+        Option(
+            "tunable",
+            (),
+            "make mass, centre of mass and inertia of this link tunable parameters; may be repeated",
+            metavar="LINK",
+            of_key="links whose mass, centre of mass and inertia are tunable parameters",
+            elsewhere="tunable [parameters] in the scene file, and formulas of them for mass and inertia",
+        ),
+    ),
+    {".xacro": "xacro first, to make a .urdf of it"},
+)

@@ -1,0 +1,241 @@
+"""Actuation of a URDF: effort inputs, and transmissions, efforts of joints from efforts of actuators, tau = T tau_a
+with a constant matrix T.
+
+The types are ROS types, https://wiki.ros.org/urdf/XML/Transmission, with the maps that ``transmission_interface`` of
+ros_control documents. Its FourBarLinkageTransmission and the HalfDifferentialTransmission of pal_transmissions are left
+out: their maps of efforts and of velocities do not fit together, the power of joints differs from the actuators' power.
+
+Reductions are read at their places in ros_control (``mechanicalReduction`` in the actuator or joint), ros2_control
+(``mechanical_reduction``) and the first transmissions of the PR2 (``mechanicalReduction`` of the transmission).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import Any
+
+from eomgen.base.data import dataclass
+from eomgen.base.messages import legal_name, listed, shown
+from eomgen.formula.words import RESERVED
+from eomgen.products.robots.urdf.reading import NUMBER, Robot
+from eomgen.scene.reading.report import Report
+from eomgen.scene.reading.xml import Element
+
+_REDUCTIONS = ("mechanicalReduction", "mechanical_reduction")
+#: Elements for positions or the control software; efforts do not depend on them.
+_WITHOUT_EFFECT = ("hardwareInterface", "offset", "motorTorqueConstant", "simulated_actuated_joint")
+
+#: Rows of joints, columns of actuators, from the reductions of joints and of actuators.
+_Matrix = Sequence[Sequence[float]]
+
+
+def _simple(joint: Sequence[float], actuator: Sequence[float]) -> _Matrix:
+    return ((joint[0] * actuator[0],),)
+
+
+def _differential(joint: Sequence[float], actuator: Sequence[float]) -> _Matrix:
+    return tuple((n * actuator[0], sign * n * actuator[1]) for n, sign in zip(joint, (1.0, -1.0), strict=True))
+
+
+#: By the last part of a type's name: how many joints, which are as many as actuators, and the matrix.
+TYPES: Mapping[str, tuple[int, Callable[[Sequence[float], Sequence[float]], _Matrix]]] = {
+    "SimpleTransmission": (1, _simple),
+    "DifferentialTransmission": (2, _differential),
+}
+
+
+@dataclass(frozen=True)
+class Transmission:
+    """A transmission of a known type; joints and actuators by name in the file, in the order of their roles."""
+
+    name: str
+    line: int
+    joints: tuple[str, ...]
+    actuators: tuple[str, ...]
+    matrix: _Matrix
+
+
+@dataclass(frozen=True)
+class Transmissions:
+    """The transmissions of known types in a file, and the names of other transmissions by type."""
+
+    known: tuple[Transmission, ...]
+    unknown: Mapping[str, Sequence[str]]
+
+
+def read_transmissions(root: Element, report: Report) -> Transmissions:
+    """Return the transmissions of a file, also in ``<ros2_control>``; faults go to the report."""
+    elements = list(root.named("transmission"))
+    for control in root.named("ros2_control"):
+        elements += control.named("transmission")
+        control.read_whole()
+    known, unknown = [], dict[str, list[str]]()
+    for element in elements:
+        kind = _type_of(element).rsplit("/", 1)[-1]
+        name = element.get("name") or "transmission"
+        if kind not in TYPES:
+            unknown.setdefault(kind, []).append(name)
+            element.read_whole()
+        elif (transmission := _read(element, name, kind, report)) is not None:
+            known.append(transmission)
+    return Transmissions(tuple(known), unknown)
+
+
+def _type_of(element: Element) -> str:
+    """Return the type: an attribute, or the text of <type> or of ros2_control's <plugin>."""
+    children = [child for tag in ("type", "plugin") for child in element.named(tag)]
+    return element.get("type") or next((child.text() for child in children), "")
+
+
+def _read(element: Element, name: str, kind: str, report: Report) -> Transmission | None:
+    size, matrix = TYPES[kind]
+    key = f"transmissions.{name}"
+    sides = {}
+    for tag in ("joint", "actuator"):
+        parts = _by_role(tuple(element.named(tag)), tag)
+        if len(parts) != size or not all(child.get("name") for child in parts):
+            count = f"{size} <{tag} name=...>{'s' if size > 1 else ''}"
+            report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(parts)}", count)
+            return None
+        sides[tag] = parts
+    common = _reduction(element, key, report)
+    joint, actuator = ([_reduction(child, key, report) for child in sides[tag]] for tag in sides)
+    actuator[0] *= common
+    for tag in _WITHOUT_EFFECT:
+        for parent in (element, *sides["joint"], *sides["actuator"]):
+            for child in parent.named(tag):
+                child.read_whole()
+    joints, actuators = (tuple(child.get("name") for child in sides[tag]) for tag in sides)
+    return Transmission(name, element.line, joints, actuators, matrix(joint, actuator))
+
+
+def _by_role(elements: Sequence[Element], tag: str) -> list[Element]:
+    """Return joints or actuators in the order of their roles, ``joint1`` before ``joint2``; else in the order of the
+    file."""
+
+    def role(element: Element) -> str:
+        return element.get("role") or next((child.text() for child in element.named("role")), "")
+
+    roles = [role(element) for element in elements]
+    known = [f"{tag}{k + 1}" for k in range(len(elements))]
+    if sorted(roles) == known:
+        return [elements[roles.index(wanted)] for wanted in known]
+    return list(elements)
+
+
+def _reduction(element: Element, key: str, report: Report) -> float:
+    """Return the reduction of an element, given as an attribute or as a child; 1 by default."""
+    written = [(element.get(tag), element.line) for tag in _REDUCTIONS if element.has(tag)]
+    written += [(child.text(), child.line) for tag in _REDUCTIONS for child in element.named(tag)]
+    if not written:
+        return 1.0
+    text, line = written[0]
+    value = float(text) if NUMBER.fullmatch(text) else math.nan
+    if not math.isfinite(value) or value == 0.0:
+        fault = f"the mechanical reduction {shown(text)} is not a number other than 0"
+        report.add_at(line, key, fault, "efforts of the joint over efforts of the actuator, e.g. 50")
+        return 1.0
+    return value
+
+
+@dataclass(frozen=True)
+class Actuation:
+    """Inputs and efforts of actuators with transmissions, the driven joints, notes and warnings."""
+
+    inputs: Mapping[str, Any]
+    efforts: Mapping[str, Any]
+    driven: Collection[str]
+    notes: Sequence[str]
+    warnings: Sequence[tuple[int, str]]
+
+
+NO_ACTUATION = Actuation({}, {}, (), (), ())
+
+
+def actuation(
+    robot: Robot, transmissions: Transmissions, held: Collection[str], followers: Collection[str]
+) -> Actuation:
+    """Return an effort input for each actuator of a transmission that moves a joint.
+
+    The name of an input is the name of the actuator, made legal. The unit is N m if all joints turn; empty if a joint
+    travels, because the format does not say whether the actuator turns or travels.
+    """
+    by_written = {robot.original.get(name, name): name for name in robot.joints}
+    shares: dict[str, dict[str, float]] = {}  # of actuators by name in the file, by joint
+    idle: dict[str, None] = {}
+    missing: dict[str, int] = {}
+    for transmission in transmissions.known:
+        for written, row in zip(transmission.joints, transmission.matrix, strict=True):
+            if written not in by_written:
+                missing.setdefault(written, transmission.line)
+                continue
+            joint = by_written[written]
+            if joint in held or joint in followers or not robot.joints[joint].unit:
+                idle[joint] = None
+                continue
+            for actuator, factor in zip(transmission.actuators, row, strict=True):
+                share = shares.setdefault(actuator, {})
+                share[joint] = share.get(joint, 0.0) + factor
+    names: dict[str, str] = {}
+    for actuator in shares:
+        names[actuator] = legal_name(actuator, RESERVED | set(names.values()))
+    inputs, sums = dict[str, Any](), dict[str, list[str]]()
+    for actuator, share in shares.items():
+        turning = all(robot.joints[joint].unit == "rad" for joint in share)
+        driven = " and ".join(f"{joint} ({factor:.6g})" for joint, factor in share.items() if factor)
+        inputs[names[actuator]] = {"description": f"effort of actuator {actuator} on {driven}"}
+        inputs[names[actuator]] |= {"unit": "N m"} if turning else {}
+        for joint, factor in share.items():
+            if factor:
+                sums.setdefault(joint, []).append(f"{factor!r} * {names[actuator]}")
+    efforts = {joint: {"joint": joint, "effort": " + ".join(terms)} for joint, terms in sums.items()}
+    notes = [f"inputs are efforts of actuators with transmissions: {listed(list(inputs))}"] if inputs else []
+    if idle:
+        note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
+        notes.append(f"{note}: {listed(list(idle))}")
+    return Actuation(inputs, efforts, sums.keys(), notes, _not_modelled(transmissions, missing, by_written))
+
+
+def _not_modelled(
+    transmissions: Transmissions, missing: Mapping[str, int], by_written: Collection[str]
+) -> list[tuple[int, str]]:
+    """Return line and warning for transmissions of unknown types, and to joints that the file lacks."""
+    warnings = [
+        (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)})")
+        for kind, those in transmissions.unknown.items()
+    ]
+    if missing:
+        import difflib  # noqa: PLC0415  # for a mistake only
+
+        note = f"not modelled: transmissions to joints that are not there ({len(missing)}: {listed(list(missing))})"
+        close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
+        note += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
+        warnings.append((next(iter(missing.values())), note))
+    return warnings
+
+
+#: Unit of an effort by the unit of the coordinate.
+_EFFORT_UNITS = {"rad": "N m", "m": "N"}
+
+
+def effort_inputs(units: Mapping[str, str], actuators: Actuation) -> dict[str, Any]:
+    """Return the sections ``inputs`` and ``efforts``: first of actuators, then of driven joints, in order.
+
+    The name of an input is the name of the joint, with ``_effort`` appended if the name is a word of formulas or an
+    actuator. Empty sections are left out.
+
+    Parameters
+    ----------
+    units : mapping
+        Units of the coordinates of joints; joints of several coordinates have no input.
+    actuators : Actuation
+    """
+    inputs, efforts = dict(actuators.inputs), dict(actuators.efforts)
+    for joint, unit in units.items():
+        if unit not in _EFFORT_UNITS:
+            continue
+        name = f"{joint}_effort" if joint in RESERVED | inputs.keys() else joint
+        inputs[name] = {"unit": _EFFORT_UNITS[unit], "description": f"effort of joint {joint}"}
+        efforts[joint] = {"joint": joint, "effort": name}
+    return {name: section for name, section in (("inputs", inputs), ("efforts", efforts)) if section}
