@@ -13,7 +13,7 @@ from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification import check as checking
 from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, moved
-from eomgen.products.studies.verification.differences import LADDER, complex_steps, differences, sizes_of
+from eomgen.products.studies.verification.differences import BARS, LADDER, complex_steps, differences, sizes_of
 from eomgen.products.studies.verification.states import _length
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
@@ -73,6 +73,20 @@ def test_a_value_that_leaves_its_domain_has_differences_at_small_steps() -> None
     found = differences(form_of("v", 4), engine_of(lambda blocks: np.sqrt(blocks["v"])), state)
     assert np.isnan(found.ladder[LADDER > 1e-3]).any() and found.bar.max() < 1e-4
     assert np.allclose(np.diagonal(found.best[0]), 0.5 / np.sqrt(1e-3), rtol=1e-7)
+
+
+def test_a_large_row_hides_no_feature_of_a_small_row() -> None:
+    """Drag at a speed of 1e-6 beside a force of 4e9: steps above 1e-5 see the mean of the slopes on both sides."""
+    state = {"q": np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), "v": np.full((1, 4), 1e-6)}
+    speed = 1e-6
+
+    def function(blocks: Blocks) -> Array:
+        v = blocks["v"][..., :1]
+        return np.concatenate([30.0 * np.sqrt(v**2 + speed**2) + v, np.full_like(v, 4.5e9)], axis=-1)
+
+    found = differences(form_of("v", 4), engine_of(function), state)
+    exact = 30.0 / np.sqrt(2.0) + 1.0
+    assert abs(found.best[0, 0, 0] - exact) <= BARS * found.bar[0, 0, 0]
 
 
 @pytest.mark.parametrize("size", [1e-3, 0.5, 300.0])

@@ -54,6 +54,36 @@ def test_noise_at_small_steps_is_no_disagreement() -> None:
     assert _as_finer(value, bars).all()
 
 
+def test_terms_of_a_complex_step_cancel_to_zero() -> None:
+    """The rate of a driven turn is w less the drive's rate times cos^2 + sin^2, whose change in time is exactly 0."""
+    scene = {
+        "format": 1,
+        "name": "driven",
+        "bodies": {"crank": {"mass": 1.0, "inertia": [0.1, 0.1, 0.1]}},
+        "joints": {
+            "main": {
+                "type": "revolute",
+                "parent": "base",
+                "child": "crank",
+                "axis": [0, 0, 1],
+                "initial": {"velocity": 150.0},
+            }
+        },
+        "constraints": {
+            "drive": {
+                "type": "revolute",
+                "first": {"body": "base", "axis": [0, 0, 1], "x_axis": [1, 0, 0]},
+                "second": {"body": "crank", "axis": [0, 0, 1], "x_axis": [1, 0, 0]},
+                "drive": "150 * t",
+            }
+        },
+        "simulation": {"duration": 0.1, "step": 1e-5},
+    }
+    report = check(scene, states=4, only=["constraint_velocity"], profile="quick")
+    assert "constraint_velocity_derivatives" in [form.name.partition(".")[0] for form in report.forms]
+    assert report.passed, report.failures
+
+
 @pytest.mark.slow
 def test_laws_by_differences_are_known_to_their_steps() -> None:
     report = check(

@@ -42,6 +42,7 @@ from eomgen.products.studies.verification.differences import (
     differences,
     non_smooth_entries,
     sizes_of,
+    with_rounding_of_complex_steps,
 )
 from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport, Verdict
 from eomgen.products.studies.verification.states import CheckedStates, draw
@@ -100,6 +101,9 @@ def judged(
         sided = non_smooth if claim.sided else np.zeros_like(non_smooth)
         with np.errstate(all="ignore"):
             apart = finite & ~sided & (np.abs(exact - value) > sizes.exact)
+            if apart.any():
+                sizes = with_rounding_of_complex_steps(sizes, claim, engine, tape, state, exact, rng)
+                apart &= np.abs(exact - value) > sizes.exact
             smoothly = ~non_smooth & (np.abs(by_differences.best - value) <= allowed)
         if apart.any():
             between = between_sides(claim, engine, tape, state, value, sizes) | smoothly

@@ -12,8 +12,9 @@ feature of the function and do not count. Derivatives of laws in files, if diffe
 Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the largest entry of its row or
 column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
 cancel along a direction, and by 100 times the effect of rounding of the
-arguments on the closed form: that is measured, and is the condition. Comparisons with differences may differ
-by 1e-7 and 1e-9 besides, and by 10 error bars.
+arguments on the closed form: that is measured, and is the condition. Terms of a complex step may cancel to a closed
+form without terms, 0 for instance: of entries that are further apart, the effect on the complex step counts, too.
+Comparisons with differences may differ by 1e-7 and 1e-9 besides, and by 10 error bars.
 
 At kinks and jumps, a derivative on one side is the common value of complex steps and the closed form there, and these
 must agree; if operands of a choice are equal, or a derivative is unbounded, each may take a side: the closed form must
@@ -23,10 +24,11 @@ then lie between the derivatives on both sides, or agree with differences.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.products.studies.verification.claims.claim import COMPLEX_STEP, Array, Blocks, Claim, Engine, moved, spread
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.external import Call
@@ -75,12 +77,14 @@ def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
         change = np.abs(np.diff(central, axis=0))
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
         between = np.maximum(change[:-1], change[1:])
-        bars = between + (scatter + floor) / _by_step(LADDER[1:-1], between)
+        measured, least = (rounding / _by_step(LADDER[1:-1], between) for rounding in (scatter, floor))
+    bars = between + measured + least
     # a step below rounding
     unnoticed = (central == 0.0) & np.maximum.accumulate(np.nan_to_num(np.abs(central)) > 0.0, axis=0)
     known = np.isfinite(bars) & np.isfinite(central[1:-1]) & ~unnoticed[1:-1]
-    bars = np.where(known, bars, np.inf)
-    bars = np.where(_as_finer(np.where(known, central[1:-1], 0.0), bars), bars, np.inf)
+    # by measured rounding alone: the last place of a large row would hide features of small rows
+    finer = _as_finer(np.where(known, central[1:-1], 0.0), np.where(known, between + measured, np.inf))
+    bars = np.where(known & finer, bars, np.inf)
     chosen = np.argmin(bars, axis=0)[np.newaxis]
     bar = np.take_along_axis(bars, chosen, axis=0)[0]
     best = np.take_along_axis(central, chosen + 1, axis=0)[0]
@@ -180,7 +184,8 @@ BY_DIFFERENCES, BY_DIFFERENCES_OF_LARGEST, BARS = 1e-7, 1e-9, 10.0
 _SAMPLES, _ROUNDING = 4, 2.0 * float(np.finfo(float).eps)
 #: Sizes below this part of the largest over all states count as that.
 _SMALL = 1e-3
-#: Rounding that changes more than this part of a state's size takes another branch at a kink, which is not rounding.
+#: Rounding that changes more than this part of the size of a state, or of the differentiated function, takes another
+#: branch at a kink, which is not rounding. (Of a derivative that is 0, the state has the size of its rounding alone.)
 _BRANCH = 1e-7
 
 
@@ -219,14 +224,43 @@ def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.
         entry = np.minimum(rows[:, np.newaxis], columns)[np.newaxis]
     else:
         entry = whole
-    condition = np.zeros(value.shape)
+    source = _of_source(claim, engine, state)
+    condition = _effect_of_rounding(partial(claim.value, engine), engine, state, value, np.maximum(whole, source), rng)
+    return EntrySizes(entry, whole, source, condition)
+
+
+def with_rounding_of_complex_steps(
+    sizes: EntrySizes,
+    claim: Claim,
+    engine: Engine,
+    tape: Engine,
+    state: Blocks,
+    exact: Array,
+    rng: np.random.Generator,
+) -> EntrySizes:
+    """Return the sizes with the rounding of complex steps, whose terms may cancel to a closed form without terms."""
+    whole = np.maximum(sizes.state, sizes.source)
+    condition = _effect_of_rounding(
+        lambda near: complex_steps(claim, engine, tape, near), engine, state, exact, whole, rng
+    )
+    return replace(sizes, condition=np.maximum(sizes.condition, condition))
+
+
+def _effect_of_rounding(
+    value: Callable[[Blocks], Array],
+    engine: Engine,
+    state: Blocks,
+    here: Array,
+    whole: Array,
+    rng: np.random.Generator,
+) -> Array:
+    """Return the largest change of a value, which is ``here`` at the states, by rounding of arguments, (S, R, C)."""
+    effect = np.zeros(here.shape)
     for _ in range(_SAMPLES):
         with np.errstate(all="ignore"):
-            change = np.abs(claim.value(engine, _rounded(engine, state, rng)) - value)
-        condition = np.maximum(condition, np.where(np.isfinite(change), change, 0.0))
-    return EntrySizes(
-        entry, whole, _of_source(claim, engine, state), np.where(condition < _BRANCH * whole, condition, 0.0)
-    )
+            change = np.abs(value(_rounded(engine, state, rng)) - here)
+        effect = np.maximum(effect, np.where(np.isfinite(change), change, 0.0))
+    return np.where(effect < _BRANCH * whole, effect, 0.0)
 
 
 def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
