@@ -12,6 +12,7 @@ from rich.cells import cell_len
 from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from eomgen.base.json_text import json_text
 from eomgen.base.progress import told_by
@@ -101,9 +102,9 @@ def print_table(
     for index in optional:
         if _GAP * (len(kept) - 1) + sum(least[index] for index in kept) > out.width:
             kept.remove(index)
-    table = Table(
-        title=title, title_justify="left", box=None, pad_edge=False, header_style="bold", show_header=any(header)
-    )
+    if title:  # a title of the table itself folds at the width of the columns
+        out.print(Text(title, style="table.title"))
+    table = Table(box=None, pad_edge=False, header_style="bold", show_header=any(header))
     for index in kept:
         table.add_column(
             escape("\n".join(titles[index])),
