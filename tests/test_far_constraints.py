@@ -165,6 +165,16 @@ def test_frame_that_turns_far_away() -> None:
         assembled(sliding("prismatic", 1e6, "joint", exchanged=False))
 
 
+def test_a_lever_too_long_to_tell_whether_rows_of_angles_follow() -> None:
+    text = (
+        r"turning moves held: origins meet along x by 1e\+12 m per rad, but the bodies that it joins measure 0.6 m,"
+        r" so that it is unknown whether these rows follow from others: held: z stays perpendicular to x, "
+        r"held: z stays perpendicular to y; try: the two frames of the constraint near each other, or "
+    )
+    with pytest.raises(ModelError, match=text):
+        assembled(sliding("prismatic", 1e12, "joint", exchanged=False))
+
+
 def test_rows_that_rounding_hides() -> None:
     """A lever of 0.03 mm 1e8 m away from the plane's origin is some two thousand units of the last place of the
     distance."""
