@@ -215,6 +215,13 @@ def parameter_claims(space: Space, engine: Engine, system: System, description: 
                 functions = ("constraint_jacobian", "constraint_bias")
                 claim = replace(claim, meaning="d (B a + g) / dp", source=_accelerations, functions=functions)
             claims.append(claim)
+    for block in system.functions["reaction_partials"].outputs if "reaction_partials" in engine else ():
+        argument = "q" if block.name == "N" else "p"
+        claim = jacobian(space, _PARAMETERS, "reaction_partials", block.name, ("residual", "r"), argument, rows["v"])
+        meaning = f"d (B^T lam) / d{argument}"
+        claims.append(replace(claim, meaning=meaning, source=_constraint_forces, functions=("constraint_jacobian",)))
+    if "input_derivatives" in engine and space.along["p"].names:
+        claims.append(_of_inputs(space, system))
     if "regressor" in engine and "regressor_parameters" in engine:
         claims.append(_of_regressor(rows["v"]))
         if "base" not in engine:
@@ -281,6 +288,36 @@ def _power(description: Description) -> Claim:
         rows=tuple(name for _, name in result),
         functions=("regressor",),
     )
+
+
+def _of_inputs(space: Space, system: System) -> Claim:
+    """Return the claim of the Jacobian of the inputs that the scene gives in its parameters."""
+    along, term = space.along["p"], "input_derivatives"
+    places = system.patterns[term]
+
+    def value(engine: Engine, state: Blocks) -> Array:
+        values = engine(term, state)[term]
+        full = np.zeros((*values.shape[:-1], len(system.inputs), along.matrix.shape[0] + 1), values.dtype)
+        full[(..., *np.transpose(places))] = values
+        return np.asarray(full[..., :-1] @ along.matrix)
+
+    return Claim(
+        f"{term}.{term}",
+        "d u / dp",
+        _PARAMETERS,
+        value,
+        source=output("inputs", "u"),
+        directions=lambda _: {"p": along.matrix.T},
+        rows=tuple(system.inputs),
+        columns=along.names,
+        functions=("inputs",),
+    )
+
+
+def _constraint_forces(engine: Engine, state: Blocks) -> Array:
+    """Return B^T lam, the generalized forces of the constraints."""
+    B = engine("constraint_jacobian", state)["B"]
+    return np.asarray((np.swapaxes(B, -1, -2) @ state["lam"][..., np.newaxis])[..., 0])
 
 
 def _accelerations(engine: Engine, state: Blocks) -> Array:

@@ -234,6 +234,8 @@ def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
             ]
     if "jacobian_values" in engine:
         claims.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
+    if "mass_values" in engine:
+        claims.append(_unpacked("mass_values", "M", "mass", system, "M_values"))
     return claims
 
 
@@ -252,16 +254,18 @@ def _same(space: Space, name: str, function: str, entry: str, other: str, rows: 
     return Claim(name, f"as {other}", PARTIALS, of(function), second=of(other), second_name=other, rows=tuple(rows))
 
 
-def _unpacked(function: str, name: str, other: str, system: System) -> Claim:
+def _unpacked(function: str, name: str, other: str, system: System, packed: str = "") -> Claim:
+    """Return the claim of nonzeros, the output ``packed`` of a function, against a matrix of another function."""
+    packed = packed or name
     shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
 
     def value(engine: Engine, state: Blocks) -> Array:
-        if not system.patterns[name]:  # empty, without an output of the function in C
+        if not system.patterns[packed]:  # empty, without an output of the function in C
             return np.zeros((*state["q"].shape[:-1], *shape))
-        return _dense(engine(function, state)[name], system.patterns[name], shape)
+        return _dense(engine(function, state)[packed], system.patterns[packed], shape)
 
     return Claim(
-        f"{function}.{name}",
+        f"{function}.{packed}",
         f"nonzeros of {name}",
         PARTIALS,
         value,
