@@ -220,7 +220,7 @@ def parameter_claims(space: Space, engine: Engine, system: System, description: 
         claim = jacobian(space, _PARAMETERS, "reaction_partials", block.name, ("residual", "r"), argument, rows["v"])
         meaning = f"d (B^T lam) / d{argument}"
         claims.append(replace(claim, meaning=meaning, source=_constraint_forces, functions=("constraint_jacobian",)))
-    if "input_derivatives" in engine and space.along["p"].names:
+    if "input_derivatives" in engine:
         claims.append(_of_inputs(space, system))
     if "regressor" in engine and "regressor_parameters" in engine:
         claims.append(_of_regressor(rows["v"]))
@@ -291,25 +291,26 @@ def _power(description: Description) -> Claim:
 
 
 def _of_inputs(space: Space, system: System) -> Claim:
-    """Return the claim of the Jacobian of the inputs that the scene gives in its parameters."""
+    """Return the claim of the Jacobian of the inputs that the scene gives in its parameters and the time."""
     along, term = space.along["p"], "input_derivatives"
-    places = system.patterns[term]
+    matrix = np.pad(along.matrix, ((0, 1), (0, 1)))
+    matrix[-1, -1] = 1.0
 
     def value(engine: Engine, state: Blocks) -> Array:
         values = engine(term, state)[term]
-        full = np.zeros((*values.shape[:-1], len(system.inputs), along.matrix.shape[0] + 1), values.dtype)
-        full[(..., *np.transpose(places))] = values
-        return np.asarray(full[..., :-1] @ along.matrix)
+        full = np.zeros((*values.shape[:-1], len(system.inputs), len(matrix)), values.dtype)
+        full[(..., *np.transpose(system.patterns[term]))] = values
+        return np.asarray(full @ matrix)
 
     return Claim(
         f"{term}.{term}",
-        "d u / dp",
+        "d u / d(p, t)",
         _PARAMETERS,
         value,
         source=output("inputs", "u"),
-        directions=lambda _: {"p": along.matrix.T},
-        rows=tuple(system.inputs),
-        columns=along.names,
+        directions=lambda _: {"p": matrix.T[:, :-1], "t": matrix.T[:, -1:]},
+        rows=tuple(item.name for item in system.inputs),
+        columns=(*along.names, "t"),
         functions=("inputs",),
     )
 
