@@ -13,7 +13,7 @@ Exact comparisons (complex steps, second derivations) may differ by 1e-11 of the
 column, if that is smaller, by 1e-13 of the largest entry of its state and of the differentiated function, which may
 cancel along a direction, and by 100 times the effect of rounding of the
 arguments on the closed form: that is measured, and is the condition. Terms of a complex step may cancel to a closed
-form without terms, 0 for instance: of entries that are further apart, the effect on the complex step counts, too.
+form without terms, 0 for instance: of entries that differ by more, the effect on the complex step counts, too.
 Comparisons with differences may differ by 1e-7 and 1e-9 besides, and by 10 error bars.
 
 At kinks and jumps, a derivative on one side is the common value of complex steps and the closed form there, and these
