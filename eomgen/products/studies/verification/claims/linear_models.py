@@ -221,7 +221,7 @@ def parameter_claims(space: Space, engine: Engine, system: System, description: 
         meaning = f"d (B^T lam) / d{argument}"
         claims.append(replace(claim, meaning=meaning, source=_constraint_forces, functions=("constraint_jacobian",)))
     if "input_derivatives" in engine:
-        claims.append(_of_inputs(space, system))
+        claims.append(_input_jacobian(space, system))
     if "regressor" in engine and "regressor_parameters" in engine:
         claims.append(_of_regressor(rows["v"]))
         if "base" not in engine:
@@ -290,7 +290,7 @@ def _power(description: Description) -> Claim:
     )
 
 
-def _of_inputs(space: Space, system: System) -> Claim:
+def _input_jacobian(space: Space, system: System) -> Claim:
     """Return the claim of the Jacobian of the inputs that the scene gives in its parameters and the time."""
     along, term = space.along["p"], "input_derivatives"
     matrix = np.pad(along.matrix, ((0, 1), (0, 1)))
