@@ -218,12 +218,14 @@ def weights() -> dict[str, Counts]:
         if file.suffix in (".toml", ".txt", ".json", ".jinja", ".c", ".h"):
             add(room_of(file.relative_to(PACKAGE).parts), data=_filled_lines(file))
     for file in sorted((ROOT / "templates").rglob("*")):
-        if file.is_file():
+        if file.suffix in _TEMPLATES:
             folder = file.relative_to(ROOT / "templates").parts[0]
             add(_ROOMS.get(folder, f"products.{folder}"), templates=_filled_lines(file))
     return rooms
 
 
+#: Endings of templates, beside which their bytecode lies.
+_TEMPLATES = (".c", ".css", ".h", ".html", ".jinja", ".js", ".txt")
 #: Rooms of folders of templates with another name.
 _ROOMS = {"c": "codegen", "html": "products.pages"}
 

@@ -111,7 +111,9 @@ def state_of(model: eomgen.Model, rng: np.random.Generator) -> dict[str, Array]:
     q = update(model.factors, model.initial_q, rng.uniform(-1.0, 1.0, model.nv))
     sizes = {"v": model.nv, "a": model.nv, "u": model.nu, "z": model.nz, "lam": len(model.multipliers)}
     blocks = {name: rng.normal(size=size) for name, size in sizes.items()}
-    return {"q": q, **blocks, "p": model.parameter_array() * rng.uniform(0.5, 1.5), "t": np.array([0.3])}
+    values = model.parameter_array()
+    p = np.where(values == 0.0, 0.1, values) * rng.uniform(0.5, 1.5)  # equal limits of 0 meet at a kink
+    return {"q": q, **blocks, "p": p, "t": np.array([0.3])}
 
 
 def changed(model: eomgen.Model, term: str, state: Mapping[str, Array]) -> Array:

@@ -163,7 +163,7 @@ def test_a_tapered_beam_converges_with_order_2() -> None:
     expected = end(root(lambda moment: end(moment)[3], [100.0], tol=1e-13).x)[:2]
     taper = {name: f"{number} * (1 - 0.7 * s)" for name, number in ROLL_UP.items()}
     errors = []
-    for elements in (4, 8, 16):
+    for elements in (32, 64, 128):  # fewer have errors of order 4, of the other sign
         system = derive(
             from_data(beam_scene(elements, {"force": [0.0, "15 * load", 0.0]}, {"stiffness": taper})), TERMS
         )
