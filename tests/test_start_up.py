@@ -121,9 +121,9 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     first = start(step, tmp_path / "cache")
     assert {"sympy", "scipy", "matplotlib", "pint", "setuptools"}.isdisjoint(first[2])
     check(start(work, tmp_path / "cache"), 115, 1, [])
-    check(start(step, tmp_path / "cache"), 157, 10, [])
+    check(start(step, tmp_path / "cache"), 158, 10, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
-    check(start(loaded, tmp_path / "cache"), 165, 10, [])
+    check(start(loaded, tmp_path / "cache"), 166, 10, [])
 
 
 @pytest.mark.slow
