@@ -60,7 +60,7 @@ def test_every_row_reads_by_its_endings_and_its_options_are_on_the_command_line(
 ) -> None:
     for ending in source.endings:
         file = tmp_path / f"robot{ending.upper()}"
-        file.write_text(f"<!-- <robot> -->\n<{(source.roots or ('',))[0]}/>", encoding="utf-8")
+        file.write_text(f"<!-- <robot> -->\n<{source.root}/>", encoding="utf-8")
         assert source_of(file) is source
     assert main(["simulate", "--help-files"]) == 0
     help_text = capsys.readouterr().out

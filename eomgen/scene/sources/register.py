@@ -60,7 +60,7 @@ def source_of(path: Path) -> Source | None:
     own = [source for source in own_sources() if ending in source.endings]
     if len(own) > 1:
         root = _root_of(path)
-        return next((source for source in own if root in source.roots), own[0])
+        return next((source for source in own if source.root and root.startswith(source.root)), own[0])
     return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 

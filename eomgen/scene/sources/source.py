@@ -119,8 +119,8 @@ class Source:
         Endings of files that another program converts to this kind, and a hint.
     scenes : bool
         Whether the files of the source are scene files: with units, and with further includes.
-    roots : tuple of str
-        Of XML formats that share an ending: names of the outermost element, which decides.
+    root : str
+        Of XML formats that share an ending: the beginning of the name of the outermost element, which decides.
     located : bool
         Whether ``read`` takes the ``path`` of the file as well, for the files that it names.
     """
@@ -132,7 +132,7 @@ class Source:
     options: tuple[Option, ...] = ()
     elsewhere: Mapping[str, str] = field(default_factory=dict)
     scenes: bool = False
-    roots: tuple[str, ...] = ()
+    root: str = ""
     located: bool = False
 
     def convert(self, text: str, path: Path, **options: Any) -> ConvertedScene:

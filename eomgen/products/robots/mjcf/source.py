@@ -69,6 +69,6 @@ MJCF = Source(
             elsewhere="`drive` of joints with `motion` inputs in the scene file",
         ),
     ),
-    roots=("mujoco", "mujocoinclude"),
+    root="mujoco",
     located=True,
 )

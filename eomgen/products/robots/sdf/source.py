@@ -82,6 +82,6 @@ SDF = Source(
     elsewhere=dict.fromkeys(
         (".yaml", ".yml"), "[include.NAME] of each model in a scene file: directives of Drake are not read"
     ),
-    roots=("sdf",),
+    root="sdf",
     located=True,
 )
