@@ -441,7 +441,7 @@ class GeneralizedAlpha(Family):
             "form": self.form,
             "variant": self.variant,
             "unknowns": unknowns.data,
-            "solver": solver_data(solver, system.factors),
+            "solver": solver_data(solver, system.factors, iterated=True),
             "angular": [int(turns) for turns in system.angular] or [0] * nv,
             "places": indices_in_q(system.factors, nv),
             "quaternions": [factor.q_start + k for factor in system.factors if factor.group != "R" for k in range(4)],

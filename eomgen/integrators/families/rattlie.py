@@ -166,7 +166,7 @@ class Rattlie(Family):
         state_pattern, known = known.packing.nonzeros["Fz"], _of_momenta(known)
         weights = (1.0, 0.5 * step, 0.0, 1.0, 1.0, 1.0, 1.0)
         solver = make_solver(unknowns, system.factors, known, weights, step, owners, sample=system.sample)
-        data = solver_data(solver, system.factors, plain=True)
+        data = solver_data(solver, system.factors, plain=True, iterated=True)
         return {
             "unknowns": unknowns.data,
             "solver": data,

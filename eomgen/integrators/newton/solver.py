@@ -275,7 +275,12 @@ def sources_on_links(solver: Solver, links: Sequence[tuple[int, int]]) -> bool:
 
 
 def solver_data(
-    solver: Solver, factors: Sequence[Factor], links: Sequence[tuple[int, int]] = (), *, plain: bool = False
+    solver: Solver,
+    factors: Sequence[Factor],
+    links: Sequence[tuple[int, int]] = (),
+    *,
+    plain: bool = False,
+    iterated: bool = False,
 ) -> dict[str, Any]:
     """Return the solver as data of templates, JSON types: sizes, terms in the order of stored entries, and the
     elimination.
@@ -287,6 +292,7 @@ def solver_data(
     links : pairs of unknowns with sources on right sides, which follow the sources on unknowns
     plain : whether right sides are taken unchanged, also of inner unknowns; else rows are scaled, and inner unknowns
         have no right side
+    iterated : whether an iteration makes up for a vanished pivot that is replaced
     """
     packing, terms = solver.packing, solver.terms
     indices = _ordered(terms.entries, solver.elimination) if solver.fronts is None else list(solver.fronts.read_order)
@@ -324,6 +330,7 @@ def solver_data(
         "fallback": solver.elimination is None or solver.growth * solver.unknowns.matrix_size <= DENSE_FALLBACK,
         "B": [list(index) for index in packing.nonzeros["B"]],
         "plain": plain,
+        "iterated": iterated,
     }
     if solver.fronts is not None and solver.elimination is not None:
         rights = solver.unknowns.matrix_size if plain else solver.unknowns.size

@@ -220,7 +220,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
 
     def tested(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> dict[str, str]:
         """Return the test of a pivot, and if no other factorization follows, the pivot that takes its place."""
-        if solver["fallback"] or not upper:
+        if solver["fallback"] or not solver["iterated"] or not upper:
             return {"is_large": is_large(diagonal, unit, upper)}
         pivot = f"{program.prefix}_pivot(a{diagonal}, {unit.removeprefix(' * ') or 'K(1.0)'}, {size(upper)})"
         return {"pivot": pivot, "is_large": is_large(diagonal, "", ())}
