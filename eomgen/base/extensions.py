@@ -66,7 +66,7 @@ def broken(entry: EntryPoint, fault: str) -> UsageError:
 
 
 #: Digests of code by file, with the state of the import of its module then: a module that is loaded runs the text that
-#: it was loaded from, not that of a file which changes later.
+#: it was loaded from, even if its file changes later.
 _STAMPS: dict[Path, tuple[object, str]] = {}
 
 
