@@ -218,7 +218,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
             return f"EG_ABS(a{diagonal}) > K(0.0)"
         return f"EG_ABS(a{diagonal}){unit} > {smallest} * ({size(upper)})"
 
-    def tested(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> dict[str, str]:
+    def pivot_test(diagonal: int, unit: str, upper: Sequence[tuple[int, str]]) -> dict[str, str]:
         """Return the test of a pivot, and if no other factorization follows, the pivot that takes its place."""
         if solver["fallback"] or not solver["iterated"] or not upper:
             return {"is_large": is_large(diagonal, unit, upper)}
@@ -236,7 +236,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
                 summands = [(slot, "") for slot in (row["sum"], *row["within"])]
                 test = {"is_large": is_large(row["diagonal"], "", summands)}
             else:
-                test = tested(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
+                test = pivot_test(row["diagonal"], units[k], [(slot, units[column]) for slot, column in row["upper"]])
             made.append({**row, "row": rows[k], "column": columns[k], **test})
             right = _right_side(rows[k], un, plain=solver["plain"])
             if "sources" in row:
@@ -256,7 +256,7 @@ def _elimination(program: StepperProgram) -> dict[str, Any]:
             test = {}
             if "diagonal" in row:
                 units = [f" * {_front_place(local)}" if solver["inertia"] else "" for local in row["columns"]]
-                test = tested(row["diagonal"], units[0], list(zip(row["upper"], units[1:], strict=True)))
+                test = pivot_test(row["diagonal"], units[0], list(zip(row["upper"], units[1:], strict=True)))
             rows.append({**row, **test})
         kinds.append({**kind, "parts": in_parts(rows)})
     return {"kinds": kinds}
