@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.base.data import dataclass, field_names, is_dataclass, replace
+from eomgen.base.data import dataclass, field_names, is_dataclass, replace, without_garbage_collection
 from eomgen.base.files import ABSENT, digest_of_file, make_private_folder, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import FileError, ModelError, Problem
@@ -148,7 +148,8 @@ def store(
 
 def _store(place: Path, scene: Scene, description: Description, files: Mapping[str, str]) -> None:
     try:
-        record = to_record(scene, description)
+        with without_garbage_collection():
+            record = to_record(scene, description)
         if sum(map(len, record[3:])) > _LARGEST:
             return
         data = json.dumps([files, *record]).encode()
@@ -241,39 +242,38 @@ def to_text(value: Any) -> str:
     kinds: dict[type, tuple[int, list[str]]] = {}
     known: dict[int, int] = {}
 
-    def written(item: Any) -> Any:
+    def convert(item: Any) -> Any:
         kind = type(item)
         if item is None or kind in (str, int, float, bool):
             return item
         if kind is tuple:
-            return [written(part) for part in item]
-        if kind is dict:
-            return {"map": [[written(key), written(part)] for key, part in item.items()]}
-        if kind is bytes:
-            return {"bytes": item.hex()}
-        if kind.__module__ == "fractions":
-            return {"fraction": str(item)}
-        if kind is np.ndarray and item.dtype.kind in "fiubc":
-            return {"array": [item.dtype.str, item.shape, item.tobytes().hex(), bool(item.flags.writeable)]}
-        if kind is MethodType:
-            return {"method": [written(item.__self__), item.__name__]}
-        if kind in _FUNCTIONS and "<" not in item.__qualname__ and _object(_name(item)) is item:
-            return {"function": _name(item)}
+            return [convert(part) for part in item]
+        if kind not in kinds:
+            if kind is dict:
+                return {"map": [[convert(key), convert(part)] for key, part in item.items()]}
+            if kind is bytes:
+                return {"bytes": item.hex()}
+            if kind.__module__ == "fractions":
+                return {"fraction": str(item)}
+            if kind is np.ndarray and item.dtype.kind in "fiubc":
+                return {"array": [item.dtype.str, item.shape, item.tobytes().hex(), bool(item.flags.writeable)]}
+            if kind is MethodType:
+                return {"method": [convert(item.__self__), item.__name__]}
+            if kind in _FUNCTIONS and "<" not in item.__qualname__ and _object(_name(item)) is item:
+                return {"function": _name(item)}
+            if not is_dataclass(kind) or _object(_name(kind)) is not kind:
+                raise NoRecordError(_name(kind))
+            kinds[kind] = len(kinds), list(field_names(kind))
         if id(item) in known:
             return {"same": known[id(item)]}
-        if not is_dataclass(kind) or _object(_name(kind)) is not kind:
-            raise NoRecordError(_name(kind))
-        if kind not in kinds:
-            kinds[kind] = len(kinds), list(field_names(kind))
         number, names = kinds[kind]
-        others = vars(item).keys() - names
-        if not all(isinstance(getattr_static(kind, name), cached_property) for name in others):
+        if not all(isinstance(getattr_static(kind, name), cached_property) for name in vars(item).keys() - names):
             raise NoRecordError(_name(kind))
-        data = {"of": [number, *(written(getattr(item, name)) for name in names)]}
+        data = {"of": [number, *[convert(getattr(item, name)) for name in names]]}
         known[id(item)] = len(known)
         return data
 
-    data = written(value)
+    data = convert(value)
     return json.dumps([[[_name(kind), names] for kind, (_, names) in kinds.items()], data], separators=(",", ":"))
 
 

@@ -96,7 +96,14 @@ GEARS = """<sdf version="1.9"><model name="gears">
 def test_a_gearbox_couples_the_angles_by_its_ratio(file: Path) -> None:
     file.write_text(GEARS, encoding="utf-8")
     scene = load(file)
-    assert "links without <inertial> have 1 kg and 1 kg m^2, as SDF says: base, pinion, wheel" in " ".join(scene.notes)
+    noted = "links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {}"
+    assert noted.format("base, pinion, wheel") in scene.notes
+    floor = GEARS.replace(
+        '<model name="gears">',
+        '<world name="w"><model name="floor"><static>true</static><link name="plate"/></model><model name="gears">',
+    ).replace("</model></sdf>", "</model></world></sdf>")
+    (around := file.with_name("world.sdf")).write_text(floor, encoding="utf-8")
+    assert noted.format("base, pinion, wheel") in load(around).notes  # the plate never moves
     model = eomgen.build(scene, profile="quick")
     run = model.simulate(0.5, 1e-3, initial={"v": [1.0, -3.0]})
     assert run.success

@@ -90,3 +90,11 @@ def test_laws_by_differences_are_known_to_their_steps() -> None:
         "examples/car_in_side_wind/system/car.toml", states=2, only=["output_parameter_partials"], profile="quick"
     )
     assert report.passed, report.failures
+
+
+def test_inputs_of_a_scene_without_parameters_are_differentiated_in_time() -> None:
+    inputs = {"push": {"unit": "N", "formula": "sin(3 * t)"}}
+    scene = slide(joint={}, inputs=inputs, efforts={"motor": {"joint": "x", "effort": "push"}})
+    report = check(scene, states=2, only=["input_derivatives"], profile="quick")
+    assert report.passed, report.failures
+    assert "input_derivatives.input_derivatives" in [form.name for form in report.forms]

@@ -178,7 +178,10 @@ class _FileReader:
         wind = element.first("enable_wind")
         if wind is not None and self.values.flag(element, "enable_wind", default=False):
             self.reader.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
+        before = len(self.reader.defaulted)
         self.contents(element, "model", result)
+        if result.static:  # inertias of static links are not used
+            del self.reader.defaulted[before:]
         if not result.links and not result.models and not result.static:
             self.values.refuse(element, f"the model {shown(name)} has no link", "one link, or <static>true</static>")
         return result

@@ -308,7 +308,9 @@ def _input_jacobian(space: Space, system: System) -> Claim:
         _PARAMETERS,
         value,
         source=output("inputs", "u"),
-        directions=lambda _: {"p": matrix.T[:, :-1], "t": matrix.T[:, -1:]},
+        directions=lambda state: {  # a scene without parameters has no block p
+            block: by for block, by in (("p", matrix.T[:, :-1]), ("t", matrix.T[:, -1:])) if block in state
+        },
         rows=tuple(item.name for item in system.inputs),
         columns=(*along.names, "t"),
         functions=("inputs",),
