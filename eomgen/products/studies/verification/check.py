@@ -47,7 +47,7 @@ from eomgen.products.studies.verification.differences import (
 from eomgen.products.studies.verification.report import CheckReport, Disagreement, FormReport, Verdict
 from eomgen.products.studies.verification.states import CheckedStates, draw
 from eomgen.system.system import System
-from eomgen.system.terms import TERMS
+from eomgen.system.terms import DIFFERENTIATED, TERMS
 from eomgen.toolchain.profiles import STANDARD_PROFILE
 
 if TYPE_CHECKING:
@@ -324,6 +324,9 @@ def _terms(scene: Described, only: Sequence[str]) -> list[str]:
         asked = {"rates" if name.startswith(("base_rates", "input_rates")) else name.partition(".")[0] for name in only}
         if any("second_partials".startswith(name) for name in asked):
             asked |= set(FIRST)
+        for term in DIFFERENTIATED:  # one claim holds both
+            both = {f"{term}_derivatives", f"{term}_hessian"}
+            asked |= both if both & asked else set()
         if size <= LARGE:  # costly terms only by full name, not by the beginning of a name
             left_out = {term for term in left_out if not any(name.startswith(term) for name in asked)}
         requested = (term.name for term in _CHECKED if term.on_request)
