@@ -16,8 +16,8 @@ from fmpy.validation import validate_fmu
 
 import eomgen
 from eomgen.base.files import template_folder
-from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.export import fmu_files
+from tests.fmu.checks import findings
 from tests.fmu.importers import run, toolbox_findings, written
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

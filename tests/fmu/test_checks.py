@@ -9,7 +9,7 @@ from typing import NamedTuple
 import pytest
 from fmpy.validation import validate_fmu
 
-from eomgen.products.fmu.checks import findings
+from tests.fmu.checks import findings
 from tests.fmu.descriptions import BUILD, NAMES2, NAMES3, SECOND, SOURCES, THIRD
 
 

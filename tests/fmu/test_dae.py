@@ -20,9 +20,9 @@ import eomgen
 from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.products.fmu.archive import packed
-from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dae import COMMIT, MANIFEST, VERSION
 from eomgen.products.fmu.export import FmuFiles, fmu_files
+from tests.fmu.checks import findings
 from tests.fmu.importers import toolbox_findings
 from tests.fmu.test_derivatives import random_state
 

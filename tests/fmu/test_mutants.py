@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.export import fmu_files
+from tests.fmu.checks import findings
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 #: Scenes with parameters, inputs, rotations, internal states, events and constraints among them.

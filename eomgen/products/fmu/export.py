@@ -24,7 +24,6 @@ from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.arrays import listed
 from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named
-from eomgen.products.fmu.checks import findings
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
@@ -263,18 +262,7 @@ def fmu_files(
         path, library = cross_built(interface, texts, machine)
         files.setdefault(path, library)
     files |= motion
-    _check(files)
     return FmuFiles(interface, files)
-
-
-def _check(files: Mapping[str, str | bytes]) -> None:
-    """Raise an error if the model description breaks a rule of the standard: a mistake of eomgen."""
-    texts = {name: text for name, text in files.items() if isinstance(text, str)}
-    sources = {name.removeprefix("sources/"): text for name, text in texts.items() if name.endswith((".c", ".h"))}
-    build, manifest = (texts.get(name, "") for name in ("sources/buildDescription.xml", MANIFEST))
-    if faults := findings(texts["modelDescription.xml"], build, names=files, sources=sources, manifest=manifest):
-        more = f" and {len(faults) - 1} more" if len(faults) > 1 else ""
-        raise ModelError(f"the FMU would break the standard: {faults[0]}{more}", "a report to the authors of eomgen")
 
 
 def _licence_text(file: str | Path | None) -> str:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from eomgen.products.fmu.checks.document import Element, Report
-from eomgen.products.fmu.checks.grammar import integer
-from eomgen.products.fmu.checks.variables import Variable, Variables
+from tests.fmu.checks.document import Element, Report
+from tests.fmu.checks.grammar import integer
+from tests.fmu.checks.variables import Variable, Variables
 
 #: Kinds of dependencies.
 KINDS = ("dependent", "constant", "fixed", "tunable", "discrete")

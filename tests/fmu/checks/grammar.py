@@ -11,7 +11,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.products.fmu.checks.document import Element, Report
+from tests.fmu.checks.document import Element, Report
 
 #: Types of variables that may be continuous.
 FLOATS = ("Real", "Float32", "Float64")

@@ -8,7 +8,8 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 
-from eomgen.products.fmu.checks.archive import (
+from eomgen.products.fmu.dae import MANIFEST
+from tests.fmu.checks.archive import (
     check_binaries,
     check_build_description,
     check_headers,
@@ -18,11 +19,11 @@ from eomgen.products.fmu.checks.archive import (
     interfaces,
     is_c_name,
 )
-from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
-from eomgen.products.fmu.checks.grammar import FMI2, FMI3, Standard, check_form, number
-from eomgen.products.fmu.checks.manifest import manifest_findings
-from eomgen.products.fmu.checks.structure import check_structure
-from eomgen.products.fmu.checks.variables import Variables, check_units_and_types, check_variables
+from tests.fmu.checks.document import Element, Malformed, Report, parsed
+from tests.fmu.checks.grammar import FMI2, FMI3, Standard, check_form, number
+from tests.fmu.checks.manifest import manifest_findings
+from tests.fmu.checks.structure import check_structure
+from tests.fmu.checks.variables import Variables, check_units_and_types, check_variables
 
 _FILE = "modelDescription.xml"
 _VERSIONS: tuple[tuple[re.Pattern[str], Standard], ...] = (
@@ -154,3 +155,11 @@ def _check_categories(root: Element, report: Report) -> None:
     names = [] if section is None else [x.attributes.get("name", "") for x in section.all("Category")]
     for name in sorted({name for name in names if names.count(name) > 1}):
         report.add(section, f'the category "{name}" is listed twice', "LogCategories")
+
+
+def findings_of_files(files: Mapping[str, str | bytes]) -> list[str]:
+    """Return the faults of an archive, whose files are given by path."""
+    texts = {name: text for name, text in files.items() if isinstance(text, str)}
+    sources = {name.removeprefix("sources/"): text for name, text in texts.items() if name.endswith((".c", ".h"))}
+    build, manifest = (texts.get(name, "") for name in ("sources/buildDescription.xml", MANIFEST))
+    return findings(texts["modelDescription.xml"], build, names=files, sources=sources, manifest=manifest)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 
-from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
-from eomgen.products.fmu.checks.grammar import integer
-from eomgen.products.fmu.checks.structure import KINDS, Structure, is_known
-from eomgen.products.fmu.checks.variables import Variable, Variables
+from tests.fmu.checks.document import Element, Malformed, Report, parsed
+from tests.fmu.checks.grammar import integer
+from tests.fmu.checks.structure import KINDS, Structure, is_known
+from tests.fmu.checks.variables import Variable, Variables
 
 MANIFEST = "extra/org.fmi-standard.fmi-ls-dae/fmi-ls-manifest.xml"
 _NAME = "org.fmi-standard.fmi-ls-dae"

@@ -7,7 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Mapping
 
-from eomgen.products.fmu.checks.document import Element, Malformed, Report, parsed
+from tests.fmu.checks.document import Element, Malformed, Report, parsed
 
 _C_NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _ASKED = re.compile(r"\*enterEventMode\s*=(?:[^;=]+=)*([^;=]+);")

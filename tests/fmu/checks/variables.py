@@ -12,8 +12,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 from eomgen.base.data import dataclass
-from eomgen.products.fmu.checks.document import Element, Report
-from eomgen.products.fmu.checks.grammar import FLOATS, Standard, integer, number, of_type
+from tests.fmu.checks.document import Element, Report
+from tests.fmu.checks.grammar import FLOATS, Standard, integer, number, of_type
 
 _EXACT, _COMPUTED, _ANY = ("exact",), ("calculated", "approx"), ("calculated", "exact", "approx")
 #: Allowed values of ``initial`` by causality and variability, the default first; None: not given.
