@@ -17,7 +17,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 GLOSSARY = (ROOT / "docs" / "glossary.md", ROOT / "docs" / "glossary_of_methods.md")
 #: Made from docstrings or grammars, or a list of changes.
-NOT_PROSE = ("modules.md", "mjcf.md")
+NOT_PROSE = ("mjcf.md",)
 #: Parts of a page that are not prose: code, links' targets, comments, anchors.
 _CODE = re.compile(r"^```.*?^```$|^(?: {4}).*$|`[^`\n]+`|\]\([^)\s]+\)|<!--.*?-->|<[^>\n]+>", re.DOTALL | re.MULTILINE)
 #: Endings of words that are written with s or with z.

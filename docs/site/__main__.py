@@ -9,7 +9,8 @@ from pathlib import Path
 from sphinx.cmd.build import build_main
 
 from docs.site.gallery import gallery_pages, write_files
-from docs.site.pages import external_links, site_pages, write
+from docs.site.modules import page as page_of_modules
+from docs.site.pages import Page, external_links, site_pages, write
 from docs.site.plain_text import write_plain_text
 from docs.site.reference import reference_pages, sessions
 
@@ -23,7 +24,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--jobs", default="auto", help="processes of Sphinx; one for each core")
     options = parser.parse_args(arguments)
     sources = options.out / "sources"
-    site = site_pages((*gallery_pages(), *reference_pages(sessions())))
+    modules = Page("project/modules", page_of_modules())
+    site = site_pages((*gallery_pages(), *reference_pages(sessions()), modules))
     write(site, sources)
     links = (f"{address}  {', '.join(places)}\n" for address, places in external_links(site).items())
     (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")

@@ -217,7 +217,7 @@ THEORY = (
     "equilibria", "derivatives_of_runs", "random_vibration", "waves", "fields", "generated_code",
 )  # fmt: skip  # a list of words
 TUTORIALS: tuple[str, ...] = ("pendulum", "active_vehicle", "four_bar")
-PROJECT = ("support", "architecture", "modules")
+PROJECT = ("support", "architecture")
 CONTRIBUTING = (
     "changes_of_scenes_and_equations", "changes_of_code_and_runs", "new_parts", "inside", "decisions", "tests",
 )  # fmt: skip  # a list of words

@@ -276,11 +276,8 @@ def test_the_first_page_is_short() -> None:
     assert len(re.sub(r"\]\([^)]*\)|<[^>]*>", "]", text).split()) <= 380 and len(code) <= 40
 
 
-#: Words that a page may have without blocks of code and generated tables, and longer pages with the reason.
+#: Words that a page may have without blocks of code and generated tables.
 MOST_WORDS = 3000
-LONGER = {
-    "docs/modules.md": "made from docstrings of modules",
-}
 
 
 def words(text: str) -> int:
@@ -294,7 +291,7 @@ def test_no_page_is_too_long() -> None:
     files = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*/README.md")]
     pages = [file for file in files if "_build" not in file.parts]
     counted = {str(page.relative_to(ROOT)): words(page.read_text(encoding="utf-8")) for page in pages}
-    assert {page: count for page, count in counted.items() if count > MOST_WORDS and page not in LONGER} == {}
+    assert {page: count for page, count in counted.items() if count > MOST_WORDS} == {}
     assert words("one two\n```toml\nthree\n```\n<!-- keys of Joint -->\n| four |\n<!-- end -->\nfive's") == 3
 
 

@@ -1,5 +1,4 @@
-"""The list of modules in docs/modules.md, made of the first sentences of their docstrings: ``python -m tests.modules
-docs/modules.md`` renews it."""
+"""The page of modules, made of the first sentences of their docstrings; ``python -m docs.site.modules`` prints it."""
 
 from __future__ import annotations
 
@@ -8,13 +7,13 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PACKAGE = ROOT / "eomgen"
 _HEAD = """# Modules
 
 Paths are below `eomgen`; each line is the first sentence of a module's docstring. Rooms, their order, and a table of
-changes with their files are on [two pages](contributing/changes_of_scenes_and_equations.md). This page is made by
-`python -m tests.modules docs/modules.md`.
+changes with their files are on [two pages](../contributing/changes_of_scenes_and_equations.md). `python -m
+docs.site.modules` prints this page.
 """
 
 
@@ -47,4 +46,4 @@ def page() -> str:
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(page(), encoding="utf-8")
+    sys.stdout.write(page())
