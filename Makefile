@@ -120,6 +120,7 @@ bench:
 	.bench/eomgen/bin/python -m benchmarks.suite
 	.bench/eomgen/bin/python -m benchmarks.suite.page
 	.bench/eomgen/bin/python -m benchmarks.suite.history
+	.bench/eomgen/bin/python -m benchmarks.suite.figures
 
 clean:
 	rm -rf $(VENV) .bench out docs/_build

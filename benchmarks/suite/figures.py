@@ -1,7 +1,12 @@
-"""Figures of the page of benchmarks."""
+"""Draw the figures of the page of benchmarks: ratios of the stored results, times over the dates of measurements.
+
+python -m benchmarks.suite.figures [--folder FOLDER] [--history FILE] [--out FOLDER]
+"""
 
 from __future__ import annotations
 
+import argparse
+import sys
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -14,10 +19,10 @@ import matplotlib.pyplot as plt
 from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-from benchmarks.suite.history import Measurement, contestants, series
-from benchmarks.suite.outcomes import Finding
-from benchmarks.suite.page import compared, ratio_of, shown
-from benchmarks.suite.register import Comparison, Row
+from benchmarks.suite.history import HISTORY, Measurement, contestants, read_history, series
+from benchmarks.suite.outcomes import RESULTS, Finding, read
+from benchmarks.suite.page import PAGE, compared, ratio_of, shown
+from benchmarks.suite.register import ROWS, Comparison, Row
 
 AHEAD, BEHIND, GOAL = "#1b6ca8", "#c0561f", "#777777"
 
@@ -135,3 +140,24 @@ def _draw_row(axes: Any, history: Sequence[Measurement], row: Row) -> None:
         axes.text(0.98, 0.88, peer, color=PEER, transform=axes.transAxes, ha="right", fontsize=6)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks.suite.figures", description=(__doc__ or "").partition("\n")[0]
+    )
+    parser.add_argument("--folder", type=Path, default=RESULTS, help="of results")
+    parser.add_argument("--history", type=Path, default=HISTORY)
+    parser.add_argument("--out", type=Path, default=PAGE.parent, help="of the figures")
+    chosen = parser.parse_args(words)
+    found = read(chosen.folder)
+    files = draw(found, ROWS, chosen.out) if found else []
+    if history := read_history(chosen.history):
+        draw_history(history, ROWS, chosen.out / "benchmarks_history.svg")
+        files.append(chosen.out / "benchmarks_history.svg")
+    print("\n".join(map(str, files)))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

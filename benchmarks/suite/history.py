@@ -1,10 +1,9 @@
-"""Times of all rows over the releases: one file that grows, and a figure of each row over time.
+"""Times of all rows over the releases: one file that grows.
 
     python -m benchmarks.suite.history
 
 Adds the results of ``benchmarks/results`` to ``benchmarks/history.csv``, one line for each measured contestant of a
-row, commit and machine, and draws ``docs/benchmarks_history.svg``. The command may be repeated: lines that the file has
-already are replaced.
+row, commit and machine. The command may be repeated: lines that the file has already are replaced.
 """
 
 from __future__ import annotations
@@ -19,9 +18,9 @@ from pathlib import Path
 
 from benchmarks.suite.environments import ROOT
 from benchmarks.suite.outcomes import MEASURED, RESULTS, Finding, read
-from benchmarks.suite.register import ROWS, Row
+from benchmarks.suite.register import Row
 
-HISTORY, FIGURE = ROOT / "benchmarks" / "history.csv", ROOT / "docs" / "benchmarks_history.svg"
+HISTORY = ROOT / "benchmarks" / "history.csv"
 
 
 @dataclass(frozen=True, order=True)
@@ -122,7 +121,6 @@ def main(words: Sequence[str] | None = None) -> int:
     )
     parser.add_argument("--folder", type=Path, default=RESULTS, help="of results")
     parser.add_argument("--history", type=Path, default=HISTORY)
-    parser.add_argument("--figure", type=Path, default=FIGURE)
     chosen = parser.parse_args(words)
     new = measurements(read(chosen.folder).values())
     history = extended(read_history(chosen.history), new)
@@ -130,11 +128,7 @@ def main(words: Sequence[str] | None = None) -> int:
         print(f"{chosen.folder} has no results; try: python -m benchmarks.suite", file=sys.stderr)
         return 1
     write_history(chosen.history, history)
-    from benchmarks.suite.figures import draw_history  # noqa: PLC0415  # Matplotlib, which a reader of the file spares
-
-    draw_history(history, ROWS, chosen.figure)
     print(f"{chosen.history}: {len(history)} measurements of {len({one.commit for one in history})} commits")
-    print(chosen.figure)
     return 0
 
 

@@ -237,12 +237,8 @@ def main(words: Sequence[str] | None = None) -> int:
     if chosen.check:
         print("\n".join(f"{file} is not that of the stored numbers" for file in stale) or "as stored")
         return 1 if stale else 0
-    from benchmarks.suite.figures import draw  # noqa: PLC0415  # Matplotlib, which checks do not need
-
     for file, text in texts.items():
         file.write_text(text, encoding="utf-8")
-    for file in draw(found, ROWS, PAGE.parent):
-        print(file)
     print("\n".join(map(str, texts)))
     return 0
 

@@ -171,8 +171,8 @@ def test_the_page_names_what_is_lost_and_what_has_no_number(tmp_path: Path) -> N
 def test_the_history_keeps_measurements_of_other_commits_and_replaces_equal_ones(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    results, file, figure = tmp_path / "results", tmp_path / "history.csv", tmp_path / "history.svg"
-    arguments = ["--folder", str(results), "--history", str(file), "--figure", str(figure)]
+    results, file = tmp_path / "results", tmp_path / "history.csv"
+    arguments = ["--folder", str(results), "--history", str(file)]
     assert history.main(arguments) == 1
     assert capsys.readouterr().err == f"{results} has no results; try: python -m benchmarks.suite\n"
 
@@ -192,7 +192,8 @@ def test_the_history_keeps_measurements_of_other_commits_and_replaces_equal_ones
         (name, "eomgen", "later", 1e-7),
     ]
     assert history.series(kept, name, "eomgen")[kept[0].machine][1][1] == 1e-7
-    drawn = figure.read_text(encoding="utf-8")
+    assert figures.main([*arguments, "--out", str(tmp_path)]) == 0
+    drawn = (tmp_path / "benchmarks_history.svg").read_text(encoding="utf-8")
     assert ">Panda, 7 joints: mass matrix, scalar C<" in drawn and ">Pinocchio &gt; CasADi &gt; C<" in drawn
 
 
