@@ -47,8 +47,8 @@ def names() -> Iterator[tuple[str, object]]:
 
 def undocumented(message: str, value: object) -> set[str]:
     """Return the arguments that a finding PR01 names: of classes without those under Attributes, and none of a class
-    that callers do not construct, which has no section Parameters; of methods of Model without the model."""
-    missing = set(re.findall(r"'([^']+)'", message)) - {"model"}
+    that callers do not construct, which has no section Parameters; of methods without the model or the solution."""
+    missing = set(re.findall(r"'([^']+)'", message)) - {"model", "solution"}
     if not inspect.isclass(value):
         return missing
     text = inspect.getdoc(value) or ""

@@ -1,28 +1,40 @@
-"""Writes the stub of ``Model``, which names the functions of the register of verbs, so that type checkers and editors
-read signatures and docstrings at these: ``python -m tests.model_stub eomgen/pipeline/model.pyi``."""
+"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, so that type checkers
+and editors read signatures and docstrings at the functions: ``python -m tests.model_stub``."""
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
+import eomgen
 from eomgen.base.verbs import methods_of, own
 
-COMMAND = "python -m tests.model_stub eomgen/pipeline/model.pyi"
-_HEAD = f'''"""Methods of Model, for type checkers and editors: from the register of verbs, by
+COMMAND = "python -m tests.model_stub"
+_HEAD = f'''"""Methods of {{}}, for type checkers and editors: from the register of verbs, by
 ``{COMMAND}``."""
 
 '''
+_PACKAGE = Path(eomgen.__file__).parent
+#: Stub by the class with the methods.
+STUBS = {
+    "Model": _PACKAGE / "pipeline" / "model.pyi",
+    "Solution": _PACKAGE / "products" / "solution_methods.pyi",
+}
+#: Import and definition of the class of each stub.
+_CLASSES = {
+    "Model": ("from eomgen.compiled.model import CompiledModel\n", "class Model(CompiledModel):\n"),
+    "Solution": ("", "class SolutionMethods:\n"),
+}
 
 
-def stub() -> str:
-    """Return the text of the stub: the class with the functions of the register as methods."""
-    found = sorted((target.partition(":")[0], name) for name, _, target in methods_of(own()))
+def stub(owner: str) -> str:
+    """Return the text of a stub: the class with the functions of the register as methods."""
+    found = sorted((target.partition(":")[0], name) for name, _, target in methods_of(own(), owner))
+    imported, defined = _CLASSES[owner]
     imports = [f"from {module} import {name} as _{name}\n" for module, name in found]
-    imports.append("from eomgen.compiled.model import CompiledModel\n")
     methods = [f"    {name} = _{name}\n" for _, name in found]
-    return "".join([_HEAD, *sorted(imports), "\nclass Model(CompiledModel):\n", *methods])
+    return "".join([_HEAD.format(owner), *sorted(filter(None, [*imports, imported])), "\n", defined, *methods])
 
 
 if __name__ == "__main__":
-    Path(sys.argv[1]).write_text(stub(), encoding="utf-8")
+    for class_name, path in STUBS.items():
+        path.write_text(stub(class_name), encoding="utf-8")

@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from eomgen.base.products import Product, named, products
+from eomgen.base.verbs import OWNERS, Verb, methods_of
 
 COMMAND = "python -m tests.product_names eomgen/products/offered.py"
 #: Registers whose rows have no names for users.
@@ -24,7 +25,8 @@ def names_of(product: Product) -> set[str]:
         for row in of_group
     ]
     called = {str(getattr(row, key)) for row in rows for key in _KEYS if isinstance(getattr(row, key, None), str)}
-    methods = {target.partition(":")[2] for row in rows for target in getattr(row, "methods", ())}
+    verbs = tuple(row for row in rows if isinstance(row, Verb))
+    methods = {name for owner in OWNERS for name, _, _ in methods_of(verbs, owner)}
     endings = {ending for row in rows for ending in getattr(row, "endings", ())}
     return {*product.modules, *product.names, *called, *methods, *endings} - {""}
 

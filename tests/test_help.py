@@ -22,7 +22,7 @@ from eomgen.products.ensembles.simulate_many import simulate_many
 from eomgen.scene.sources.register import own_sources
 from eomgen.simulation import option_types
 from eomgen.simulation.simulate import simulate
-from eomgen.verbs import methods
+from eomgen.verbs import OWNERS, methods
 
 #: Functions that hand options on: their types, and the function that takes the options in the end.
 HANDED_ON = {
@@ -37,11 +37,12 @@ def words(function: Callable[..., Any]) -> set[str]:
     return set(re.findall(r"\w+", inspect.getdoc(function) or ""))
 
 
-@pytest.mark.parametrize("name", sorted(methods()))
-def test_methods_show_and_document_every_argument(name: str) -> None:
-    shown = set(inspect.signature(getattr(eomgen.Model, name)).parameters) - {"model"}
+@pytest.mark.parametrize(("owner", "name"), [(owner, name) for owner in OWNERS for name in sorted(methods(owner))])
+def test_methods_show_and_document_every_argument(owner: str, name: str) -> None:
+    method = getattr(getattr(eomgen, owner), name)
+    shown = set(inspect.signature(method).parameters) - {owner.lower()}
     assert not {"options", "kwargs", "args"} & shown
-    assert shown <= words(getattr(eomgen.Model, name)), shown - words(getattr(eomgen.Model, name))
+    assert shown <= words(method), shown - words(method)
 
 
 @pytest.mark.parametrize("function", HANDED_ON)

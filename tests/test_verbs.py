@@ -1,4 +1,5 @@
-"""The register of verbs: commands and methods of ``Model`` by rows, its own and those of other distributions."""
+"""The register of verbs: commands and methods of ``Model`` and ``Solution`` by rows of eomgen and of other
+distributions."""
 
 from __future__ import annotations
 
@@ -12,6 +13,7 @@ from importlib import import_module
 from pathlib import Path
 
 import click
+import numpy as np
 import pytest
 
 import eomgen
@@ -19,15 +21,21 @@ from eomgen.base.calls import UnknownAttribute
 from eomgen.cli import main
 from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
-from eomgen.verbs import Verb, methods, methods_of, others, own
+from eomgen.verbs import OWNERS, Verb, methods, methods_of, others, own
 from tests.messages.answers import plain
-from tests.model_stub import COMMAND, stub
+from tests.model_stub import COMMAND, STUBS, stub
 from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
 
 __all__ = ["shared_cache"]
 
-ROWS = {name: target for name, _, target in methods_of(own())}
+ROWS = {(owner, name): target for owner in OWNERS for name, _, target in methods_of(own(), owner)}
+#: Methods that the classes have without the register.
+BASES = {"Model": set(dir(CompiledModel)), "Solution": {"at", "plot", "save", "poses", "section_loads"}}
+
+
+def run_of_pendulum() -> eomgen.Solution:
+    return pendulum().simulate(0.02, 1e-3)
 
 
 def target_of(text: str) -> object:
@@ -37,24 +45,28 @@ def target_of(text: str) -> object:
 
 @pytest.mark.parametrize("verb", own(), ids=lambda verb: verb.name)
 def test_every_row_names_what_is_there(verb: Verb) -> None:
-    assert verb.command or verb.methods
+    assert verb.command or verb.methods or verb.solution_methods
     if verb.command:
         command = target_of(verb.command)
         assert isinstance(command, click.Command) and command.name == verb.name and verb.summary.endswith(".")
-    for target in verb.methods:
-        function = target_of(target)
-        assert inspect.isfunction(function) and next(iter(inspect.signature(function).parameters)) == "model"
+    for owner in OWNERS:
+        for _, _, target in methods_of((verb,), owner):
+            function = target_of(target)
+            assert inspect.isfunction(function)
+            assert next(iter(inspect.signature(function).parameters)) == owner.lower()
 
 
 def test_names_are_used_once_and_hide_no_function_of_the_model() -> None:
     assert len({verb.name for verb in own()}) == len(own())
-    assert len(methods()) == sum(len(verb.methods) for verb in own())
-    assert not [name for name in methods() if hasattr(CompiledModel, name)]
+    for owner in OWNERS:
+        assert len(methods(owner)) == len([*methods_of(own(), owner)])
+        assert not methods(owner) & BASES[owner]
 
 
-@pytest.mark.parametrize("name", sorted(ROWS))
-def test_a_method_has_signature_and_docstring_of_its_function(name: str) -> None:
-    function, method = target_of(ROWS[name]), getattr(pendulum(), name)
+@pytest.mark.parametrize(("owner", "name"), sorted(ROWS))
+def test_a_method_has_signature_and_docstring_of_its_function(owner: str, name: str) -> None:
+    function = target_of(ROWS[owner, name])
+    method = getattr(pendulum() if owner == "Model" else run_of_pendulum(), name)
     assert callable(function)
     arguments = list(inspect.signature(function).parameters.values())
     assert list(inspect.signature(method).parameters.values()) == arguments[1:]
@@ -63,21 +75,23 @@ def test_a_method_has_signature_and_docstring_of_its_function(name: str) -> None
     assert "Raises\n    ------\n" in text and all(f"{item.name}" in text for item in arguments)
 
 
-def test_help_of_the_class_has_every_method() -> None:
-    text = pydoc.plain(pydoc.render_doc(eomgen.Model))
-    assert not [name for name in methods() if not re.search(rf"^ \|  {name}\(model: ", text, re.MULTILINE)]
+@pytest.mark.parametrize("owner", OWNERS)
+def test_help_of_the_class_has_every_method(owner: str) -> None:
+    text = pydoc.plain(pydoc.render_doc(getattr(eomgen, owner)))
+    first = owner.lower()
+    assert not [name for name in methods(owner) if not re.search(rf"^ \|  {name}\({first}: ", text, re.MULTILINE)]
 
 
-def test_the_stub_is_up_to_date() -> None:
-    path = Path(eomgen.__file__).parent / "pipeline" / "model.pyi"
-    assert path.read_text(encoding="utf-8") == stub(), f"out of date: {COMMAND}"
+@pytest.mark.parametrize("owner", OWNERS)
+def test_the_stub_is_up_to_date(owner: str) -> None:
+    assert STUBS[owner].read_text(encoding="utf-8") == stub(owner), f"out of date: {COMMAND}"
 
 
 @pytest.mark.slow
 def test_a_type_checker_knows_methods_with_all_their_arguments(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(
-        "import eomgen\n"
+        "import eomgen; from pathlib import Path\n"
         'model = eomgen.build("scene.toml")\n'
         'model.simulate(2.0, 1e-3, method="rk4").plot()\n'
         'model.simulate_many(1.0, vary={"mass": "normal(1, 0.1)"}, samples=16, rho_inf=0.9).plot("figures")\n'
@@ -85,7 +99,9 @@ def test_a_type_checker_knows_methods_with_all_their_arguments(tmp_path: Path) -
         'model.simulate(2.0, metod="rk4")\n'
         'model.simulate_many(1.0, samples="16")\n'
         "model.linearize().modes().oscillate\n"
-        'model.equilibrium_path("load")\n',
+        'model.equilibrium_path("load")\n'
+        'path: Path = model.simulate(1.0).animate("run.html")\n'
+        'model.simulate(1.0).rainflow("tip").equivalent_range(slope="3")\n',
         encoding="utf-8",
     )
     package = Path(eomgen.__file__).parents[1]
@@ -94,15 +110,16 @@ def test_a_type_checker_knows_methods_with_all_their_arguments(tmp_path: Path) -
         capture_output=True, text=True, check=False, cwd=package, env={"MYPYPATH": str(package)},
     )  # fmt: skip  # a command line
     lines = [line.partition("script.py:")[2] for line in run.stdout.splitlines() if ": error: " in line]
-    assert [line.partition(": error: ")[0] for line in lines] == ["6", "7", "8", "9"], run.stdout + run.stderr
+    assert [line.partition(": error: ")[0] for line in lines] == ["6", "7", "8", "9", "11"], run.stdout + run.stderr
     assert 'Unexpected keyword argument "metod"' in lines[0] and 'expected "int"' in lines[1]
     assert 'has no attribute "oscillate"' in lines[2] and "Too few arguments" in lines[3]
+    assert 'expected "float"' in lines[4]
 
 
-def test_a_model_is_imported_without_its_verbs() -> None:
+def test_models_and_solutions_are_imported_without_their_verbs() -> None:
     targets = sorted({target.partition(":")[0] for target in ROWS.values()})
     program = (
-        "import sys, eomgen.pipeline.model; dir(eomgen.Model);"
+        "import sys, eomgen.pipeline.model; dir(eomgen.Model); dir(eomgen.Solution);"
         f" print([name for name in {targets} if name in sys.modules])"
     )
     assert subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout == "[]\n"
@@ -157,7 +174,8 @@ PLUGIN = """
 import click
 from eomgen.verbs import Verb
 
-UNITS = Verb("units", "Convert a quantity to SI units.", "unitverbs:units", ("unitverbs:units_of_parameters",))
+METHODS = {"methods": ("unitverbs:units_of_parameters",), "solution_methods": ("unitverbs:rows_in",)}
+UNITS = Verb("units", "Convert a quantity to SI units.", "unitverbs:units", **METHODS)
 
 
 @click.command()
@@ -174,6 +192,11 @@ def units_of_parameters(model, prefix="", *, upper=False):
     \"\"\"Return the units of the tunable parameters by name.\"\"\"
     found = {item.name: item.unit for item in model.description.parameters if item.name.startswith(prefix)}
     return {name: unit.upper() for name, unit in found.items()} if upper else found
+
+
+def rows_in(solution, unit="s"):
+    \"\"\"Return the times of the rows.\"\"\"
+    return solution.t / {"s": 1.0, "ms": 1e-3}[unit]
 """
 
 
@@ -219,6 +242,16 @@ def test_a_distribution_adds_a_method(installed: Path) -> None:
         model.unit_of_parameters  # noqa: B018
 
 
+def test_a_distribution_adds_a_method_of_solutions(installed: Path) -> None:
+    run = run_of_pendulum()
+    np.testing.assert_array_equal(run.rows_in(unit="ms"), run.t / 1e-3)
+    assert "rows_in" in dir(run) and "rows_in" not in dir(pendulum())
+    with pytest.raises(eomgen.UsageError, match="rows_in: there is no argument 'units'; try: unit"):
+        run.rows_in(units="ms")
+    with pytest.raises(UnknownAttribute, match="a Solution has no 'rows_inn'; try: rows_in"):
+        run.rows_inn  # noqa: B018
+
+
 def test_a_fault_in_a_command_of_a_distribution_is_not_eomgen_s(
     installed: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -243,6 +276,7 @@ REMEDY = "try: another version of unitverbs, or uninstall it"
             PLUGIN.replace("unitverbs:units_of_parameters", "unitverbs:simulate"),
             "takes the name simulate, which there is",
         ),
+        (PLUGIN.replace("unitverbs:rows_in", "unitverbs:animate"), "takes the name animate, which there is"),
     ],
 )
 def test_a_row_that_cannot_be_used_is_named_once(
@@ -258,8 +292,9 @@ def test_a_row_that_cannot_be_used_is_named_once(
     assert main(["simulate", "--help"]) == 0
     assert capsys.readouterr().err == ""
     assert not hasattr(pendulum(), "units_of_parameters")
-    with pytest.raises(UnknownAttribute, match=re.escape(f"2. eomgen.verbs: {NAMED} {fault}")):
-        pendulum().units_of_parameters  # noqa: B018
+    for use in (lambda: pendulum().units_of_parameters, lambda: run_of_pendulum().rows_in):
+        with pytest.raises(UnknownAttribute, match=re.escape(f"2. eomgen.verbs: {NAMED} {fault}")):
+            use()
 
 
 @pytest.mark.parametrize(

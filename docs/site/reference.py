@@ -22,7 +22,7 @@ from docs.site.pages import Page, headings, read
 from eomgen.base import message_codes
 from eomgen.base.message_codes import Row
 from eomgen.base.products import OF_THE_CORE, public_modules
-from eomgen.base.verbs import methods
+from eomgen.base.verbs import OWNERS, methods
 from eomgen.cli import VERBS, commands
 from eomgen.cli.explain import examples, explanation, topic_name
 from eomgen.cli.explain import pages as pages_by_room
@@ -220,13 +220,14 @@ def members(kind: type) -> Iterator[tuple[str, str, Any]]:
 
     Fields of dataclasses stand in the docstring of their class.
     """
+    attached = methods(kind.__name__) if kind.__name__ in OWNERS else ()
     for name in () if PARTS.get(kind.__name__) == kind.__module__ else dir(kind):
         if name.startswith("_") or f"{kind.__name__}.{name}" in INTERNAL:
             continue
         home = next((base for base in kind.__mro__ if name in vars(base)), kind)
         if not home.__module__.startswith("eomgen"):
             continue
-        value = getattr(kind, name) if name in methods() else inspect.getattr_static(kind, name)
+        value = getattr(kind, name) if name in attached else inspect.getattr_static(kind, name)
         if isinstance(value, property) or type(value).__name__ == "cached_property":
             if inspect.getdoc(value):
                 yield name, "autoproperty", value

@@ -24,6 +24,7 @@ __all__ = [
     "road_classes",
     "standard_normals",
     "threads",
+    "verb_methods",
     "verbs",
     "version",
 ]

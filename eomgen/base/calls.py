@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 from eomgen.base.data import wrap_method
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
-from eomgen.base.verbs import methods
+from eomgen.base.verbs import OWNERS, methods
 from eomgen.errors import Problem, UsageError
 
 _OF_MOTIONS = "simulate(...).{0}, of a motion; a model has initial_{0}"
@@ -205,7 +205,7 @@ _MEANING = {"q": "positions", "v": "velocities"}
 #: Largest number of arguments by name for which the first argument is an example.
 _FEW = 8
 #: Names of first parameters that a caller does not write.
-_OWNERS = ("self", "cls", "model")
+_OWNERS = ("self", "cls", "model", "solution")
 
 
 class UnknownName(UsageError, KeyError):
@@ -415,8 +415,8 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
         except AttributeError as error:
             return error
     article = "an" if kind[0] in "AEIOU" else "a"
-    if kind == "Model" and (absent := fault_of_absent(name)):
-        return UnknownAttribute(Problem("", f"a Model has no {shown(name)}: {absent[0]}", absent[1]))
+    if kind in OWNERS and (absent := fault_of_absent(name)):
+        return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)}: {absent[0]}", absent[1]))
     return UnknownAttribute(
         Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind))
     )

@@ -1,4 +1,4 @@
-"""Register of verbs: jobs with their command on the command line and their methods of ``Model``.
+"""Register of verbs: jobs with their command on the command line and their methods of ``Model`` and ``Solution``.
 
 A row names functions and commands as ``module:name``; they are imported on first use. Signature and docstring of a
 method are the function's own. Products add rows of the group ``eomgen.verbs``, and other distributions entry points of
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 #: The group of entry points under which a distribution gives verbs, each a ``Verb``.
 GROUP = "eomgen.verbs"
+#: Classes that get methods of verbs, with the attribute of a row that names them.
+OWNERS = {"Model": "methods", "Solution": "solution_methods"}
 _TARGET = r"[A-Za-z_]\w*(\.[A-Za-z_]\w*)*:[A-Za-z_]\w*"
 
 
@@ -48,6 +50,8 @@ class Verb:
         Heading under which the list of commands has the verb.
     takes_scene : bool
         Whether the command takes a scene.
+    solution_methods : tuple of str
+        ``module:function`` of methods of ``Solution``, likewise; the first argument is the solution, ``solution``.
     entry : EntryPoint, optional
         Entry point of the row, of another distribution.
     """
@@ -59,6 +63,7 @@ class Verb:
     behind: str = ""
     heading: str = "More"
     takes_scene: bool = True
+    solution_methods: tuple[str, ...] = ()
     #: Entry point of a row of another distribution, set by the register.
     entry: EntryPoint | None = field(default=None, compare=False, repr=False)
 
@@ -68,7 +73,7 @@ class Verb:
         Parameters
         ----------
         target : str
-            ``command`` or one of ``methods``.
+            ``command``, or one of ``methods`` and ``solution_methods``.
         kind : callable
             Whether an object is of the kind that is needed.
         wanted : str
@@ -172,6 +177,7 @@ CORE: tuple[Verb, ...] = (
         "Write the motion as one HTML page in three dimensions.",
         "eomgen.cli.animate:animate",
         heading="Build and run",
+        solution_methods=("eomgen.results.animation:animate",),
     ),
     Verb(
         "schema",
@@ -215,6 +221,9 @@ CORE: tuple[Verb, ...] = (
         takes_scene=False,
         heading="Housekeeping",
     ),
+    Verb("plot_sections", solution_methods=("eomgen.results.section_loads:plot_sections",)),
+    Verb("rainflow", solution_methods=("eomgen.results.rainflow:rainflow",)),
+    Verb("psd", solution_methods=("eomgen.results.spectrum:psd", "eomgen.results.spectrum:rms")),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
     Verb("floquet", methods=("eomgen.simulation.floquet:floquet",)),
@@ -230,10 +239,10 @@ CORE: tuple[Verb, ...] = (
 )
 
 
-def methods_of(verbs: tuple[Verb, ...]) -> Iterator[tuple[str, Verb, str]]:
-    """Yield name, verb and target of each method of ``Model``."""
+def methods_of(verbs: tuple[Verb, ...], owner: str = "Model") -> Iterator[tuple[str, Verb, str]]:
+    """Yield name, verb and target of each method of a class, ``Model`` or ``Solution``."""
     for verb in verbs:
-        for target in verb.methods:
+        for target in getattr(verb, OWNERS[owner]):
             yield target.partition(":")[2], verb, target
 
 
@@ -244,9 +253,9 @@ def own() -> tuple[Verb, ...]:
 
 
 @cache
-def methods() -> frozenset[str]:
-    """Return the names of the methods of ``Model`` that eomgen's own verbs give."""
-    return frozenset(name for name, _, _ in methods_of(own()))
+def methods(owner: str = "Model") -> frozenset[str]:
+    """Return the names of the methods of a class, ``Model`` or ``Solution``, that eomgen's own verbs give."""
+    return frozenset(name for name, _, _ in methods_of(own(), owner))
 
 
 @dataclass(frozen=True)
@@ -258,13 +267,13 @@ class ExternalVerbs:
     verbs : mapping
         Rows by name, in alphabetical order.
     methods : mapping
-        Name of a method of ``Model`` -> verb and target of the method.
+        Class and name of a method -> verb and target of the method.
     faults : mapping
         Name of an entry point that cannot be used -> error that names the distribution.
     """
 
     verbs: Mapping[str, Verb]
-    methods: Mapping[str, tuple[Verb, str]]
+    methods: Mapping[tuple[str, str], tuple[Verb, str]]
     faults: Mapping[str, UsageError]
 
 
@@ -272,30 +281,32 @@ class ExternalVerbs:
 def others() -> ExternalVerbs:
     """Return the verbs of installed distributions; an entry point that cannot be used is among the faults."""
     verbs: dict[str, Verb] = {}
-    added: dict[str, tuple[Verb, str]] = {}
     faults: dict[str, UsageError] = {}
-    names = {verb.name for verb in own()}
     for entry in extensions(GROUP):
         try:
-            verb = _checked(entry, {*names, *verbs}, {*methods(), *added})
+            verb = _checked(entry, (*own(), *verbs.values()))
         except UsageError as error:
             faults[entry.name] = error
         else:
             verbs[verb.name] = verb
-            added |= {name: (verb, target) for name, _, target in methods_of((verb,))}
-    return ExternalVerbs(verbs, added, faults)
+    return ExternalVerbs(verbs, _by_class(tuple(verbs.values())), faults)
 
 
-def _checked(entry: EntryPoint, names: set[str], taken_methods: set[str]) -> Verb:
+def _by_class(verbs: tuple[Verb, ...]) -> dict[tuple[str, str], tuple[Verb, str]]:
+    """Return verb and target of each method by class and name."""
+    return {(owner, name): (verb, target) for owner in OWNERS for name, verb, target in methods_of(verbs, owner)}
+
+
+def _checked(entry: EntryPoint, known: tuple[Verb, ...]) -> Verb:
     """Return the row of an entry point. Raises UsageError with the name of the distribution."""
     row = loaded(entry, Verb)
     if row.name != entry.name:
         raise broken(entry, f"has the row of another verb, {shown(row.name)}")
-    for target in (*filter(None, (row.command,)), *row.methods):
+    for target in (*filter(None, (row.command,)), *row.methods, *row.solution_methods):
         if not re.fullmatch(_TARGET, target):
             raise broken(entry, f"names {shown(target)}, which is not module:name")
-    given = [name for name, _, _ in methods_of((row,))]
-    taken = [*({row.name} & names), *(name for name in given if name in taken_methods)]
+    taken = [row.name] if row.name in {verb.name for verb in known} else []
+    taken += [name for owner, name in _by_class((row,)) if (owner, name) in _by_class(known)]
     if taken:
         raise broken(entry, f"takes the name {taken[0]}, which there is")
     return replace(row, entry=entry)

@@ -6,12 +6,11 @@ Type checkers read ``model.pyi``, which is generated from the register.
 from __future__ import annotations
 
 import inspect
-from types import MethodType
 
-from eomgen.base.calls import UnknownAttribute, checked_call, checked_calls, none_to_set
-from eomgen.base.verbs import Verb, methods_of, others, own
+from eomgen.base.calls import checked_calls, none_to_set
+from eomgen.base.verb_methods import attach_methods, attribute_of_others
+from eomgen.base.verbs import others
 from eomgen.compiled.model import CompiledModel
-from eomgen.errors import UsageError
 
 #: Names that other tools give to arguments, and the names here.
 _MEANT = {"inputs": "u", "tau": "u", "states": "z", "time": "t"}
@@ -36,36 +35,10 @@ class Model(CompiledModel):
 
     def __getattr__(self, name: str) -> object:
         """Return a method that another distribution adds. Raises UnknownAttribute."""
-        if name.startswith("_"):
-            return super().__getattr__(name)
-        added = others()
-        try:
-            if name in added.methods:
-                return MethodType(_method(*added.methods[name]), self)
-            return super().__getattr__(name)
-        except UsageError as error:
-            faults = [problem for fault in added.faults.values() for problem in fault.problems]
-            raise UnknownAttribute([*error.problems, *faults]) from None
+        return attribute_of_others(Model, self, name, _MEANT, lambda: super(Model, self).__getattr__(name))
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *others().methods]
+        return [*super().__dir__(), *(name for owner, name in others().methods if owner == "Model")]
 
 
-class _Method:
-    """Attribute of ``Model`` that imports the function on first use, and then is replaced by the function."""
-
-    def __init__(self, name: str, verb: Verb, target: str) -> None:
-        self.name = name
-        self.row = verb, target
-
-    def __get__(self, model: Model | None, owner: type[Model]) -> object:
-        setattr(Model, self.name, _method(*self.row))
-        return getattr(owner if model is None else model, self.name)
-
-
-def _method(verb: Verb, target: str) -> object:
-    return checked_call(**_MEANT)(verb.imported(target, callable, "function"))
-
-
-for _row in methods_of(own()):
-    setattr(Model, _row[0], _Method(*_row))
+attach_methods(Model, _MEANT)

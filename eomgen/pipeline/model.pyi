@@ -1,5 +1,5 @@
 """Methods of Model, for type checkers and editors: from the register of verbs, by
-``python -m tests.model_stub eomgen/pipeline/model.pyi``."""
+``python -m tests.model_stub``."""
 
 from eomgen.analysis.base_parameters import base_parameters as _base_parameters
 from eomgen.analysis.eigenvalue_loci import campbell as _campbell

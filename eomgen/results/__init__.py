@@ -11,10 +11,12 @@ __all__ = [
     "largest_section_loads",
     "linear_files",
     "plots",
+    "rainflow",
     "sample_errors",
     "scenery",
     "section_loads",
     "section_plots",
     "shapes",
     "solution",
+    "spectrum",
 ]

@@ -12,7 +12,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -72,34 +72,40 @@ class AnimatedSolution(RecordedSolution, Protocol):
     def poses_and_scenery(self) -> PosesAndScenery: ...
 
 
-def write_animation(solution: AnimatedSolution, path: str | Path) -> Path:
-    """Write a solution's motion as one self-contained HTML file; return the path of the file.
+@overload
+def animate(solution: AnimatedSolution, path: str | Path) -> Path: ...
+@overload
+def animate(solution: AnimatedSolution, path: None = None) -> InlineAnimation: ...
+def animate(solution: AnimatedSolution, path: str | Path | None = None) -> Path | InlineAnimation:
+    """Write the motion as one self-contained HTML file, or display the motion in a notebook.
 
-    Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
-    interpolates.
+    Parameters
+    ----------
+    path : str or Path, optional
+        Name of the file, which ends in ``.html``; without a name a notebook shows the page, up to 4 MB.
 
-    Raises
-    ------
-    UsageError
-        A solution without poses, or a name that ends otherwise than in ``.html``.
-    FileError
-        The path cannot be written, or the solution's file was not written by eomgen.
-    """
-    path = check_name(Path(path))
-    write_text(path, animation_page(solution))
-    return path
-
-
-def inline_animation(solution: AnimatedSolution) -> InlineAnimation:
-    """Return a solution's motion as a page for a notebook.
+    Returns
+    -------
+    Path or InlineAnimation
+        The path of the file; without a path an object that notebooks show.
 
     Raises
     ------
     UsageError
-        A solution without poses, or a page that is too large for a notebook.
+        A solution without poses, another ending, or a page that is too large for a notebook.
     FileError
-        The solution's file does not have the expected content.
+        The path cannot be written.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
+    >>> model.simulate(0.1, 1e-3).animate("motion.html").name
+    'motion.html'
     """
+    if path is not None:
+        path = check_name(Path(path))
+        write_text(path, animation_page(solution))
+        return path
     page = animation_page(solution)
     if (size := len(page.encode())) > _INLINE:
         fault = f"the page has {size / 1e6:.1f} MB, and a notebook takes {_INLINE / 1e6:.0f} MB"
@@ -118,7 +124,11 @@ def check_name(path: Path) -> Path:
 
 
 def animation_page(solution: AnimatedSolution) -> str:
-    """Return the text of the page; see ``write_animation``."""
+    """Return the text of the page. Raises FileError if the solution's file does not have the expected content.
+
+    Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
+    interpolates.
+    """
     poses_and_scenery = solution.poses_and_scenery
     try:
         data = packed(solution, poses_and_scenery)

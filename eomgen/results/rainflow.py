@@ -280,11 +280,40 @@ def _warn_of_coarse_rows(name: str, t: Array, x: Array) -> None:
         return
     text = f"rainflow of {name}: rows every {np.median(np.diff(t)):.4g} s, {np.mean(rows):.2g} between two reversals:"
     text += " extreme values lie between the rows, so that ranges are too small and cycles may be missing"
-    warnings.warn(f"{text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=5)
+    warnings.warn(f"{text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=4)
 
 
-def rainflow(solution: RecordedSolution, name: str, start: float | None) -> Rainflow:
-    """Return the cycles of a column; see ``Solution.rainflow``."""
+def rainflow(solution: RecordedSolution, name: str, *, start: float | None = None) -> Rainflow:
+    """Count the cycles of a column by the rainflow method of ASTM E1049-85, for damage and damage-equivalent loads.
+
+    Reversals are rows: at 20 rows for each period of an oscillation its range is at most 1.3 % too small. The count
+    is made by the package ``rainflow``, the extra ``fatigue``.
+
+    Parameters
+    ----------
+    name : str
+        Column by name: ``"root_moment"``, ``"tip[2]"``.
+    start : float
+        Rows before this time in s are left out, for a motion that has to settle first.
+
+    Returns
+    -------
+    Rainflow
+        Ranges, means and counts of the cycles, with ``damage``, ``equivalent_range``, ``histogram``, ``plot`` and
+        ``save``.
+
+    Raises
+    ------
+    UsageError
+        ``rainflow`` is not installed; no column or more than one of that name; too few rows.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> count = model.simulate(4.0, 1e-2).rainflow("body_acceleration")
+    >>> 0.0 < count.equivalent_range(slope=5) < 10.0
+    True
+    """
     curve = only_curve(solution, name, "rainflow")
     used = rows_from(solution.t, start, "rainflow")
     t, x = solution.t[used], curve.values[used]

@@ -65,11 +65,35 @@ class LoadedSolution(RecordedSolution, Protocol):
 def plot_sections(
     solution: LoadedSolution,
     beam: str = "",
-    quantities: Sequence[str] = (),
+    *quantities: str,
     at: ArrayLike | None = None,
     axes: object = None,
 ) -> list[Any]:
-    """Draw strains or loads along a beam; see ``Solution.plot_sections``."""
+    """Draw strains or loads along a geometrically exact beam.
+
+    Parameters
+    ----------
+    beam : str
+        Name of the beam; may be left out if the scene has a single beam.
+    *quantities : str
+        ``moment``, ``force``, ``curvature``, ``strain``; moment and force if none is given.
+    at : times, s
+        Curves along the axis at the rows nearest to these times; without times one map over time and axis for each
+        component that differs from zero.
+    axes : matplotlib Axes, or several
+        Axes to draw on, one for each panel; a new figure of pyplot if none are given.
+
+    Returns
+    -------
+    list of matplotlib Axes
+        One for each panel.
+
+    Raises
+    ------
+    UsageError
+        A name that is none of a beam or of a quantity; times outside the solution; another number of axes than of
+        panels.
+    """
     chosen = _chosen(quantities)
     rows = _rows_at(solution, at) if at is not None else _thinned(solution.t, _ROWS)
     name, loads = _loads(solution, beam, rows)

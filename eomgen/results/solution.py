@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, overload
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +14,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults, UnknownAttribute, checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import shown
+from eomgen.base.verb_methods import attach_methods, attribute_of_others
+from eomgen.base.verbs import others
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import StateArrays
@@ -42,10 +44,10 @@ if TYPE_CHECKING:
     import xarray
 
     from eomgen.linear.linearization import Linearization
-    from eomgen.linear.spectra import PowerSpectrum
-    from eomgen.results.animation import InlineAnimation
-    from eomgen.results.rainflow import Rainflow
+    from eomgen.products.solution_methods import SolutionMethods
     from eomgen.results.scenery import PosesAndScenery
+else:
+    SolutionMethods = object
 
 
 #: The attributes that may be evaluated later, with the kinds of results by name.
@@ -88,13 +90,16 @@ class ModelOfRun(Protocol):
     def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
-@checked_calls(
-    'eomgen.Solution.load("run.npz"), or the result of model.simulate',
+#: Names that other tools give to arguments, and calls in their place.
+_MEANT = {
     **dict.fromkeys(("format", "fmt"), 'save("run.csv"), by the ending of the path (.npz, .csv or .mat)'),
     **dict.fromkeys(("fps", "frames", "interval", "speed"), "animate(path), whose page has its own control of speed"),
-)
+}
+
+
+@checked_calls('eomgen.Solution.load("run.npz"), or the result of model.simulate', **_MEANT)
 @dataclass(frozen=True, repr=False, eq=False)
-class Solution:
+class Solution(SolutionMethods):
     """States, outputs and energies at the recorded times.
 
     Outputs, energies, the judgement of the run (``findings``, ``success``, ``message``) and the error estimate of a run
@@ -150,7 +155,7 @@ class Solution:
         def __getattr__(self, name: str) -> object:
             known = vars(self)
             if name not in _LATER or "_evaluated" not in known:
-                raise self._unknown(name)
+                return attribute_of_others(Solution, self, name, _MEANT, lambda: self._unknown(name))
             value = getattr(known["_evaluated"], name)
             known[name] = NamedResults(_LATER[name], value) if _LATER[name] else value
             if known.keys() >= _LATER.keys():
@@ -158,16 +163,16 @@ class Solution:
             return known[name]
 
     def __dir__(self) -> list[str]:
-        return list(dict.fromkeys([*super().__dir__(), *_LATER]))
+        return list({*super().__dir__(), *_LATER, *(name for owner, name in others().methods if owner == "Solution")})
 
-    def _unknown(self, name: str) -> AttributeError:
-        """Return the error for an attribute that a solution does not have, with the output of this name."""
+    def _unknown(self, name: str) -> NoReturn:
+        """Raise the error for an attribute that a solution does not have, with the output of this name."""
         there = not name.startswith("_") and vars(self).keys() & {"metadata", "_evaluated"}
         named: Mapping[str, Any] = self.metadata if there else {}
         if name in named.get("outputs", ()):
             hint = f'["{name}"] in place of .{name}'
-            return UnknownAttribute(Problem("", f"a Solution has no {shown(name)}", hint))
-        return unknown_attribute(self, name)
+            raise UnknownAttribute(Problem("", f"a Solution has no {shown(name)}", hint))
+        raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return f"<Solution of {self.metadata.get('scene', 'a scene')}: {len(self.t)} rows; {self.message}>"
@@ -261,72 +266,6 @@ class Solution:
             raise UsageError(Problem("solution", fault, hint))
         return self.model.section_loads(StateArrays(self.t, self.q, self.v, self.a, self.z), self.multipliers)
 
-    def plot_sections(
-        self, beam: str = "", *quantities: str, at: ArrayLike | None = None, axes: object = None
-    ) -> list[Any]:
-        """Draw strains or loads along a geometrically exact beam.
-
-        Parameters
-        ----------
-        beam : str
-            Name of the beam; may be left out if the scene has a single beam.
-        *quantities : str
-            ``moment``, ``force``, ``curvature``, ``strain``; moment and force if none is given.
-        at : times, s
-            Curves along the axis at the rows nearest to these times; without times one map over time and axis for each
-            component that differs from zero.
-        axes : matplotlib Axes, or several
-            Axes to draw on, one for each panel; a new figure of pyplot if none are given.
-
-        Returns
-        -------
-        list of matplotlib Axes
-            One for each panel.
-
-        Raises
-        ------
-        UsageError
-            A name that is none of a beam or of a quantity; times outside the solution; another number of axes than of
-            panels.
-        """
-        from eomgen.results.section_loads import plot_sections  # noqa: PLC0415  # for pictures
-
-        return plot_sections(self, beam, quantities, at, axes)
-
-    @overload
-    def animate(self, path: str | Path) -> Path: ...
-    @overload
-    def animate(self, path: None = None) -> InlineAnimation: ...
-    def animate(self, path: str | Path | None = None) -> Path | InlineAnimation:
-        """Write the motion as one self-contained HTML file, or display the motion in a notebook.
-
-        Parameters
-        ----------
-        path : str or Path, optional
-            Name of the file, which ends in ``.html``; without a name a notebook shows the page, up to 4 MB.
-
-        Returns
-        -------
-        Path or InlineAnimation
-            The path of the file; without a path an object that notebooks show.
-
-        Raises
-        ------
-        UsageError
-            A solution without poses, another ending, or a page that is too large for a notebook.
-        FileError
-            The path cannot be written.
-
-        Examples
-        --------
-        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
-        >>> model.simulate(0.1, 1e-3).animate("motion.html").name
-        'motion.html'
-        """
-        from eomgen.results.animation import inline_animation, write_animation  # noqa: PLC0415  # solutions are used without it too
-
-        return inline_animation(self) if path is None else write_animation(self, path)
-
     def plot(self, *names: str | Sequence[str], axes: object = None, over: str | None = None) -> list[Any]:
         """Draw curves over time, or over another column.
 
@@ -362,110 +301,6 @@ class Solution:
 
         each = [name for given in names for name in ([given] if isinstance(given, str) else given)]
         return plot(self, each, axes, over)
-
-    def psd(self, name: str, *, segments: int = 8, start: float | None = None) -> PowerSpectrum:
-        """Return the one-sided power spectral density of a column by Welch's method: Hann windows that overlap by half.
-
-        Parameters
-        ----------
-        name : str
-            Column by name: ``"tip[2]"``, ``"q.hinge"``, ``"body_acceleration"``.
-        segments : int
-            More segments: less scatter, coarser frequencies.
-        start : float
-            Rows before this time in s are left out, for a motion that has to settle first.
-
-        Returns
-        -------
-        PowerSpectrum
-            Densities over frequency, Hz, in the square of the column's unit per Hz.
-
-        Raises
-        ------
-        UsageError
-            No column or more than one of that name; rows that are not evenly spaced; too few rows.
-
-        Examples
-        --------
-        >>> model = eomgen.build("examples/quarter_car/scene.toml")
-        >>> spectrum = model.simulate(2.0, 1e-2).psd("body_acceleration", segments=2)
-        >>> spectrum.frequencies.shape
-        (68,)
-        """
-        from eomgen.results.spectrum import psd  # noqa: PLC0415  # with the spectra of excitations
-
-        return psd(self, name, segments, start)
-
-    def rms(self, name: str, *, weighting: str | None = None, start: float | None = None) -> float:
-        """Return the root mean square of a column over time, with the mean included.
-
-        A weighting is applied in time, exactly for the cubic spline through the rows, from the first row on; a constant
-        part is weighted by zero. ``psd(name).rms(low, high)`` is of a band, without the mean.
-
-        Parameters
-        ----------
-        name : str
-            Column by name: ``"motor"``, ``"tip[2]"``, ``"body_acceleration"``.
-        weighting : str, optional
-            ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2.
-        start : float
-            Rows before this time in s are left out of the mean, for a motion that has to settle first; a weighting
-            settles within 3 s.
-
-        Returns
-        -------
-        float
-            In the column's unit.
-
-        Raises
-        ------
-        UsageError
-            No column or more than one of that name; no such weighting, or no acceleration; too few rows.
-
-        Examples
-        --------
-        >>> model = eomgen.build("examples/quarter_car/scene.toml")
-        >>> model.simulate(4.0, 1e-2).rms("body_acceleration", weighting="Wk", start=2.0) > 0.0
-        True
-        """
-        from eomgen.results.spectrum import rms  # noqa: PLC0415  # with the weightings of spectra
-
-        return rms(self, name, weighting, start)
-
-    def rainflow(self, name: str, *, start: float | None = None) -> Rainflow:
-        """Count the cycles of a column by the rainflow method of ASTM E1049-85, for damage and damage-equivalent loads.
-
-        Reversals are rows: at 20 rows for each period of an oscillation its range is at most 1.3 % too small. The count
-        is made by the package ``rainflow``, the extra ``fatigue``.
-
-        Parameters
-        ----------
-        name : str
-            Column by name: ``"root_moment"``, ``"tip[2]"``.
-        start : float
-            Rows before this time in s are left out, for a motion that has to settle first.
-
-        Returns
-        -------
-        Rainflow
-            Ranges, means and counts of the cycles, with ``damage``, ``equivalent_range``, ``histogram``, ``plot`` and
-            ``save``.
-
-        Raises
-        ------
-        UsageError
-            ``rainflow`` is not installed; no column or more than one of that name; too few rows.
-
-        Examples
-        --------
-        >>> model = eomgen.build("examples/quarter_car/scene.toml")
-        >>> count = model.simulate(4.0, 1e-2).rainflow("body_acceleration")
-        >>> 0.0 < count.equivalent_range(slope=5) < 10.0
-        True
-        """
-        from eomgen.results.rainflow import rainflow  # noqa: PLC0415  # with the package that counts
-
-        return rainflow(self, name, start)
 
     def save(self, path: str | Path) -> Path:
         """Write the solution, all data as ``.npz``, or the columns as ``.csv``, ``.mat`` or ``.parquet``.
@@ -900,3 +735,6 @@ class Solution:
             return self.poses_and_scenery
         except EomgenError:  # a run without a plot can still be kept
             return None
+
+
+attach_methods(Solution, _MEANT)

@@ -22,8 +22,35 @@ _HIGHEST_FELT = 16.0
 _RESOLVED = 0.05
 
 
-def psd(solution: RecordedSolution, name: str, segments: int, start: float | None) -> PowerSpectrum:
-    """Return the spectrum of a column; see ``Solution.psd``."""
+def psd(solution: RecordedSolution, name: str, *, segments: int = 8, start: float | None = None) -> PowerSpectrum:
+    """Return the one-sided power spectral density of a column by Welch's method: Hann windows that overlap by half.
+
+    Parameters
+    ----------
+    name : str
+        Column by name: ``"tip[2]"``, ``"q.hinge"``, ``"body_acceleration"``.
+    segments : int
+        More segments: less scatter, coarser frequencies.
+    start : float
+        Rows before this time in s are left out, for a motion that has to settle first.
+
+    Returns
+    -------
+    PowerSpectrum
+        Densities over frequency, Hz, in the square of the column's unit per Hz.
+
+    Raises
+    ------
+    UsageError
+        No column or more than one of that name; rows that are not evenly spaced; too few rows.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> spectrum = model.simulate(2.0, 1e-2).psd("body_acceleration", segments=2)
+    >>> spectrum.frequencies.shape
+    (68,)
+    """
     curve = only_curve(solution, name, "psd")
     used = rows_from(solution.t, start, "psd")
     t, x = solution.t[used], curve.values[used]
@@ -49,8 +76,38 @@ def psd(solution: RecordedSolution, name: str, segments: int, start: float | Non
     return PowerSpectrum(curve.name, curve.unit, np.asarray(frequencies), np.asarray(density), run)
 
 
-def rms(solution: RecordedSolution, name: str, weighting: str | None, start: float | None) -> float:
-    """Return the root mean square of a column; see ``Solution.rms``."""
+def rms(solution: RecordedSolution, name: str, *, weighting: str | None = None, start: float | None = None) -> float:
+    """Return the root mean square of a column over time, with the mean included.
+
+    A weighting is applied in time, exactly for the cubic spline through the rows, from the first row on; a constant
+    part is weighted by zero. ``psd(name).rms(low, high)`` is of a band, without the mean.
+
+    Parameters
+    ----------
+    name : str
+        Column by name: ``"motor"``, ``"tip[2]"``, ``"body_acceleration"``.
+    weighting : str, optional
+        ``Wk`` or ``Wd`` of ISO 2631-1, for an acceleration in m/s^2.
+    start : float
+        Rows before this time in s are left out of the mean, for a motion that has to settle first; a weighting
+        settles within 3 s.
+
+    Returns
+    -------
+    float
+        In the column's unit.
+
+    Raises
+    ------
+    UsageError
+        No column or more than one of that name; no such weighting, or no acceleration; too few rows.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> model.simulate(4.0, 1e-2).rms("body_acceleration", weighting="Wk", start=2.0) > 0.0
+    True
+    """
     curve = only_curve(solution, name, "rms")
     t, x = solution.t, curve.values
     kept = np.concatenate([np.diff(t) > 0.0, [True]])  # of rows before and after an event the later row
@@ -95,4 +152,4 @@ def _warn_of_coarse_rows(
         if abs(values[1] - values[0]) <= _RESOLVED * values[0]:
             return
         text = f"every other row gives {values[1]:.4g} in place of {values[0]:.4g}"
-    warnings.warn(f"rms of {name}: {text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=5)
+    warnings.warn(f"rms of {name}: {text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=4)

@@ -57,7 +57,7 @@ def solution_of(rng: np.random.Generator, rows: int = 7) -> Any:
 def test_sections_at_times_are_lines_from_end_to_end_of_elements(rng: np.random.Generator) -> None:
     solution = solution_of(rng)
     loads = solution.section_loads["rope"]
-    drawn = section_loads.plot_sections(solution, "rope", ["force", "strain"], at=[solution.t[2] + 0.1, solution.t[5]])
+    drawn = section_loads.plot_sections(solution, "rope", "force", "strain", at=[solution.t[2] + 0.1, solution.t[5]])
     assert [axis.get_ylabel() for axis in drawn] == [
         "axial force, N", "shear force along y, N", "shear force along z, N",
         "stretch", "shear along y", "shear along z",
@@ -146,7 +146,7 @@ def test_times_of_sections_end_at_the_first_and_the_last_row(rng: np.random.Gene
     with pytest.raises(UsageError, match="there is no beam 'mest'; try: mast"):
         section_loads.plot_sections(solution, "mest")
     with pytest.raises(UsageError, match="sections have no 'forse'; try: force"):
-        section_loads.plot_sections(solution, "mast", ["forse"])
+        section_loads.plot_sections(solution, "mast", "forse")
 
 
 @pytest.mark.parametrize("at_once", [4_000_000, 20])
