@@ -240,10 +240,8 @@ CORE: tuple[Verb, ...] = (
 
 
 def methods_of(verbs: tuple[Verb, ...], owner: str = "Model") -> Iterator[tuple[str, Verb, str]]:
-    """Yield name, verb and target of each method of a class, ``Model`` or ``Solution``."""
-    for verb in verbs:
-        for target in getattr(verb, OWNERS[owner]):
-            yield target.partition(":")[2], verb, target
+    """Return name, verb and target of each method of a class, ``Model`` or ``Solution``."""
+    return ((target.partition(":")[2], verb, target) for verb in verbs for target in getattr(verb, OWNERS[owner]))
 
 
 @cache
