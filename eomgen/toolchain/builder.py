@@ -475,8 +475,8 @@ class Builder:
         def fill(running: RunningCompilers, folder: Path) -> None:
             for other, text in files.items():
                 (folder / other).write_text(text, encoding="utf-8")
-            output, plain = folder / self.binary, self.real in ("double", "float")
-            command = compile_and_link(self.compiler, folder / name, flags, objects, output, running, plain=plain)
+            output = folder / self.binary
+            command = compile_and_link(self.compiler, folder / name, flags, objects, output, running)
             for other in files:
                 (folder / other).unlink()
             (folder / _COMMANDS).write_text(command, encoding="utf-8")

@@ -569,19 +569,9 @@ def compile_and_link(
     objects: Sequence[Path],
     output: Path,
     running: RunningCompilers | None = None,
-    *,
-    plain: bool = False,
 ) -> str:
-    """Compile one file and link it with ready objects to a shared library by one command, which is returned.
-
-    Parameters
-    ----------
-    plain : whether the sources need no function of the compiler's own, as of complex numbers on 64 bits
-    """
-    # the process has a C library: with the names of that the linker takes 20 ms in place of 10
-    few = plain and sys.platform == "linux" and platform.machine() in ("x86_64", "aarch64")
-    few = few and len(compiler.command) == 1  # options, as of sanitizers, may need libraries of their own
-    words = [*compiler.command, *_COMMON, *flags, *_link_flags(), *(["-nostdlib"] if few else [])]
+    """Compile one file and link it with ready objects to a shared library by one command, which is returned."""
+    words = [*compiler.command, *_COMMON, *flags, *_link_flags()]
     command = [*words, str(source), *map(str, objects), "-o", str(output), "-lm"]
     _run(command, output, time.monotonic() + DEFAULT_TIMEOUT, running)
     return shlex.join(command)
