@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import struct
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -99,7 +100,8 @@ def collada(kind: str = "polylist") -> bytes:
 <library_materials><material id="paint"><instance_effect url="#paint-effect"/></material></library_materials>
 <library_geometries><geometry id="part"><mesh>
 <source id="list"><float_array id="numbers" count="12">{corners}</float_array>
-<technique_common><accessor source="#numbers" count="4" stride="3"/></technique_common></source>
+<technique_common><accessor source="#numbers" count="4" stride="3"><param name="X" type="float"/>
+<param name="Y" type="float"/><param name="Z" type="float"/></accessor></technique_common></source>
 <vertices id="places"><input semantic="POSITION" source="#list"/></vertices>
 <{kind} material="symbol" count="4"><input semantic="VERTEX" source="#places" offset="0"/>
 <input semantic="NORMAL" source="#list" offset="1"/>{count}{"".join(f"<p>{item}</p>" for item in lists)}</{kind}>
@@ -336,38 +338,9 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
         ),
         (
             "a.glb",
-            b"glTF" + bytes(30),
-            "a.glb (shapes.part.file): this is not a binary glTF file of version 2; try: an export as glTF 2.0, binary"
-            " (.glb)",
-        ),
-        (
-            "a.glb",
             glb()[:-30],
-            "a.glb (shapes.part.file): the header promises 716 bytes of 686; try: a whole file",
-        ),
-        (
-            "a.glb",
-            glb(extensionsRequired=["KHR_draco_mesh_compression"]),
-            "a.glb (shapes.part.file): the mesh is compressed by 'KHR_draco_mesh_compression'; try: an export without"
-            " compression",
-        ),
-        (
-            "a.glb",
-            glb(meshes=[]),
-            "a.glb (shapes.part.file): the glTF file is not consistent: list index out of range; try: the export of the"
-            " mesh once more",
-        ),
-        (
-            "a.glb",
-            glb(bufferViews=[{"buffer": 0}, {"buffer": 0, "byteOffset": 60}]),
-            "a.glb (shapes.part.file): the glTF file is not consistent: an accessor reaches beyond the buffer; try: the"
-            " export of the mesh once more",
-        ),
-        (
-            "a.glb",
-            glb(nodes=[{"children": [1]}, {"children": [0]}]),
-            "a.glb (shapes.part.file): the glTF file is not consistent: nodes hold one another in a circle; try: the"
-            " export of the mesh once more",
+            "a.glb (shapes.part.file): trimesh cannot read the file: chunk was not expected length!; try: the export of"
+            " the mesh once more, or an STL file",
         ),
         (
             "a.glb",
@@ -376,21 +349,9 @@ def test_each_mistake_in_a_shape_has_one_message(tmp_path: Path, text: str, mess
         ),
         (
             "a.dae",
-            b"<COLLADA><asset/><scene/></COLLADA>",
-            "a.dae (shapes.part.file): the COLLADA file is not consistent: it has no visual scene; try: the export of"
-            " the mesh once more, or an STL file",
-        ),
-        (
-            "a.dae",
-            collada().replace(b"<vcount>3 3 3 3", b"<vcount>3 3 3"),
-            "a.dae (shapes.part.file): the COLLADA file is not consistent: the polygons have 12 corners, and 9 are"
-            " counted; try: the export of the mesh once more, or an STL file",
-        ),
-        (
-            "a.dae",
             b"<mesh/>",
-            "a.dae (shapes.part.file): its root is <mesh>, not <COLLADA>; try: the export of the mesh once more, or an"
-            " STL file",
+            "a.dae (shapes.part.file): pycollada cannot read the file: it has no visual scene; try: the export of the"
+            " mesh once more, or an STL file",
         ),
         (
             "a.obj",
@@ -465,9 +426,23 @@ def test_a_collada_file_holds_the_tetrahedron_in_its_place_units_and_colour(tmp_
     x, y, z = CORNERS.T
     turned = np.stack([-y, x, z], axis=1) * [2.0, 2.0, 2.0] + [1.0, 2.0, 3.0]  # about z, then moved: inner nodes first
     expected = 0.01 * np.stack([turned[:, 0], -turned[:, 2], turned[:, 1]], axis=1)  # y of the file is up
-    assert sorted(np.round(vertices, 9).tolist()) == sorted(np.round(expected, 9).tolist())
-    assert volume(vertices, faces) == pytest.approx(32.0e-6, rel=1e-9)
+    assert sorted(np.round(vertices, 7).tolist()) == sorted(np.round(expected, 7).tolist())  # of single precision
+    assert volume(vertices, faces) == pytest.approx(32.0e-6, rel=1e-6)
     assert colors.tolist() == [[255, 128, 0]] * 4 and closed
+
+
+@pytest.mark.parametrize(
+    ("ending", "package", "name"), [("dae", "pycollada", "collada"), ("glb", "trimesh", "trimesh")]
+)
+def test_a_mesh_of_an_optional_package_names_the_package(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str, package: str, name: str
+) -> None:
+    monkeypatch.setitem(sys.modules, name, None)
+    (tmp_path / f"a.{ending}").write_bytes(glb())
+    assert refused(tmp_path, MESH.format(f"a.{ending}")) == (
+        f"a.{ending} (shapes.part.file): .{ending} files are read by {package}, which is not installed; try: python -m"
+        " pip install 'eomgen[meshes]', or an STL file"
+    )
 
 
 def test_faces_of_a_collada_file_have_the_colours_of_their_materials_unless_the_shape_has_one(tmp_path: Path) -> None:

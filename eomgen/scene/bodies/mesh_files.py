@@ -1,15 +1,17 @@
-"""Meshes of STL, OBJ, COLLADA and binary glTF files, thinned to as many triangles as a picture can show; paths of
-packages."""
+"""Meshes of STL and OBJ files, and by optional packages of COLLADA and binary glTF files; paths of packages.
+
+A mesh is thinned to as many triangles as a picture can show.
+"""
 
 from __future__ import annotations
 
-import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from functools import lru_cache
+from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,11 +21,7 @@ from eomgen.base.data import replace
 from eomgen.base.files import nearby, read_bytes
 from eomgen.base.messages import counted, shown
 from eomgen.errors import FileError, Problem
-from eomgen.lie.numeric import rotation_matrix
 from eomgen.system.description import Shape
-
-if TYPE_CHECKING:
-    from eomgen.scene.bodies.collada import Painted
 
 #: Largest file, bytes, and number of triangles that are kept of a mesh.
 LARGEST, MOST = 200_000_000, 2_000
@@ -33,13 +31,21 @@ _KEPT = 64
 ENDINGS = (".stl", ".obj", ".dae", ".glb")
 #: Triangle of a binary STL file: normal, three corners, attribute.
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
-_HEADER, _GLB_HEADER = 84, 20
+_HEADER = 84
 _VERTEX = re.compile(rb"^\s*vertex\s+(.*?)\s*$", re.MULTILINE | re.IGNORECASE)
 #: Formats by ending, with the format to choose in place of one that is not read.
 _OTHERS = (".gltf", ".ply", ".step", ".stp", ".iges", ".igs", ".3mf", ".fbx")
 _PACKAGE, _FILE = "package:", "file:"
 
 Triangles = tuple[Array, NDArray[np.intp]]
+#: Triangles with colours as of ``Mesh``.
+Painted = tuple[Array, NDArray[np.intp], NDArray[np.int16]]
+#: Axes of a file as rows of x, y and z here, z up, by ``up_axis`` of COLLADA.
+_UP = {
+    "X_UP": ((0.0, -1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.0, 1.0)),
+    "Y_UP": ((1.0, 0.0, 0.0), (0.0, 0.0, -1.0), (0.0, 1.0, 0.0)),
+    "Z_UP": ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)),
+}
 
 
 class Mesh(NamedTuple):
@@ -60,6 +66,7 @@ class Mesh(NamedTuple):
 
 
 _PLAIN = np.zeros((0, 3), dtype=np.int16)
+_NO_TRIANGLES: Painted = (np.zeros((0, 3)), np.zeros((0, 3), dtype=np.intp), _PLAIN)
 #: Part of the edges of a closed surface that may belong to one face alone or to faces that turn the same way.
 _GAPS = 0.02
 
@@ -113,10 +120,10 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
     if len(data) > LARGEST:
         raise MeshError(name, f"the file has more than {LARGEST // 1_000_000} MB", "a coarser mesh")
     colors = _PLAIN
-    if ending == ".dae":
-        vertices, faces, colors = _collada(data, name)
+    if ending in (".stl", ".obj"):
+        vertices, faces = (_stl if ending == ".stl" else _obj)(data, name)
     else:
-        vertices, faces = {".stl": _stl, ".obj": _obj, ".glb": _glb}[ending](data, name)
+        vertices, faces, colors = _in_library(data, name, ending)
     if not len(faces):
         raise MeshError(name, "the mesh has no triangles", "an export with the surfaces of the part")
     if not np.all(np.isfinite(vertices)):
@@ -168,14 +175,71 @@ def with_mesh(shape: Shape, file: str, most: int) -> Shape:
     return replace(shape, vertices=vertices, faces=faces, face_colors=colors, closed=mesh.closed, unread=None)
 
 
-def _collada(data: bytes, name: str) -> Painted:
-    from eomgen.scene.bodies.collada import ColladaError, read_collada  # noqa: PLC0415  # meshes are read for pictures
-
+def _in_library(data: bytes, name: str, ending: str) -> Painted:
+    """Return the triangles of a COLLADA or binary glTF file as an optional package reads it: in m, with z up."""
+    package, read = {".dae": ("pycollada", _collada), ".glb": ("trimesh", _glb)}[ending]
     try:
-        painted = read_collada(data, name)
-    except ColladaError as error:
-        raise MeshError(name, str(error), "the export of the mesh once more, or an STL file") from None
-    return painted if np.any(painted.colors >= 0) else painted._replace(colors=_PLAIN)
+        vertices, faces, colors = zip(_NO_TRIANGLES, *read(data), strict=True)
+    except ImportError:
+        fault = f"{ending} files are read by {package}, which is not installed"
+        raise MeshError(name, fault, "python -m pip install 'eomgen[meshes]', or an STL file") from None
+    except Exception as error:  # the package raises errors of many kinds for files that are not consistent
+        fault = f"{package} cannot read the file: {error}"
+        raise MeshError(name, fault, "the export of the mesh once more, or an STL file") from None
+    starts = np.cumsum([0, *map(len, vertices[:-1])])
+    painted = np.concatenate(colors)
+    return (
+        np.concatenate(vertices),
+        np.concatenate([part + start for part, start in zip(faces, starts, strict=True)]),
+        painted if np.any(painted >= 0) else _PLAIN,
+    )
+
+
+def _collada(data: bytes) -> Iterator[Painted]:
+    """Yield the triangles of each part of a COLLADA file with the diffuse colour of its material."""
+    import collada  # type: ignore[import-untyped]  # noqa: PLC0415  # an optional package
+
+    left_out = [collada.common.DaeBrokenRefError, collada.common.DaeUnsupportedError]
+    document = collada.Collada(BytesIO(data), ignore=left_out)
+    if document.errors:  # nodes with a material that is not there are left out: they are drawn without colours
+        plain = re.sub(rb"<bind_material>.*?</bind_material>", b"", data, flags=re.DOTALL)
+        document = collada.Collada(BytesIO(plain), ignore=left_out)
+    axes = np.array(_UP.get(document.assetInfo.upaxis, _UP["Z_UP"])) * (document.assetInfo.unitmeter or 1.0)
+    if document.scene is None:
+        raise ValueError("it has no visual scene")
+    for geometry in document.scene.objects("geometry"):
+        turned = np.linalg.det(geometry.matrix[:3, :3]) < 0.0
+        for part in geometry.primitives():
+            triangles = part.triangleset() if hasattr(part, "triangleset") else part
+            faces = np.asarray(triangles.vertex_index, dtype=np.intp)
+            if faces.shape[-1] == len("xyz"):  # not lines
+                effect = getattr(triangles.material, "effect", None)
+                yield (
+                    triangles.vertex @ axes.T,
+                    faces[:, ::-1] if turned else faces,
+                    _colors(getattr(effect, "diffuse", None), len(faces)),
+                )
+
+
+def _glb(data: bytes) -> Iterator[Painted]:
+    """Yield the triangles of each part of a binary glTF file, whose y axis is up, without colours."""
+    import trimesh  # noqa: PLC0415  # an optional package
+
+    scene = trimesh.load_scene(BytesIO(data), file_type="glb")
+    for node in scene.graph.nodes_geometry:
+        matrix, geometry = scene.graph[node]
+        mesh = scene.geometry[geometry]
+        if hasattr(mesh, "faces"):
+            places = mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3]
+            faces = np.asarray(mesh.faces, dtype=np.intp)
+            yield places @ np.array(_UP["Y_UP"]).T, faces, _colors(None, len(faces))
+
+
+def _colors(color: object, count: int) -> NDArray[np.int16]:
+    """Return red, green and blue, 0 to 255, for each face; -1 without a colour, as of textures."""
+    known = isinstance(color, tuple) and len(color) >= len("rgb")
+    parts = np.round(255.0 * np.clip(color[:3], 0.0, 1.0)) if known else np.full(3, -1.0)  # type: ignore[index]
+    return np.tile(parts.astype(np.int16), (count, 1))
 
 
 def _stl(data: bytes, name: str) -> Triangles:
@@ -232,109 +296,6 @@ def _obj(data: bytes, name: str) -> Triangles:
                 raise MeshError(f"{name}:{number}", fault, "vertices before the faces, counted from 1")
         faces += [[places[0], places[k], places[k + 1]] for k in range(1, len(places) - 1)]
     return np.array(vertices, dtype=float).reshape(-1, 3), np.array(faces, dtype=np.intp).reshape(-1, 3)
-
-
-#: Types of components of a glTF accessor, numbers of components, and modes of triangles: list, strip, fan.
-_COMPONENTS = {5121: "u1", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_WIDTHS = {"SCALAR": 1, "VEC3": 3}
-_TRIANGLES = 4
-
-
-def _glb(data: bytes, name: str) -> Triangles:
-    """Return all triangles of the scene of a binary glTF 2.0 file, whose y axis is up: the file's y becomes z."""
-    document, buffer = _chunks(data, name)
-    if packed := [item for item in document.get("extensionsRequired", ()) if "mesh" in str(item).lower()]:
-        raise MeshError(name, f"the mesh is compressed by {shown(packed[0])}", "an export without compression")
-    vertices: list[Array] = []
-    faces: list[NDArray[np.intp]] = []
-    try:
-        for node, matrix in _placed_nodes(document):
-            for part in document["meshes"][node["mesh"]]["primitives"] if "mesh" in node else ():
-                if part.get("mode", _TRIANGLES) == _TRIANGLES:
-                    places, corners = _primitive(document, buffer, part)
-                    faces.append(corners + sum(map(len, vertices)))
-                    vertices.append(places @ matrix[:3, :3].T + matrix[:3, 3])
-    except (KeyError, IndexError, TypeError, ValueError, AttributeError) as error:
-        reason = f"{error} is missing" if isinstance(error, KeyError) else str(error)
-        raise MeshError(
-            name, f"the glTF file is not consistent: {reason}", "the export of the mesh once more"
-        ) from None
-    if not vertices:
-        return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.intp)
-    x, y, z = np.concatenate(vertices).T
-    return np.stack([x, -z, y], axis=1), np.concatenate(faces)
-
-
-def _placed_nodes(document: Mapping[str, Any]) -> Iterator[tuple[Mapping[str, Any], Array]]:
-    """Yield the nodes of the scene with their matrices (4, 4) to the scene."""
-    nodes, scenes = document.get("nodes", []), document.get("scenes")
-    children = {child for node in nodes for child in node.get("children", ())}
-    roots = scenes[document.get("scene", 0)]["nodes"] if scenes else set(range(len(nodes))) - children
-    waiting = [(root, np.eye(4), 0) for root in roots]
-    while waiting:
-        number, above, depth = waiting.pop()
-        if depth >= len(nodes):
-            raise ValueError("nodes hold one another in a circle")
-        node = nodes[number]
-        matrix = above @ _transform(node)
-        waiting += [(child, matrix, depth + 1) for child in node.get("children", ())]
-        yield node, matrix
-
-
-def _primitive(document: Mapping[str, Any], buffer: bytes, part: Mapping[str, Any]) -> Triangles:
-    """Return the triangles of a part of a mesh."""
-    places = _accessor(document, buffer, part["attributes"]["POSITION"]).astype(float).reshape(-1, 3)
-    corners = np.arange(len(places), dtype=np.intp)
-    if "indices" in part:
-        corners = _accessor(document, buffer, part["indices"]).astype(np.intp)
-    if np.any(corners >= len(places)):
-        raise ValueError(f"a triangle has the vertex {int(np.max(corners))} of {len(places)}")
-    return places, corners.reshape(-1, 3)
-
-
-def _chunks(data: bytes, name: str) -> tuple[dict[str, Any], bytes]:
-    """Return the JSON of a binary glTF file and its buffer."""
-    if data[:4] != b"glTF" or len(data) < _GLB_HEADER or int.from_bytes(data[4:8], "little") != 2:
-        raise MeshError(name, "this is not a binary glTF file of version 2", "an export as glTF 2.0, binary (.glb)")
-    if int.from_bytes(data[8:12], "little") > len(data):
-        raise MeshError(
-            name, f"the header promises {int.from_bytes(data[8:12], 'little')} bytes of {len(data)}", "a whole file"
-        )
-    size = int.from_bytes(data[12:16], "little")
-    start = _GLB_HEADER + size
-    try:
-        document = json.loads(data[_GLB_HEADER:start])
-    except ValueError:
-        document = None
-    if not isinstance(document, dict):
-        raise MeshError(name, "the glTF file holds no JSON", "the export of the mesh once more")
-    return document, data[start + 8 : start + 8 + int.from_bytes(data[start : start + 4], "little")]
-
-
-def _transform(node: Mapping[str, Any]) -> Array:
-    """Return the matrix (4, 4) of a node, from a matrix by columns or from translation, rotation and scale."""
-    if "matrix" in node:
-        return np.array(node["matrix"], dtype=float).reshape(4, 4).T
-    x, y, z, w = np.array(node.get("rotation", (0.0, 0.0, 0.0, 1.0)), dtype=float)
-    result = np.eye(4)
-    result[:3, :3] = rotation_matrix(np.array([w, x, y, z])) * np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
-    result[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
-    return result
-
-
-def _accessor(document: Mapping[str, Any], buffer: bytes, number: int) -> NDArray[Any]:
-    """Return the numbers of an accessor, (count * components,)."""
-    accessor = document["accessors"][number]
-    view = document["bufferViews"][accessor["bufferView"]]
-    if "uri" in document["buffers"][view["buffer"]]:
-        raise ValueError("its numbers are in another file")
-    kind, width, count = np.dtype(_COMPONENTS[accessor["componentType"]]), _WIDTHS[accessor["type"]], accessor["count"]
-    stride = view.get("byteStride", kind.itemsize * width)
-    start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
-    if min(start, count, stride) < 0 or start + stride * (count - 1) + kind.itemsize * width > len(buffer):
-        raise ValueError("an accessor reaches beyond the buffer")
-    rows = np.ndarray((count, width), kind, buffer, start, (stride, kind.itemsize))
-    return rows.reshape(-1)
 
 
 def _not_numbers(name: str, line: int, keyword: str, text: bytes) -> NoReturn:
