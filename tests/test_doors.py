@@ -517,7 +517,6 @@ LATE: dict[str, dict[str, str]] = {
     },
     "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
     "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
-    "scene.bodies.mesh_files": {"scene.bodies.collada": "meshes are read for pictures"},
     "scene.bodies.reading": {"formula.units.conversion": "Pint; few bases follow a curve with a unit"},
     "scene.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
     "scene.signals.curves": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
