@@ -157,10 +157,9 @@ def section(found: Mapping[str, Finding], rows: Sequence[Row]) -> str:
             ratio = ratio_shown(own / one.value) if own and one.value and not one.name.startswith("eomgen") else ""
             time = f"{shown(one.value)} ±{50 * (one.spread or 0):.0f}%" if one.value is not None else one.state
             error = f"{one.error:.0e}" if one.error is not None else ""
-            versions = ", ".join(f"{package} {version}" for package, version in one.versions.items())
-            lines.append([work, one.name, time, ratio, error, one.note if one.state == MEASURED else "", versions])
+            lines.append([work, one.name, time, ratio, error, one.note if one.state == MEASURED else ""])
             work = ""
-    header = ["work", "by", "time", "eomgen by this", "error", "settings", "versions"]
+    header = ["work", "by", "time", "eomgen by this", "error", "settings"]
     return "\n".join([markdown(header, lines, right=(2, 3, 4)), "", *notes])
 
 
@@ -170,20 +169,26 @@ def _own_of(row: Row, peer: str) -> str:
 
 def machine_told(found: Mapping[str, Finding]) -> str:
     """Return the machines of the findings in a sentence, the latest first."""
-    told: dict[str, None] = {}
+    told: dict[str, dict[str, None]] = {}
     for finding in sorted(found.values(), key=lambda one: -float(one.machine["time"])):
         m = finding.machine
         loads = [one.machine["load"] for one in found.values() if one.machine["commit"] == m["commit"]]
         span = f"{min(loads):g} to {max(loads):g}" if all(load is not None for load in loads) else "unknown"
         processor = f"{m['processor']} ({m['family']}, {m['vectors'] or 'no wide vectors'}), {m['cores']} cores"
         programs = f"{m['system']}, gcc {m['compiler']}, Python {m['python']}"
-        told[f"{processor}, {programs}; {m['date']}, commit {m['commit']}, load {span}"] = None
-    return "\n".join(f"- {text}" for text in told)
+        told.setdefault(f"{processor}, {programs}", {})[f"{m['date']} {m['commit']} (load {span})"] = None
+    return "\n".join(f"- {text}; date and commit: {', '.join(measured)}" for text, measured in told.items())
+
+
+def versions(found: Mapping[str, Finding]) -> str:
+    """Return the packages of the contestants with their versions in a line."""
+    packages = {pair for finding in found.values() for one in finding.outcomes for pair in one.versions.items()}
+    return "Versions: " + ", ".join(f"{package} {version}" for package, version in sorted(packages)) + "."
 
 
 def page(found: Mapping[str, Finding], rows: Sequence[Row] = ROWS) -> str:
     """Return the text of docs/benchmarks.md."""
-    parts = [INTRODUCTION, "Measured on:\n", machine_told(found), ""]
+    parts = [INTRODUCTION, "Measured on:\n", machine_told(found), "", versions(found), ""]
     parts += ["![Time of each peer by eomgen's, on a logarithmic scale](benchmarks_ratios.svg)", ""]
     parts += [
         "All measurements since the suite exists are in [history.csv](../benchmarks/history.csv):",

@@ -159,7 +159,10 @@ def test_the_page_names_what_is_lost_and_what_has_no_number(tmp_path: Path) -> N
         "- work of not_run: not run.",
     ]
     assert page.readme_rows(found, rows).splitlines()[2:] == ["| work of won | 200 ns | peer: 1 us | 0.2 |"]
-    assert "AVX2), 2 cores, Linux 6, gcc 12.2.0, Python 3.11.7; 2026-11-22, commit abcdef12, load 0.5 to 0.5" in text
+    assert (
+        "AVX2), 2 cores, Linux 6, gcc 12.2.0, Python 3.11.7; date and commit: 2026-11-22 abcdef12 (load 0.5 to 0.5)"
+        in text
+    )
     for name, one in found.items():
         one.write(tmp_path)
         assert read(tmp_path)[name] == one

@@ -287,6 +287,12 @@ def words(text: str) -> int:
     return len(re.findall(r"[A-Za-z']+", text))
 
 
+def test_pages_of_measured_data_are_short() -> None:
+    """Benchmarks, robots and verification: their numbers are data in the repository."""
+    pages = [read(f"docs/{name}.md") for name in ("benchmarks", "urdf_robots", "verification")]
+    assert sum(len(page.split()) for page in pages) <= 8000
+
+
 def test_no_page_is_too_long() -> None:
     files = [ROOT / "README.md", *(ROOT / "docs").rglob("*.md"), *(ROOT / "examples").glob("*/README.md")]
     pages = [file for file in files if "_build" not in file.parts]
