@@ -283,7 +283,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "control events tree",
         "scene sections sources",
         "document",
-        "quantities repeat",
+        "repeat",
         "scaling",
         "include",
         "load",

@@ -19,10 +19,10 @@ from typing import Any, cast
 
 from eomgen.base.data import dataclass
 from eomgen.formula.units.parser import read_unit
+from eomgen.scene.document.quantities import Quantity, quantities
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.quantities import Quantity, quantities
 from eomgen.scene.reading.report import Report
 
 Data = Mapping[str, Any]

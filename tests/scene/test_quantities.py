@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 
-from eomgen.scene.quantities import quantities
+from eomgen.scene.document.quantities import quantities
 
 SCENE = """
 format = 1
@@ -53,3 +53,10 @@ def test_units_follow_the_type_of_the_entry() -> None:
 def test_fields_can_be_left_out() -> None:
     found = {quantity.field for quantity in quantities(tomllib.loads(SCENE), frozenset(["parameters", "rate"]))}
     assert "mass" in found and not {"value", "rate"} & found
+
+
+def test_an_entry_in_its_short_form_is_the_value_of_one_key() -> None:
+    (found,) = quantities({"definitions": {"hit": "q.rail - 2"}})
+    assert (found.key, found.field, found.owner, found.value) == (
+        "definitions.hit", "formula", ("definitions", "hit"), "q.rail - 2",
+    )  # fmt: skip  # a row

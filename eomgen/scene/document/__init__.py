@@ -2,4 +2,4 @@
 
 __all__ = ["json_schema", "notes", "out_of_scale", "reference"]
 #: Open to the other parts of ``scene`` as well.
-WITHIN = ["assemble", "parts_schema", "schema", "units", "validation"]
+WITHIN = ["assemble", "parts_schema", "quantities", "schema", "units", "validation"]

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import math
-import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -190,24 +189,20 @@ def _below_zero(laws: Iterable[tuple[str, Formula]], values: Values) -> Iterator
                 yield key, value
 
 
-def springs_without_laws(elements: Iterable[ForceElement], written: Callable[[], str]) -> list[str]:
+def springs_without_laws(elements: Iterable[ForceElement], mentioned: Collection[tuple[str, str]]) -> list[str]:
     """Return a note on each spring with neither stiffness nor damping nor force, unless a formula reads it.
 
     Parameters
     ----------
-    written : returns the text of the scene
+    mentioned : kinds and names in the formulas of the scene
     """
-    without = [
-        element
+    read = {name for kind, name in mentioned if kind in ("length", "rate", "tension")}
+    return [
+        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
         for element in elements
         if element.section == "springs"
         and all(getattr(element, field) == ZERO for field in ("stiffness", "damping", "force"))
-    ]
-    text = written() if without else ""
-    return [
-        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
-        for element in without
-        if not re.search(rf"(length|rate|tension)\.{re.escape(element.name)}\b", text)
+        and element.name not in read
     ]
 
 

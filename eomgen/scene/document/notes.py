@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -14,7 +13,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
 from eomgen.base.products import placed, rows_of
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import law_and_rate
 from eomgen.scene.document.checks import efforts_on_drives, loads_without_size, unused_names
 from eomgen.scene.document.doubtful_elements import (
@@ -34,6 +33,8 @@ from eomgen.scene.document.out_of_scale import (
     out_of_scale,
     size_of_scene,
 )
+from eomgen.scene.formula.namespaces import read_as_written
+from eomgen.scene.formula.scope import ANYWHERE
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Reading
 from eomgen.system.description import BASE
@@ -195,7 +196,9 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
         if isinstance(gravity, int | float) and gravity and abs(mean + gravity) <= _SAME * abs(gravity):
             fault = f"{key} has a mean of {mean:.4g} m/s^2, opposite to gravity: an accelerometer at rest reads this"
             yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added"
-        if _varies(positions[axis]):
+        position = positions[axis]
+        names = facts.values.names
+        if isinstance(position, str) and Symbol("time") in symbols(read_as_written(position, names, ANYWHERE)):
             fault = f"base.position[{axis}] and {key} both move the base over time, and their motions add"
             yield f"{fault}; try: one of the two, if they describe the same motion"
 
@@ -241,11 +244,6 @@ def _to_and_fro(law: Formula, times: Array, facts: SceneFacts) -> tuple[float, f
     return float(np.ptp(values)), float(np.max(np.abs(np.gradient(rates, times))))
 
 
-def _varies(formula: object) -> bool:
-    """Return whether a text mentions the time."""
-    return isinstance(formula, str) and re.search(r"\bt\b", formula) is not None
-
-
 #: The group of rows that products add.
 GROUP = "eomgen.notes"
 #: Notes of the core, in the order of their listing.
@@ -254,14 +252,17 @@ NOTES: tuple[Note, ...] = (
     Note("doubts of single sections", _of_sections),
     Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
     Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
-    Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data)),
-    Note("plain lengths in formulas", lambda facts: lengths_against_numbers(facts.data, lambda: facts.size)),
+    Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data, facts.values)),
+    Note(
+        "plain lengths in formulas",
+        lambda facts: lengths_against_numbers(facts.data, facts.values, lambda: facts.size),
+    ),
     Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
     Note(
         "negative stiffness or damping",
         lambda facts: negative_laws(facts.scene["joints"], facts.scene["elements"], facts.values),
     ),
-    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], lambda: repr(facts.data))),
+    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], facts.values.mentioned)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
     Note("shapes that leave their points", lambda facts: shapes_that_leave_points(facts.document, facts.reading)),
     Note("values out of scale", _out_of_scale),

@@ -4,7 +4,6 @@ of more than a turn, delays and sampling times as numbers of samples.
 
 from __future__ import annotations
 
-import ast
 import contextlib
 import itertools
 import math
@@ -17,11 +16,15 @@ from eomgen.base.messages import key_of
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Vector
+from eomgen.formula.nodes import ZERO, Application, Formula, Number, Operation, Symbol, Vector, distinct_nodes, infix
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
+from eomgen.scene.document.quantities import quantities
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.element import ForceElement
+from eomgen.scene.formula.namespaces import read_as_written
+from eomgen.scene.formula.scope import ANYWHERE_ALONG_A_BEAM
+from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.reading.values import Values
@@ -393,18 +396,12 @@ def _of_rotations(data: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
                 yield subject, value
 
 
-def angles_against_numbers(data: Mapping[str, Any]) -> list[str]:
+def angles_against_numbers(data: Mapping[str, Any], values: Values) -> list[str]:
     """Return a note on each plain number of more than a turn that a formula compares with an angle of a joint, adds to
-    an angle or subtracts from an angle.
-
-    Parameters
-    ----------
-    data : of a well-formed scene, as written
-    """
-    units = _units_of_coordinates(data)
+    an angle or subtracts from an angle."""
     notes = []
-    for key, angle, value in _against_numbers(data, lambda node: _unit_of_coordinate(node, units) == "rad"):
-        if note := several_turns(f"{key}: {ast.unparse(angle)} stands against", value):
+    for key, angle, unit, value in _against_numbers(data, values):
+        if unit == "rad" and (note := several_turns(f"{key}: {angle} stands against", value)):
             turned = note.partition(":")[0] + ":" + note.partition(":")[2].partition(":")[0]
             notes.append(
                 f'{turned}: angles in formulas are radians; try: a parameter of "{value:.6g} deg" in its place'
@@ -412,97 +409,53 @@ def angles_against_numbers(data: Mapping[str, Any]) -> list[str]:
     return list(dict.fromkeys(notes))
 
 
-def lengths_against_numbers(data: Mapping[str, Any], size_of: Callable[[], float]) -> list[str]:
+def lengths_against_numbers(data: Mapping[str, Any], values: Values, size_of: Callable[[], float]) -> list[str]:
     """Return a note on each plain number of a hundred times the size of the scene that a formula compares with a place
     of a point or a travel of a joint, adds to a length or subtracts from a length.
 
     Parameters
     ----------
-    data : of a well-formed scene, as written
     size_of : returns the size of the scene, m, 0 if unknown; called if there is such a number
     """
-    units = _units_of_coordinates(data)
     notes = []
-    for key, length, value in _against_numbers(data, lambda node: _is_length(node, units)):
-        size = size_of()
+    for key, length, unit, value in _against_numbers(data, values):
+        size = size_of() if unit == "m" else 0.0
         if size > 0.0 and abs(value) >= _FACTOR * size:
-            beside = (
-                f"{ast.unparse(length)} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"
-            )
+            beside = f"{length} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"
             notes.append(
                 f'{key}: {beside}: lengths in formulas are in m; try: a parameter of "{abs(value):.6g} mm" in its place'
             )
     return list(dict.fromkeys(notes))
 
 
-def _units_of_coordinates(data: Mapping[str, Any]) -> dict[str, tuple[str, ...]]:
-    return {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in data.get("joints", {}).items()}
+#: Operations whose two operands have one unit.
+_OF_ONE_UNIT = ("lt", "le", "add", "sub")
 
 
-def _against_numbers(
-    data: Mapping[str, Any], is_quantity: Callable[[ast.expr], bool]
-) -> Iterator[tuple[str, ast.expr, float]]:
-    """Yield key, quantity and number of each plain number that has the unit of a quantity in a formula."""
-    for key, text in _texts_with_positions(data):
-        try:
-            tree = ast.parse(text.strip(), mode="eval")
-        except (SyntaxError, ValueError, RecursionError):
+def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[str, str, str, float]]:
+    """Yield key, text and unit of a place or a coordinate, and the plain number that has this unit in a formula."""
+    joints = data.get("joints", {})
+    coordinates = {name: tuple(JOINTS[joint["type"]].coordinates.values()) for name, joint in joints.items()}
+
+    def units_of(symbol: Symbol) -> tuple[str, ...]:
+        """Return the units of the components of a place or of the coordinates of a joint; none of other quantities."""
+        if symbol.kind == "position":
+            return ("m",) * 3
+        return coordinates.get(symbol.name, ()) if symbol.kind == "q" else ()
+
+    for quantity in quantities(data):
+        if not isinstance(quantity.value, str):
             continue
-        for node in ast.walk(tree):
-            for quantity, number in _pairs(node):
-                if is_quantity(quantity) and (value := _literal(number)) is not None:
-                    yield key, quantity, value
-
-
-def _is_length(node: ast.expr, units: Mapping[str, Sequence[str]]) -> bool:
-    """Return whether an operand is a component of a point's place, or a coordinate of a joint in m."""
-    if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Attribute):
-        word = node.value.value
-        if isinstance(word, ast.Name) and word.id == "position":
-            return True
-    return _unit_of_coordinate(node, units) == "m"
-
-
-def _texts_with_positions(data: Any, *key: str | int) -> Iterator[tuple[str, str]]:
-    """Yield the key and the text of each text within nested data that names a position or a coordinate."""
-    for name, entry in data.items() if isinstance(data, Mapping) else enumerate(data):
-        if isinstance(entry, str):
-            if ("q." in entry or "position." in entry) and name != "description":
-                yield key_of(*key, name), entry
-        elif not isinstance(entry, int | float) and isinstance(entry, list | tuple | Mapping) and name != "description":
-            yield from _texts_with_positions(entry, *key, name)
-
-
-def _pairs(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Yield both orders of two operands that have one unit."""
-    pairs: list[tuple[ast.expr, ast.expr]] = []
-    if isinstance(node, ast.Compare):
-        pairs = list(itertools.pairwise([node.left, *node.comparators]))
-    elif isinstance(node, ast.BinOp) and isinstance(node.op, ast.Add | ast.Sub):
-        pairs = [(node.left, node.right)]
-    for first, second in pairs:
-        yield first, second
-        yield second, first
-
-
-def _unit_of_coordinate(node: ast.expr, units: Mapping[str, Sequence[str]]) -> str:
-    """Return the unit of an operand that is a coordinate of a joint; empty for any other operand."""
-    index = 0
-    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
-        index = node.slice.value
-        node = node.value
-    if not (isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "q"):
-        return ""
-    return "".join(units.get(node.attr, ())[index : index + 1])
-
-
-def _literal(node: ast.expr) -> float | None:
-    """Return the number that an operand is; None for any other operand."""
-    sign = 1.0
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        node, sign = node.operand, -1.0
-    written = node.value if isinstance(node, ast.Constant) else None
-    return sign * written if isinstance(written, int | float) and not isinstance(written, bool) else None
+        try:
+            formula = read_as_written(quantity.value, values.names, ANYWHERE_ALONG_A_BEAM)
+        except FormulaError:
+            continue
+        for node in distinct_nodes(formula):
+            if isinstance(node, Operation) and node.name in _OF_ONE_UNIT:
+                for symbol, other in itertools.permutations(node.arguments):
+                    if isinstance(symbol, Symbol) and isinstance(other, Number) and (units := units_of(symbol)):
+                        text = infix(symbol, {symbol: len(units)}.__getitem__)
+                        yield quantity.key, text, units[symbol.index], other.value
 
 
 #: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.

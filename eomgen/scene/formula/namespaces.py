@@ -70,7 +70,7 @@ def read_included(text: str, names: SceneNames, scope: Scope, inner: SceneNames 
     FormulaError
         In the words of the file.
     """
-    formula = _read(text, spaces_of(text), names, scope)
+    formula = read_as_written(text, names, scope)
     if names.definitions and (used := mentioned(formula)):
         own = inner or names
         parts = {one: expanded(one, names, scope, lambda text: read_included(text, own, scope)) for one in used}
@@ -145,6 +145,16 @@ def in_order_of_mention(definitions: Mapping[str, NamedExpression]) -> list[str]
                 path.append(ahead)
                 seen.add(ahead)
     return list(order)
+
+
+def read_as_written(text: str, names: SceneNames, scope: Scope) -> Formula:
+    """Return the formula of a text in the scene's names, with symbols for definitions.
+
+    Raises
+    ------
+    FormulaError
+    """
+    return _read(text, spaces_of(text), names, scope)
 
 
 def _read(text: str, spaces: tuple[Namespace, ...], names: SceneNames, scope: Scope) -> Formula:

@@ -62,18 +62,23 @@ def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Qu
                 continue
             value, place = entries[field], (*path, field)
             if inner is None:
-                yield from _components(table, entries, field, meaning, kind, path)
+                yield from _components(table, entries, field, meaning, kind, path, place)
             elif inner.shape == "table":
                 ahead += [(inner.model, value, place, kind)] * isinstance(value, Mapping)
             elif isinstance(value, Mapping | list | tuple):
-                items = value.items() if isinstance(value, Mapping) else enumerate(value)
-                ahead += [(inner.model, one, (*place, name), kind) for name, one in items if isinstance(one, Mapping)]
+                short = inner.model.short
+                for name, one in value.items() if isinstance(value, Mapping) else enumerate(value):
+                    if isinstance(one, Mapping):
+                        ahead.append((inner.model, one, (*place, name), kind))
+                    elif short:  # the entry is the value of one key
+                        whole, key = (*place, name), fields_of(inner.model)[short][0]
+                        yield from _components(inner.model, {short: one}, short, key, kind, whole, whole)
 
 
 def _components(
-    table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path
+    table: type[Table], entries: Data, field: str, meaning: KeyMetadata, kind: object, owner: Path, place: Path
 ) -> Iterator[Quantity]:
-    """Yield the numbers and texts of one key."""
+    """Yield the numbers and texts of one key at a place."""
     units = meaning.unit.get(str(kind), "") if isinstance(meaning.unit, Mapping) else meaning.unit
     if units == ANY_UNIT:
         units = str(entries.get("unit", ""))
@@ -83,7 +88,7 @@ def _components(
         units = f"{entries.get('unit') or '1'}/s"
     if not units and meaning.names is None:
         return
-    for path, unit, value in _leaves((*owner, field), units, entries[field]):
+    for path, unit, value in _leaves(place, units, entries[field]):
         yield Quantity(path, field, unit if isinstance(unit, str) else "", value, owner, table, meaning)
 
 
