@@ -100,7 +100,7 @@ class _PublicModules:
         fullname: str, path: Sequence[str] | None = None, target: ModuleType | None = None
     ) -> ModuleSpec | None:
         package, _, name = fullname.partition(".")
-        if package != __name__ or not name or "." in name or name.startswith("_"):
+        if package != __name__ or not name or name.startswith("_"):
             return None
         from eomgen.base.products import spec_of  # noqa: PLC0415  # most imports are of files
 

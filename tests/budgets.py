@@ -227,7 +227,7 @@ def weights() -> dict[str, Counts]:
 #: Endings of templates, beside which their bytecode lies.
 _TEMPLATES = (".c", ".css", ".h", ".html", ".jinja", ".js", ".txt")
 #: Rooms of folders of templates with another name.
-_ROOMS = {"c": "codegen", "html": "products.pages"}
+_ROOMS = {"c": "codegen"}
 
 
 def _filled_lines(file: Path) -> int:

@@ -37,6 +37,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     "products.laws": {"FileLaw"},
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
+    "products.pictures": {"InlineAnimation", "Rainflow", "animate", "rainflow", "section_drawing"},
     "products.robots": {"MJCF", "SDF", "URDF", "mjcf", "sdf"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
@@ -64,7 +65,7 @@ DOORS: dict[str, set[str]] = {
     "codegen": {"base", "errors", "integrators", "symbolic", "system"},
     # a compiled model, and its results
     "compiled": {"base", "errors", "formula", "lie", "solvers", "system", "toolchain"},
-    "results": {"base", "compiled", "errors", "formula", "lie", "linear", "system"},
+    "results": {"base", "compiled", "errors", "lie", "linear", "system"},
     "analysis": {"base", "compiled", "errors", "formula", "lie", "linear", "solvers", "system"},
     "simulation": {
         "analysis",
@@ -221,9 +222,12 @@ DOORS: dict[str, set[str]] = {
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.robots": {"base", "errors", "formula", "lie", "scene", "system"},
+    "products.pictures": {
+        *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
+    },
     "products.pages": {
         *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
-        *("products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
+        *("products.pictures", "products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
     },
     "products.comparison": {
         *("base", "cli", "errors", "formula", "lie", "pipeline", "scene", "symbolic", "system"),
@@ -236,13 +240,13 @@ DOORS: dict[str, set[str]] = {
         "lie",
         "mechanics",
         "pipeline",
-        "results",
+        "products.pictures",
         "scene",
         "symbolic",
         "system",
     },
     "products.offered": set(),
-    "products.solution_methods": {"results"},
+    "products.solution_methods": {"products.pictures", "results"},
     "products.exported": {
         "products.comparison",
         "products.fields",
@@ -458,6 +462,7 @@ LATE: dict[str, dict[str, str]] = {
         "toolchain.python_functions": "files in Python are executed at a build",
     },
     "products.pages.commands": {"": "as in cli"},
+    "products.pictures.command": {"": "as in cli"},
     "products.reliability.command": {"": "as in cli"},
     "products.studies.model_commands": {"": "as in cli"},
     "products.studies.run_commands": {"": "as in cli"},
@@ -506,11 +511,7 @@ LATE: dict[str, dict[str, str]] = {
     "pipeline.pipeline": {
         "": "each stage is imported when it is reached: a cached model needs no SymPy, no Jinja and no SciPy",
     },
-    "results.solution_files": {"results.scenery": "files are read again on request"},
-    "results.solution": {
-        "results.plots": "pictures are drawn on request",
-        "results.scenery": "likewise",
-    },
+    "results.solution": {"results.plots": "pictures are drawn on request"},
     "scene.sources.register": {
         "scene.sources.renamed_keys": "a scene of a record is not read",
         "scene.reading.xml": "for endings that several formats share",
@@ -549,10 +550,7 @@ LATE: dict[str, dict[str, str]] = {
         "formula.motion_faults": "it evaluates on the tape; most scenes prescribe no motion",
     },
     "simulation.stepping.states": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
-    "simulation.run_model": {
-        "analysis.linearize": "SciPy; only linear models about motions need it",
-        "results.scenery": "pictures are drawn on request",
-    },
+    "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
     "toolchain.library": {
         "toolchain.python_functions": "few models call functions in Python",

@@ -39,12 +39,15 @@ class Product:
         of objects, which are imported when the register is read.
     needs : tuple of str
         Products whose modules this product imports.
+    moved : mapping
+        Earlier name of a module below ``eomgen``, by which users may import it -> name of the module itself.
     """
 
     modules: Mapping[str, str] = field(default_factory=dict)
     names: Mapping[str, str] = field(default_factory=dict)
     rows: Mapping[str, tuple[object, ...]] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
+    moved: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -80,6 +83,11 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
     rows = (row for product in products().values() for row in product.rows.get(group, ()))
     objects = (named(row) if isinstance(row, str) else row for row in rows)
     return tuple(row for row in objects if isinstance(row, kind))
+
+
+def object_of(group: str, key: str) -> Any:
+    """Return the object of a late row of a register by the row's name; None if no product gives the row."""
+    return next((named(row.target) for row in rows_of(group, LateRow) if row.key == key), None)
 
 
 def placed(
@@ -179,8 +187,10 @@ _WITHIN = _SubmoduleFinder()
 
 
 def spec_of(name: str) -> ModuleSpec | None:
-    """Return the import specification of a public module ``eomgen.name``; None if there is no such module."""
-    module = OF_THE_CORE.get(name) or public_modules().get(name)
+    """Return the import specification of a public module ``eomgen.name``, or of a module that had this name; None if
+    there is no such module."""
+    moved = (product.moved[name] for product in products().values() if name in product.moved)
+    module = OF_THE_CORE.get(name) or public_modules().get(name) or next(moved, None)
     if module is None:
         return None
     if not _WITHIN.prefixes:

@@ -173,13 +173,6 @@ CORE: tuple[Verb, ...] = (
         heading="Build and run",
     ),
     Verb(
-        "animate",
-        "Write the motion as one HTML page in three dimensions.",
-        "eomgen.cli.animate:animate",
-        heading="Build and run",
-        solution_methods=("eomgen.results.animation:animate",),
-    ),
-    Verb(
         "schema",
         "Print the JSON Schema of scene files.",
         "eomgen.cli.schema:schema",
@@ -221,8 +214,6 @@ CORE: tuple[Verb, ...] = (
         takes_scene=False,
         heading="Housekeeping",
     ),
-    Verb("plot_sections", solution_methods=("eomgen.results.section_loads:plot_sections",)),
-    Verb("rainflow", solution_methods=("eomgen.results.rainflow:rainflow",)),
     Verb("psd", solution_methods=("eomgen.results.spectrum:psd", "eomgen.results.spectrum:rms")),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),

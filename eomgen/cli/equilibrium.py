@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +12,7 @@ import click
 
 from eomgen.base.data import dataclass
 from eomgen.base.json_text import json_text
+from eomgen.base.products import fault_of_absent, object_of
 from eomgen.base.progress import waiting
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
@@ -26,7 +27,7 @@ from eomgen.cli.options import (
     set_option,
     time_option,
 )
-from eomgen.cli.printing import building, print_json, print_table, say
+from eomgen.cli.printing import building, number_list, print_json, print_table, say
 from eomgen.cli.running import read_scene
 from eomgen.errors import NumericalError, Problem, UsageError
 
@@ -226,6 +227,7 @@ def equilibrium(
     request = PathRequest.read(options.pop("along"), options.pop("over"), figure, options.pop("buckling"), path)
     if request is None and path is not None and Path(path).suffix != ".json":
         raise UsageError(Problem(f"--out {path}", "an equilibrium is written as a .json file", "--out rest.json"))
+    drawing = _drawing(figure) if figure is not None and request is None else None
     described = read_scene(scene, options)
     with building(described.name):
         model = pipeline.build(described, real="double", profile=options.pop("profile"))
@@ -239,7 +241,7 @@ def equilibrium(
         result = model.equilibrium(*given, any_kind=any_kind)
     p = model.parameter_array(options["parameters"])
     data = _described(model, result, p, options["inputs"], options["initial"])
-    files = [] if figure is None else [_drawn(model, result, p, options["initial"], Path(figure))]
+    files = [] if drawing is None else [drawing(model, result, p, options["initial"], Path(figure))]
     if path is not None:
         write_text(Path(path), json_text(data) + "\n")
     if as_json:
@@ -256,10 +258,10 @@ def _print(model: Model, result: Equilibrium, data: Mapping[str, Any], *, whole:
     hidden = _print_coordinates(model, result, whole=whole)
     outputs = [(name, values, data["units"][name]) for name, values in data["outputs"].items()]
     if outputs:
-        cells = [(name, _numbers(values), unit) for name, values, unit in outputs]
+        cells = [(name, number_list(values), unit) for name, values, unit in outputs]
         print_table("outputs", ("output", "value", "unit"), cells)
     if data["beams"]:
-        _print_beams(data["beams"])
+        object_of("eomgen.pictures", "printed_beams")(data["beams"])
     if hidden:
         say(f"{hidden} coordinates of nodes of beams are left out; --all shows them")
     forces = [(name, f"{value:.9g}") for name, value in data["multipliers"].items() if ": no " not in name]
@@ -292,53 +294,23 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
     return kept.count(False)
 
 
-def _print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:
-    """Print displacements and section loads of geometrically exact beams."""
-    rows = []
-    for name, beam in beams.items():
-        end, most = beam["end"], beam["largest_displacement"]
-        rows += [
-            (name, f"displacement at x = {end['x']:.4g} m", _numbers(end["displacement"]), "m"),
-            ("", f"rotation at x = {end['x']:.4g} m", _numbers(end["rotation"]), "rad"),
-            ("", f"largest displacement, at x = {most['x']:.4g} m", f"{most['size']:.6g}", "m"),
-        ]
-        for quantity, unit in (("moment", "N m"), ("force", "N")):
-            for section in (beam["first_section"], beam["last_section"]):
-                rows.append(("", f"section {quantity} at x = {section['x']:.4g} m", _numbers(section[quantity]), unit))
-            largest = beam[f"largest_{quantity}"]
-            where = f"largest section {quantity}, at x = {largest['x']:.4g} m"
-            rows.append(("", where, f"{largest['size']:.6g}", unit))
-    print_table("beams, against the initial shape", ("beam", "", "value", "unit"), rows)
-
-
-def _numbers(values: float | Sequence[float]) -> str:
-    """Return numbers as a list in a text, with rounding errors of the largest number as 0."""
-    entries = [values] if isinstance(values, float | int) else list(values)
-    size = max((abs(value) for value in entries), default=0.0)
-    return ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.6g}" for value in entries)
-
-
-def _drawn(model: Model, result: Equilibrium, parameters: Any, initial: Any, path: Path) -> Path:
-    """Draw the shape at rest over the initial one, with supports and forces that are numbers."""
-    from eomgen.results.shapes import arrows, draw_rest  # noqa: PLC0415  # matplotlib comes with it
-    from eomgen.scene.forces.forces import Force  # noqa: PLC0415
-
-    forces = [item for item in getattr(model.scene, "elements", ()) if isinstance(item, Force)]
-    loads = arrows([item for item in forces if item.axes == "world"], model, parameters)
-    return draw_rest(model, result.q, result.t, parameters, path, initial=initial, loads=loads)
+def _drawing(figure: str) -> Callable[..., Path]:
+    """Return the function that draws the shape at rest. Raises UsageError if pictures are not installed."""
+    drawing: Callable[..., Path] | None = object_of("eomgen.pictures", "rest")
+    if drawing is None:
+        raise UsageError(Problem(f"--plot {figure}", *(fault_of_absent("animate") or ())))
+    return drawing
 
 
 def _described(model: Model, result: Equilibrium, parameters: Any, inputs: Any, initial: Any) -> dict[str, Any]:
     import numpy as np  # noqa: PLC0415
 
-    from eomgen.results.section_loads import beams_at_rest  # noqa: PLC0415
-
     still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": parameters}
     outputs = model.outputs(result.q, result.v, t=result.t, u=inputs, **still)
-    beams = {}
-    if model.description.exact_beams:
+    beams, at_rest = {}, object_of("eomgen.pictures", "beams_at_rest")
+    if model.description.exact_beams and at_rest:
         loads = model.section_loads(result.q, result.v, result.t, inputs, **still)
-        beams = beams_at_rest(model, initial, result.q, result.t, parameters, loads)
+        beams = at_rest(model, initial, result.q, result.t, parameters, loads)
     return {
         "scene": model.name,
         "t": result.t,

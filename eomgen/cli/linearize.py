@@ -13,6 +13,7 @@ import click
 from eomgen.base.data import dataclass
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
+from eomgen.base.products import object_of
 from eomgen.base.progress import waiting
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
@@ -430,7 +431,7 @@ class _Request:
         if len(modes):
             files.append(plots.draw_modes(modes, name, folder / "modes.png"))
         if np.any(modes.oscillating) and (self.model.description.exact_beams or self.model.library.layout["axes"]):
-            files.append(self._shapes(lin, modes, folder / "mode_shapes.png"))
+            files += self._shapes(lin, modes, folder / "mode_shapes.png")
         if locus is not None:
             units = {item.name: item.unit for item in self.model.scene.parameters}
             files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
@@ -440,11 +441,9 @@ class _Request:
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
         return files
 
-    def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> Path:
+    def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> list[Path]:
         """Draw the slowest oscillating modes of a machine with beams."""
         import numpy as np  # noqa: PLC0415
-
-        from eomgen.results.shapes import draw_modes  # noqa: PLC0415  # matplotlib comes with it
 
         shown = np.flatnonzero(modes.oscillating)
         titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz undamped" for k in shown]
@@ -452,7 +451,8 @@ class _Request:
         shapes = modes.shapes[:, shown].real
         if lin.multiblade is not None:
             shapes = lin.multiblade.components @ shapes
-        return draw_modes(self.model, lin.reference.q, lin.reference.t, p, shapes, titles, path)
+        draw = object_of("eomgen.pictures", "modes")
+        return [draw(self.model, lin.reference.q, lin.reference.t, p, shapes, titles, path)] if draw else []
 
 
 def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:

@@ -134,3 +134,10 @@ def _fold(title: str, width: int) -> list[str]:
         else:
             lines.append(word)
     return lines
+
+
+def number_list(values: float | Sequence[float]) -> str:
+    """Return numbers as a list in a text, with rounding errors of the largest number as 0."""
+    entries = [values] if isinstance(values, float | int) else list(values)
+    size = max((abs(value) for value in entries), default=0.0)
+    return ", ".join(f"{0.0 if abs(value) < 1e-12 * size else value:.6g}" for value in entries)

@@ -13,6 +13,7 @@ import click
 
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted, nearest, shown
+from eomgen.base.products import object_of
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
 from eomgen.cli.printing import print_json, print_table, say, say_note
 from eomgen.cli.running import outcome_code, read_scene, run
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from eomgen.base.drawing_process import DrawingProcess, Drawings
     from eomgen.pipeline.model import Model
     from eomgen.results.events import Events
-    from eomgen.results.section_loads import LoadedSolution
     from eomgen.results.solution import Solution
     from eomgen.simulation.timing import StepTimes
 
@@ -94,9 +94,8 @@ def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTi
 
 
 def _largest_loads(solution: Solution, beams: list[str]) -> dict[str, dict[str, dict[str, float]]]:
-    from eomgen.results.section_loads import largest_section_loads  # noqa: PLC0415
-
-    return largest_section_loads(solution) if beams else {}
+    largest = object_of("eomgen.pictures", "largest_section_loads") if beams else None
+    return largest(solution) if largest else {}
 
 
 def _written(
@@ -152,15 +151,14 @@ def _ordered(solution: Solution, order: dict[str, Any] | None, copy: DrawingProc
     if order is None or copy is None:
         yield
         return
-    if not order["beams"]:
+    store = object_of("eomgen.pictures", "stored_section_loads") if order["beams"] else None
+    if store is None:
         copy.order(order)
         yield
         return
-    from eomgen.results.section_loads import store_drawn_loads  # noqa: PLC0415
-
     loads = Path(order["folder"]) / f".loads.{os.urandom(8).hex()}.npz"
     try:
-        store_drawn_loads(solution, loads)
+        store(solution, loads)
         copy.order({**order, "loads": f"{loads}"})
         yield
     finally:
@@ -182,18 +180,15 @@ def _drawings_of_stored() -> Drawings:
     return lambda order: _drawings(Solution.load(Path(order["folder"]) / "solution.npz"), order)
 
 
-def _drawings(solution: LoadedSolution, order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
+def _drawings(solution: Solution, order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
     """Return calls that draw the files of a run: in a folder, over a column, and of beams."""
     from eomgen.results.plots import draw_over, drawings  # noqa: PLC0415  # matplotlib comes with it
-    from eomgen.results.section_loads import draw_sections, drawn_loads, stored_drawn_loads  # noqa: PLC0415
 
     folder, over = Path(order["folder"]), order["over"]
     calls = drawings(solution, folder)
     calls += [partial(draw_over, solution, folder, over)] if over is not None else []
-    if order["beams"]:
-        loads = stored_drawn_loads(Path(order["loads"])) if "loads" in order else drawn_loads(solution)
-        calls.append(partial(draw_sections, solution, loads, folder))
-    return calls
+    drawing = object_of("eomgen.pictures", "section_drawing") if order["beams"] else None
+    return [*calls, drawing(solution, folder, order.get("loads"))] if drawing else calls
 
 
 def _outcome(solution: Solution, files: list[Path]) -> dict[str, Any]:

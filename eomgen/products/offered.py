@@ -13,6 +13,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "maps": ("map", "maps"),
     "optimisers": ("acados", "casadi", "jax", "torch"),
     "pages": ("latex", "live", "report"),
+    "pictures": ("animate", "plot_sections", "rainflow"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "robots": (".mjcf", ".sdf", ".urdf", ".world", ".xml", "MJCF", "SDF", "URDF"),
     "studies": (

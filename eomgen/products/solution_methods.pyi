@@ -1,9 +1,9 @@
 """Methods of Solution, for type checkers and editors: from the register of verbs, by
 ``python -m tests.model_stub``."""
 
-from eomgen.results.animation import animate as _animate
-from eomgen.results.rainflow import rainflow as _rainflow
-from eomgen.results.section_loads import plot_sections as _plot_sections
+from eomgen.products.pictures.animation import animate as _animate
+from eomgen.products.pictures.rainflow import rainflow as _rainflow
+from eomgen.products.pictures.section_loads import plot_sections as _plot_sections
 from eomgen.results.spectrum import psd as _psd
 from eomgen.results.spectrum import rms as _rms
 

@@ -24,6 +24,7 @@ from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
 from eomgen.results.finding import Finding
+from eomgen.results.poses import BodyPoses, PosesAndScenery
 from eomgen.results.recorded import DeferredEvaluator, html
 from eomgen.results.solution_files import (
     column_named,
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
 
     from eomgen.linear.linearization import Linearization
     from eomgen.products.solution_methods import SolutionMethods
-    from eomgen.results.scenery import PosesAndScenery
 else:
     SolutionMethods = object
 
@@ -245,8 +245,6 @@ class Solution(SolutionMethods):
         UsageError
             The file was written without poses; a name that no body has (the error is a KeyError, too).
         """
-        from eomgen.results.scenery import BodyPoses  # noqa: PLC0415  # pictures are drawn on request
-
         return BodyPoses(*self.poses_and_scenery)
 
     @cached_property

@@ -23,14 +23,13 @@ from eomgen.errors import FileError, Problem, UsageError
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import BLOCKS, NO_EVENTS, Events, events_from
 from eomgen.results.finding import Finding
+from eomgen.results.poses import PosesAndScenery
 from eomgen.results.recorded import RecordedSolution
 from eomgen.system.description import component_names
 
 if TYPE_CHECKING:
     import pandas
     import xarray
-
-    from eomgen.results.scenery import PosesAndScenery
 
 
 #: Blocks of a state, each (nt, components).
@@ -188,8 +187,6 @@ def read_all(
     if summary is not None:
         attributes["error"] = ErrorEstimate.from_file(groups["error"], summary)
     attributes |= {"outputs": groups["outputs"], "energy": groups["energy"], "metadata": metadata, "events": events}
-    from eomgen.results.scenery import PosesAndScenery  # noqa: PLC0415  # files are read again on request
-
     seen = None if scenery is None else PosesAndScenery(groups[_POSES], scenery)
     return {**states, **attributes}, groups["inputs"], seen, _loads(groups["section_loads"], rows, path)
 

@@ -24,6 +24,7 @@ from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.families.register import method_named
 from eomgen.results.dense_output import Between, Index, Rows
 from eomgen.results.events import Events
+from eomgen.results.poses import PosesAndScenery, poses_and_scenery
 from eomgen.results.solution import Solution
 from eomgen.simulation.motions import RecordedMotions
 from eomgen.simulation.stepping.controllers import CallerControllers, called_by
@@ -37,7 +38,6 @@ from eomgen.toolchain.library import Library
 if TYPE_CHECKING:
     from eomgen.linear.linearization import Linearization
     from eomgen.results.finding import Finding
-    from eomgen.results.scenery import PosesAndScenery
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,6 @@ class RunModel:
 
     def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery:
         """Return poses at times (nt,) and configurations (nt, nq), with the scenery of a picture."""
-        from eomgen.results.scenery import poses_and_scenery  # noqa: PLC0415  # pictures are drawn on request
-
         p = self.parameters if self.motions is None else self.motions(t)
         return poses_and_scenery(self.model, t, q, p, self.inputs)
 

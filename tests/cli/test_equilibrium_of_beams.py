@@ -11,7 +11,7 @@ from matplotlib.image import imread
 
 from eomgen.base import figures
 from eomgen.cli import main
-from eomgen.results import shapes
+from eomgen.products.pictures import shapes
 
 LENGTH, LOAD, BENDING = 2.0, 3.0, 5e3
 SCENE = f"""

@@ -113,7 +113,7 @@ WITHOUT_PAGE = {
         "eomgen.products.fields.documents.document.Chains",
         "eomgen.products.fields.documents.document.FieldSystem",
         "eomgen.products.sympy_mechanics.equations.SymbolicEquations",
-        "eomgen.results.scenery.PosesAndScenery",
+        "eomgen.products.pictures.scenery.PosesAndScenery",
         "eomgen.results.solution.ModelOfRun",
         "eomgen.scene.rotations.Rotation",
         "eomgen.system.system.Block",

@@ -35,6 +35,7 @@ from eomgen.products.ensembles import command, designs, simulate_many, statistic
 from eomgen.products.ensembles.distributions import read_distribution
 from eomgen.products.fields.posteriors.mesh import Mesh
 from eomgen.products.fields.posteriors.sampling import Sampler
+from eomgen.products.pictures import section_loads
 from eomgen.products.studies.identification import measurements, study
 from eomgen.products.studies.work_precision.running import tuning_grid
 from eomgen.products.waves.sea_states.components import discretized, divided, wave_number
@@ -43,7 +44,7 @@ from eomgen.products.waves.second_order import Sea
 from eomgen.products.waves.second_order.profiles import multiples
 from eomgen.products.waves.second_order.radar import Radar
 from eomgen.products.waves.second_order.stepping import Ramp
-from eomgen.results import dense_output, section_loads
+from eomgen.results import dense_output
 from eomgen.results.events import Events
 from eomgen.simulation import checkpoint, run_model
 from eomgen.simulation.stepping import controllers

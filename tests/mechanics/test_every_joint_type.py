@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
+from eomgen.products.pictures.scenery import scenery
 from eomgen.products.testing.joint_types import OWN, check_poses, exponentials, placed, text
-from eomgen.results.scenery import scenery
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load_toml

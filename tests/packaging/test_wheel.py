@@ -167,7 +167,7 @@ def test_wheel_carries_templates_and_examples_and_no_tests(wheel: Path) -> None:
     names = names_in(wheel)
     start = "eomgen/_templates/"
     there = set(_below(CHECKOUT / "templates", "*"))
-    assert {"c/model/model.c.jinja", "html/animation.html"} <= there
+    assert {"c/model/model.c.jinja", "pictures/animation.html"} <= there
     assert {name.removeprefix(start) for name in names if name.startswith(start)} == there
     with zipfile.ZipFile(wheel) as archive:
         whole = io.BytesIO(lzma.decompress(archive.read("eomgen/_examples.zip.xz")))

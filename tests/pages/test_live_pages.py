@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.products.pages.sliders import range_of
-from eomgen.results.animation import packed
+from eomgen.products.pictures.animation import packed
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.results.animation import packed
+from eomgen.products.pictures.animation import packed
 
 GEOMETRY = Path(__file__).parents[2] / "templates" / "html" / "geometry.js"
 #: A ball on a joint, with tendons around a sphere on it, and around a cylinder and through a ring on the base.

@@ -13,8 +13,8 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.describe import describe
-from eomgen.results.scenery import scenery
-from eomgen.results.solids import drawn_shape, parts_of
+from eomgen.products.pictures.scenery import scenery
+from eomgen.products.pictures.solids import drawn_shape, parts_of
 from eomgen.scene.bodies.mesh_files import MOST, read_mesh
 
 CART = """format = 1

@@ -13,7 +13,7 @@ import eomgen
 from eomgen.mechanics.describe import describe
 from eomgen.pipeline.readings import from_record, record_of_document
 from eomgen.pipeline.scenes import SCENES
-from eomgen.results.scenery import scenery
+from eomgen.products.pictures.scenery import scenery
 from tests.models.urdf import load_urdf
 from tests.scene.test_shapes import CORNERS, FACES, binary, volume
 

@@ -33,5 +33,5 @@ PRODUCT = Product(
             ),
         )
     },
-    needs=("studies",),
+    needs=("pictures", "studies"),
 )

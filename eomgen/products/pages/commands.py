@@ -38,7 +38,7 @@ def live(scene: str, path: str, **options: Any) -> int:
     """
     from eomgen.base.files import make_folder  # noqa: PLC0415
     from eomgen.products.pages.live import live as written  # noqa: PLC0415  # imported with fine arguments
-    from eomgen.results.animation import check_name  # noqa: PLC0415
+    from eomgen.products.pictures.animation import check_name  # noqa: PLC0415
 
     target = check_name(Path(path))
     model, solution = run(read_scene(scene, options), options)
@@ -67,7 +67,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
     from eomgen.base.files import make_folder, read_file, write_text  # noqa: PLC0415  # imported with fine arguments
     from eomgen.pipeline import pipeline  # noqa: PLC0415
     from eomgen.products.pages.report import ReportedRun, report_page  # noqa: PLC0415
-    from eomgen.results.animation import check_name  # noqa: PLC0415
+    from eomgen.products.pictures.animation import check_name  # noqa: PLC0415
     from eomgen.results.solution import Solution  # noqa: PLC0415
 
     target = check_name(Path(path))

@@ -17,8 +17,8 @@ from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.register import terms_of
 from eomgen.products.pages.sliders import sliders_of
 from eomgen.products.pages.web_module import FUNCTIONS, WebModule, check_supported, web_module
-from eomgen.results.animation import SCRIPTS, InlineAnimation, check_name, packed, page_of
-from eomgen.results.beam_curves import pieces_of
+from eomgen.products.pictures.animation import SCRIPTS, InlineAnimation, check_name, packed, page_of
+from eomgen.products.pictures.beam_curves import pieces_of
 from eomgen.results.finding import WARNING
 from eomgen.simulation.simulate import simulate
 from eomgen.simulation.stepping.inputs import jumps_known
@@ -34,7 +34,7 @@ _PICTURES, _CURVES, _PLOTS = 121, 6, 8
 #: Numbers of statuses with which an event ends the motion.
 _STOPS = (20,)
 _OF_LIVE = {
-    "curves": "html/curves.js",
+    "curves": "pages/curves.js",
     "growing_chart": "pages/growing_chart.js",
     "motion": "pages/motion.js",
     "live": "pages/live.js",
@@ -105,7 +105,7 @@ def live_page(model: CompiledModel, solution: Solution) -> str:
     data = packed(solution, seen, _PICTURES)
     data["live"] = _live_data(model, solution, library, module, held, seen.scenery)
     data["success"] = True
-    parts = {name: f"html/{file}" for name, file in SCRIPTS.items() if name != "page"}
+    parts = {name: f"pictures/{file}" for name, file in SCRIPTS.items() if name != "page"}
     return page_of(
         "pages/live.html",
         parts | _OF_LIVE | {"live_style": _STYLE},

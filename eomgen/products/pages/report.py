@@ -19,7 +19,7 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass
 from eomgen.base.files import write_text
 from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.results.animation import animation_page, check_name, page_of
+from eomgen.products.pictures.animation import animation_page, check_name, page_of
 from eomgen.simulation.simulate import simulate
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
 #: Letters of a text that is broken into lines.
 _LONG = 24
 _KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
-_PARTS = {"style": "pages/report.css", "curves": "html/curves.js", "report": "pages/report.js"}
+_PARTS = {"style": "pages/report.css", "curves": "pages/curves.js", "report": "pages/report.js"}
 
 
 class CheckedForm(Protocol):

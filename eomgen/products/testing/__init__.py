@@ -5,6 +5,6 @@ from eomgen.base.products import Product
 
 __all__ = []
 
-PRODUCT = Product(modules={"testing": "eomgen.products.testing.contracts"})
+PRODUCT = Product(modules={"testing": "eomgen.products.testing.contracts"}, needs=("pictures",))
 #: Open to the other parts of ``products`` as well.
 WITHIN = ["contracts"]

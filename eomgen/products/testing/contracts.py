@@ -19,6 +19,7 @@ from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import law_of
 from eomgen.pipeline.pipeline import build
+from eomgen.products.pictures.scenery import scenery
 from eomgen.products.testing.demands import (
     PARTIALS,
     POWER,
@@ -31,7 +32,6 @@ from eomgen.products.testing.demands import (
 )
 from eomgen.products.testing.joint_types import check_joint_type
 from eomgen.products.testing.states import Array, jacobian, random_states, relative_error, tape_evaluator
-from eomgen.results.scenery import scenery
 from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection

@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.results.animation import animation_page
-from eomgen.results.beam_curves import axes_of, stations
+from eomgen.products.pictures.animation import animation_page
+from eomgen.products.pictures.beam_curves import axes_of, stations
 from tests.models.scenes import pendulum
-from tests.results.test_animation import data_of, stored
+from tests.pictures.test_animation import data_of, stored
 
 pytestmark = pytest.mark.slow
 

@@ -18,9 +18,9 @@ import eomgen
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.cli import main
 from eomgen.mechanics.describe import describe
-from eomgen.results import animation
-from eomgen.results.animation import animation_page
-from eomgen.results.scenery import equivalent_solid, scenery
+from eomgen.products.pictures import animation
+from eomgen.products.pictures.animation import animation_page
+from eomgen.products.pictures.scenery import equivalent_solid, scenery
 from tests.models.scenes import PENDULUM_TOML, absolute, breaking, flyer, pendulum, pendulum_scene
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

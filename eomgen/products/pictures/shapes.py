@@ -18,8 +18,8 @@ from eomgen.formula.nodes import Vector
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference, update
-from eomgen.results.beam_curves import frames_along, stations
-from eomgen.results.scenery import poses_and_scenery
+from eomgen.products.pictures.beam_curves import frames_along, stations
+from eomgen.results.poses import poses_and_scenery
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:

@@ -20,9 +20,9 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.files import template_folder, write_text
 from eomgen.errors import FileError, Problem, UsageError
-from eomgen.results.beam_curves import frames_along, nearest_station, pieces_of, stations
+from eomgen.products.pictures.beam_curves import frames_along, nearest_station, pieces_of, stations
+from eomgen.results.poses import PosesAndScenery
 from eomgen.results.recorded import RecordedSolution
-from eomgen.results.scenery import PosesAndScenery
 from eomgen.system.description import BASE, WORLD
 
 #: Stored pictures per second of motion; short runs have at least FEWEST pictures, and the pictures of a page take at
@@ -32,7 +32,7 @@ RATE, FEWEST, LARGEST = 60.0, 600, 24_000_000
 _STEPS = 65_535
 #: Maximum size of a page embedded in a notebook, bytes.
 _INLINE = 4_000_000
-#: Styles and scripts of the picture, below ``html`` in the folder of templates, by their marks in a page.
+#: Styles and scripts of the picture, below ``pictures`` in the folder of templates, by their marks in a page.
 SCRIPTS = {
     "style": "animation.css",
     "geometry": "geometry.js",
@@ -135,8 +135,8 @@ def animation_page(solution: AnimatedSolution) -> str:
     except (KeyError, TypeError, ValueError, IndexError) as error:
         fault = f"its poses or its scenery are not in eomgen's format: {type(error).__name__}: {error}"
         raise FileError(Problem("solution", fault, "eomgen simulate again")) from None
-    parts = {name: f"html/{file}" for name, file in SCRIPTS.items()}
-    return page_of("html/animation.html", parts, data, str(solution.metadata.get("version", "")))
+    parts = {name: f"pictures/{file}" for name, file in SCRIPTS.items()}
+    return page_of("pictures/animation.html", parts, data, str(solution.metadata.get("version", "")))
 
 
 def page_of(

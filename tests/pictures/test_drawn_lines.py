@@ -24,9 +24,9 @@ from eomgen.linear import plots
 from eomgen.linear.control.margins import Margins
 from eomgen.linear.control.notebook import plot_margins
 from eomgen.products.ensembles import ensemble
+from eomgen.products.pictures import section_loads, shapes
 from eomgen.products.reliability.vibration import result as vibration
 from eomgen.products.reliability.vibration.result import Distribution
-from eomgen.results import section_loads, shapes
 
 matplotlib.use("Agg")
 from matplotlib import pyplot

@@ -5,18 +5,17 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import NamedResults, UnknownName
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.results.beam_curves import axes_of, drawn_beams
-from eomgen.results.roads import heights_of, roads_of, surfaces_of
-from eomgen.results.solids import drawn_shape
+from eomgen.products.pictures.beam_curves import axes_of, drawn_beams
+from eomgen.products.pictures.roads import heights_of, roads_of, surfaces_of
+from eomgen.products.pictures.solids import drawn_shape
 from eomgen.system.description import BASE, WORLD, Description, Drawing, Line
 
 if TYPE_CHECKING:
@@ -68,53 +67,20 @@ def _right_handed(columns: Array) -> list[list[float]]:
     return rows
 
 
-class PosesAndScenery(NamedTuple):
-    """Poses and scenery of a run: pose of each body (nt, 7), and the data of ``scenery.scenery``; with beams, their
-    ``axes`` (``beam_stations.axes_of``)."""
-
-    poses: Mapping[str, Array]
-    scenery: Mapping[str, Any]
-
-
-class BodyPoses(NamedResults[Array]):
-    """Poses of bodies by name, which distinguish points from bodies.
+def scenery_at_poses(
+    model: CompiledModel,
+    poses: Mapping[str, Array],
+    t: Array,
+    p: Array,
+    inputs: Callable[[Array], Mapping[str, Array]] | None,
+) -> dict[str, Any]:
+    """Return all elements of a picture of a run but the poses, with roads and surfaces around the bodies.
 
     Parameters
     ----------
-    poses, scenery : of ``PosesAndScenery``
+    poses : of bodies at the times t (nt,), (nt, 7)
+    inputs : as of ``poses_and_scenery``
     """
-
-    def __init__(self, poses: Mapping[str, Array], scenery: Mapping[str, Any]) -> None:
-        super().__init__("pose", poses)
-        self.points = [item["name"] for item in scenery.get("points", ())]
-
-    def __missing__(self, name: object) -> Array:
-        if name in self.points:
-            hint = f'outputs["{name}"] of the solution, with {name} = {{ position = "{name}" }} among the outputs'
-            raise UnknownName(Problem("", f"{name} is a point, and poses are of bodies", hint))
-        return super().__missing__(name)
-
-
-#: Rows that are evaluated at once.
-BATCH = 8192
-
-
-def poses_and_scenery(
-    model: CompiledModel, t: Array, q: Array, p: Array, inputs: Callable[[Array], Mapping[str, Array]] | None = None
-) -> PosesAndScenery:
-    """Return the poses of all bodies, and of the base if the base moves, with all other elements of a picture.
-
-    Parameters
-    ----------
-    inputs : callable, optional
-        From times (nt,) to the inputs there, which move roads; without it such roads are left out.
-    """
-    parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
-    model = model.having(("poses",))
-    pose = np.concatenate([model.evaluate("poses", q[part], t=t[part], parameters=p)["pose"] for part in parts])
-    poses = {name: pose[:, index] for index, name in enumerate(model.bodies)}
-    if "base" in model.functions:
-        poses[BASE] = np.concatenate([model.base(t[part], parameters=p)[:, :7] for part in parts])
     parameters = dict(zip(model.parameters, p.tolist(), strict=True))
     seen = scenery(model.description, parameters)
     values = model.description.values(parameters)
@@ -127,7 +93,7 @@ def poses_and_scenery(
             lowest = min(surface["vertices"][corner][2] for face in surface["faces"] for corner in face)
             seen["ground"] = seen.get("ground", [0.0, 0.0, lowest])
     axes = axes_of(model)
-    return PosesAndScenery(poses, {**seen, "axes": axes} if axes else seen)
+    return {**seen, "axes": axes} if axes else seen
 
 
 def scenery(description: Description, parameters: Mapping[str, float]) -> dict[str, Any]:

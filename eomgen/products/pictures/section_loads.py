@@ -4,7 +4,8 @@ time, the largest.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -22,8 +23,8 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import numeric
 from eomgen.lie.groups import SO3
+from eomgen.results.poses import poses_and_scenery
 from eomgen.results.recorded import RecordedSolution
-from eomgen.results.scenery import poses_and_scenery
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -164,6 +165,13 @@ def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads],
         axes[-1][1].set_xlabel("time, s")
         files.append(saved(figure, folder / f"sections_{name}.png", "another folder, or --no-plots"))
     return files
+
+
+def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None = None) -> Callable[[], list[Path]]:
+    """Return the call that draws the figures of ``draw_sections``, with loads from a file of ``store_drawn_loads`` if
+    there is one."""
+    loads = stored_drawn_loads(Path(stored)) if stored is not None else drawn_loads(solution)
+    return partial(draw_sections, solution, loads, folder)
 
 
 def _chosen(quantities: Sequence[str]) -> Sequence[str]:

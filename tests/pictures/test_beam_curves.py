@@ -10,13 +10,13 @@ import pytest
 from scipy.linalg import expm
 
 import eomgen
-from eomgen.results.animation import animation_page
-from eomgen.results.beam_curves import frames_along, outline, pieces_of, stations
+from eomgen.products.pictures.animation import animation_page
+from eomgen.products.pictures.beam_curves import frames_along, outline, pieces_of, stations
 from tests.browser.chromium import Browser, chromium
 from tests.mechanics.test_cosserat_beams import logarithm
 from tests.models.cosserat import beam_scene
 from tests.oracles.states import random_unit_quaternions, rotation_of
-from tests.results.test_animation import data_of
+from tests.pictures.test_animation import data_of
 
 
 def test_frames_between_nodes_are_on_helices(rng: np.random.Generator) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.results.solids import Part, _is_closed, drawn_shape, parts_of
+from eomgen.products.pictures.solids import Part, _is_closed, drawn_shape, parts_of
 from eomgen.system.description import Shape
 
 #: Area of a polygon of 30 corners in a circle of radius 1.

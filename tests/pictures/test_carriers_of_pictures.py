@@ -9,8 +9,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.results.animation import FEWEST, LARGEST, RATE, _Carriers, _thinned
-from eomgen.results.beam_curves import drawn_beams, nearest_station, outline, pieces_of, stations
+from eomgen.products.pictures.animation import FEWEST, LARGEST, RATE, _Carriers, _thinned
+from eomgen.products.pictures.beam_curves import drawn_beams, nearest_station, outline, pieces_of, stations
 from eomgen.system.description import BASE, WORLD
 
 POSES = {"cabin": np.zeros((2, 7)), "boom": np.zeros((2, 7)), "rope": np.zeros((2, 7)), "rope.2": np.zeros((2, 7))}
