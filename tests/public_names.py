@@ -13,6 +13,7 @@ from pathlib import Path
 
 import click
 
+from eomgen.base.products import products
 from eomgen.cli import VERBS, commands
 from eomgen.scene.document.reference import schema as scene_schema
 from tests.docstrings import names
@@ -65,9 +66,17 @@ def keys() -> Iterator[str]:
         yield from (f"[{table}] {key}" for key in entry.get("properties", {}))
 
 
+def earlier_names(names: Iterable[str]) -> Iterator[str]:
+    """Yield names, and the names that those of a module that moved had before, which are still imported."""
+    moved = {module: f"eomgen.{before}" for row in products().values() for before, module in row.moved.items()}
+    for name in names:
+        yield name
+        yield from (before + name[len(module) :] for module, before in moved.items() if name.startswith(f"{module}."))
+
+
 def lines() -> list[str]:
     """Return all lines, sorted within Python, verbs and keys."""
-    return [line for part in (python_names, verbs, keys) for line in sorted(set(part()))]
+    return [line for part in (earlier_names(python_names()), verbs(), keys()) for line in sorted(set(part))]
 
 
 def gone(before: Iterable[str], now: Collection[str]) -> list[str]:

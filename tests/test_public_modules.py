@@ -41,6 +41,12 @@ def test_modules_within_are_the_same_objects(name: str) -> None:
     assert import_module(f"eomgen.{name}.{within}") is import_module(f"{MODULES[name]}.{within}")
 
 
+def test_modules_that_moved_are_imported_by_their_earlier_names() -> None:
+    for product in products().values():
+        for name, module in product.moved.items():
+            assert _run(f"import eomgen.{name} as it; print(it.__name__)") == module, name
+
+
 def test_every_public_package_has_a_witness() -> None:
     assert set(WITHIN) == {name for name in MODULES if hasattr(import_module(MODULES[name]), "__path__")}
 
