@@ -11,7 +11,14 @@ from eomgen.base.verbs import OWNERS, Verb, methods_of
 
 COMMAND = "python -m tests.product_names eomgen/products/offered.py"
 #: Registers whose rows have no names for users.
-_UNNAMED = ("eomgen.ensemble_notes", "eomgen.info", "eomgen.keys_elsewhere", "eomgen.notes", "eomgen.pictures")
+_UNNAMED = (
+    "eomgen.ensemble_notes",
+    "eomgen.info",
+    "eomgen.keys_elsewhere",
+    "eomgen.notes",
+    "eomgen.pictures",
+    "eomgen.statics",
+)
 #: Attributes by which rows of registers are called by users.
 _KEYS = ("key", "name", "kind")
 

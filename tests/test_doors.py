@@ -38,6 +38,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
     "products.pictures": {"InlineAnimation", "Rainflow", "animate", "rainflow", "section_drawing"},
+    "products.statics": {"BucklingLoads", "EquilibriumPath", "PathRequest", "path_following"},
     "products.robots": {"MJCF", "SDF", "URDF", "mjcf", "sdf"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
@@ -225,6 +226,7 @@ DOORS: dict[str, set[str]] = {
     "products.pictures": {
         *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
     },
+    "products.statics": {"analysis", "base", "cli", "compiled", "errors", "pipeline", "solvers"},
     "products.pages": {
         *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
         *("products.pictures", "products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
@@ -265,6 +267,7 @@ OF_PRODUCTS: dict[str, set[str]] = {
     "base.products": {"products.offered"},  # stays: messages name a product that is not installed
     "results.solution": {"products.solution_methods"},  # stays: a type checker reads methods of products
     "pipeline.model": {
+        "products.statics.path_following",
         "products.derivatives.linearise",
         "products.ensembles.simulate_many",
         "products.pages.live",
@@ -463,6 +466,7 @@ LATE: dict[str, dict[str, str]] = {
     },
     "products.pages.commands": {"": "as in cli"},
     "products.pictures.command": {"": "as in cli"},
+    "products.statics.command": {"": "as in cli"},
     "products.reliability.command": {"": "as in cli"},
     "products.studies.model_commands": {"": "as in cli"},
     "products.studies.run_commands": {"": "as in cli"},

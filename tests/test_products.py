@@ -80,6 +80,12 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),
         ("cli('info', 'random.toml')", "random.toml:51 (random): the section 'random' is unknown"),
     ),
+    "statics": (
+        ("model.equilibrium_path", "a Model has no 'equilibrium_path'"),
+        ("model.buckling_loads", "a Model has no 'buckling_loads'"),
+        ("cli('equilibrium', 'pendulum.toml', '--path', 'length=1:2')", "--path length=1:2"),
+        ("cli('equilibrium', 'pendulum.toml', '--buckling', 'length')", "--buckling length"),
+    ),
     "studies": (
         ("eomgen.tune", "module 'eomgen' has no attribute 'tune'"),
         ("cli('check', 'pendulum.toml')", "eomgen: there is no verb 'check'"),

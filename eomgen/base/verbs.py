@@ -135,11 +135,7 @@ CORE: tuple[Verb, ...] = (
         "equilibrium",
         "Find the equilibrium of a scene.",
         "eomgen.cli.equilibrium:equilibrium",
-        (
-            "eomgen.analysis.equilibrium:equilibrium",
-            "eomgen.analysis.path_following:equilibrium_path",
-            "eomgen.analysis.path_following:buckling_loads",
-        ),
+        ("eomgen.analysis.equilibrium:equilibrium",),
         heading="Build and run",
     ),
     Verb(

@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from eomgen.base.data import dataclass
 from eomgen.base.json_text import json_text
 from eomgen.base.products import fault_of_absent, object_of
 from eomgen.base.progress import waiting
-from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
     any_kind_option,
     debug_option,
@@ -29,154 +27,14 @@ from eomgen.cli.options import (
 )
 from eomgen.cli.printing import building, number_list, print_json, print_table, say
 from eomgen.cli.running import read_scene
-from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.analysis.equilibrium import Equilibrium
-    from eomgen.analysis.equilibrium_path import EquilibriumPath
-    from eomgen.analysis.path_following import BucklingLoads
     from eomgen.pipeline.model import Model
 
 
 _FIGURES = (".png", ".svg", ".pdf")
-
-
-@dataclass(frozen=True)
-class PathRequest:
-    """Request of ``--path``, ``--over``, ``--plot``, ``--buckling`` and ``--out``."""
-
-    along: tuple[str, float, float] | None
-    over: tuple[str, ...]
-    figure: str | None
-    buckling: tuple[str, float] | None
-    out: str | None
-
-    @classmethod
-    def read(
-        cls, along: str | None, over: tuple[str, ...], figure: str | None, buckling: str | None, out: str | None
-    ) -> PathRequest | None:
-        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
-        if along is None:
-            if over:
-                raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
-            if buckling is not None and figure:
-                fault = "it belongs to a path, or to an equilibrium alone"
-                raise UsageError(Problem("--plot", fault, "--path load=0:10"))
-        if figure is not None and Path(figure).suffix not in _FIGURES:
-            raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot rest.png"))
-        if along is None and buckling is None:
-            return None
-        if along is not None and buckling is not None:
-            raise UsageError(Problem("--buckling", "it is asked for together with --path", "one of them"))
-        endings = (".csv", ".json") if along is not None else (".json",)
-        if out is not None and Path(out).suffix not in endings:
-            fault = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"
-            raise UsageError(Problem(f"--out {out}", fault, f"--out result{endings[0]}"))
-        return cls(
-            None if along is None else _range(along),
-            over,
-            figure,
-            None if buckling is None else _preload(buckling),
-            out,
-        )
-
-    def answer(
-        self, model: Model, initial: Mapping[str, Any], parameters: Any, time: float, inputs: Any, as_json: bool
-    ) -> int:
-        """Print and write the requested path or buckling loads. Raises NumericalError if a path does not arrive, after
-        the path is written."""
-        given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
-        if self.buckling is not None:
-            with waiting(f"{model.name}: buckling loads"):
-                result = model.buckling_loads(*self.buckling, **given)
-            return self._buckling(result, model, as_json)
-        if self.along is None:
-            return 0
-        name, start, to = self.along
-        path = model.equilibrium_path(name, to, start, progress=True, **given)
-        for column in self.over:
-            path.column(column)
-        files = [] if self.out is None else [path.save(self.out)]
-        if self.figure is not None:
-            path.plot(self.over, path=self.figure)
-            files.append(Path(self.figure))
-        if as_json:
-            print_json({"scene": model.name, **path.to_dict()})
-        else:
-            self._table(path, model.name)
-        say(f"{len(path.values)} equilibria; {path.message}{_written(files)}")
-        if path.interrupted:
-            return INTERRUPTED
-        if not path.success:
-            hint = "the part of the path that was found, a smaller range, or more elements"
-            raise NumericalError(Problem("equilibrium --path", path.message, hint))
-        return 0
-
-    def _table(self, path: EquilibriumPath, name: str) -> None:
-        shown = self.over or (path.largest_column,)
-        rows = [
-            (item.kind, f"{item.value:.9g}", *(f"{item.columns[column]:.6g}" for column in shown), item.components[0])
-            for item in path.critical
-        ]
-        if rows:
-            heading = ("critical point", path.parameter, *shown, "along")
-            print_table(f"{name}: critical points", heading, rows, numeric=range(1, 2 + len(shown)))
-        ends = [
-            (which, f"{path.values[row]:.9g}", *(f"{path.column(column)[row]:.6g}" for column in shown))
-            for which, row in (("first", 0), ("last", -1))
-        ]
-        print_table(f"{name}: path", ("equilibrium", path.parameter, *shown), ends, numeric=range(1, 2 + len(shown)))
-
-    def _buckling(self, loads: BucklingLoads, model: Model, as_json: bool) -> int:
-        data = {
-            "scene": model.name,
-            "parameter": loads.parameter,
-            "unit": loads.unit,
-            "at": loads.at,
-            "values": loads.values.tolist(),
-            "reversed": list(loads.reversed),
-            "modes": [dict(zip(model.v_names, mode, strict=True)) for mode in loads.modes.T.tolist()],
-        }
-        if self.out is not None:
-            from eomgen.base.files import write_text  # noqa: PLC0415  # for files only
-
-            write_text(Path(self.out), json_text(data) + "\n")
-        if as_json:
-            print_json(data)
-        else:
-            rows = [
-                (f"{value:.9g}", "reversed" if turned else "", ", ".join(names[:3]))
-                for value, turned, names in zip(loads.values.tolist(), loads.reversed, loads.components, strict=True)
-            ]
-            heading = (f"{loads.parameter}{f', {loads.unit}' if loads.unit else ''}", "load", "largest displacements")
-            title = f"{model.name}: linear buckling about {loads.parameter} = {loads.at:.6g}"
-            print_table(title, heading, rows, numeric=(0,))
-        say(f"{len(loads.values)} buckling loads{_written([Path(self.out)] if self.out else [])}")
-        return 0
-
-
-def _written(files: list[Path]) -> str:
-    return f"\nwritten to {', '.join(map(str, files))}" if files else ""
-
-
-def _range(text: str) -> tuple[str, float, float]:
-    name, equals, ends = text.partition("=")
-    first, colon, last = ends.partition(":")
-    try:
-        if not (equals and colon and name.strip()):
-            raise ValueError
-        return name.strip(), float(first), float(last)
-    except ValueError:
-        raise UsageError(Problem(f"--path {text}", "a name and two numbers are needed", "--path load=0:10")) from None
-
-
-def _preload(text: str) -> tuple[str, float]:
-    name, equals, value = text.partition("=")
-    try:
-        return name.strip(), float(value) if equals else 0.0
-    except ValueError:
-        hint = f"--buckling {name}=0"
-        raise UsageError(Problem(f"--buckling {text}", f"{value!r} is not a number", hint)) from None
 
 
 _SHOWN = 40
@@ -224,7 +82,7 @@ def equilibrium(
     from eomgen.pipeline import pipeline  # noqa: PLC0415
 
     figure = options.pop("figure")
-    request = PathRequest.read(options.pop("along"), options.pop("over"), figure, options.pop("buckling"), path)
+    request = _request(options.pop("along"), options.pop("over"), figure, options.pop("buckling"), path)
     if request is None and path is not None and Path(path).suffix != ".json":
         raise UsageError(Problem(f"--out {path}", "an equilibrium is written as a .json file", "--out rest.json"))
     drawing = _drawing(figure) if figure is not None and request is None else None
@@ -234,9 +92,10 @@ def equilibrium(
     for file in (path, figure):
         if file is not None:
             make_folder(Path(file).parent)
-    if request is not None:
-        return request.answer(model, options["initial"], options["parameters"], time, options["inputs"], as_json)
     given = options["initial"], options["parameters"], time, options["inputs"]
+    if request is not None:
+        code: int = request.answer(model, *given, as_json)
+        return code
     with waiting(f"{model.name}: equilibrium"):
         result = model.equilibrium(*given, any_kind=any_kind)
     p = model.parameter_array(options["parameters"])
@@ -292,6 +151,28 @@ def _print_coordinates(model: Model, result: Equilibrium, *, whole: bool) -> int
     if len(rows) > most:
         say(f"{len(rows) - most} more with --all")
     return kept.count(False)
+
+
+def _request(
+    along: str | None, over: tuple[str, ...], figure: str | None, buckling: str | None, out: str | None
+) -> Any:
+    """Return the request of a load path or of buckling loads; None for an equilibrium alone. Raises UsageError for
+    options that do not fit together, and if statics are not installed."""
+    if along is None:
+        if over:
+            raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
+        if buckling is not None and figure:
+            fault = "it belongs to a path, or to an equilibrium alone"
+            raise UsageError(Problem("--plot", fault, "--path load=0:10"))
+    if figure is not None and Path(figure).suffix not in _FIGURES:
+        raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot rest.png"))
+    if along is None and buckling is None:
+        return None
+    request = object_of("eomgen.statics", "path")
+    if request is None:
+        given = f"--path {along}" if along is not None else f"--buckling {buckling}"
+        raise UsageError(Problem(given, *(fault_of_absent("equilibrium_path") or ())))
+    return request.read(along, over, figure, buckling, out)
 
 
 def _drawing(figure: str) -> Callable[..., Path]:

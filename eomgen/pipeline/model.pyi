@@ -6,8 +6,6 @@ from eomgen.analysis.eigenvalue_loci import campbell as _campbell
 from eomgen.analysis.eigenvalue_loci import root_locus as _root_locus
 from eomgen.analysis.equilibrium import equilibrium as _equilibrium
 from eomgen.analysis.linearize import linearize as _linearize
-from eomgen.analysis.path_following import buckling_loads as _buckling_loads
-from eomgen.analysis.path_following import equilibrium_path as _equilibrium_path
 from eomgen.analysis.road_excitation import road_excitation as _road_excitation
 from eomgen.analysis.steady_motion import steady_motion as _steady_motion
 from eomgen.compiled.argument_derivatives import derivatives as _derivatives
@@ -19,6 +17,8 @@ from eomgen.products.derivatives.linearise import sensitivities as _sensitivitie
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
 from eomgen.products.pages.live import live as _live
 from eomgen.products.pages.report import report as _report
+from eomgen.products.statics.path_following import buckling_loads as _buckling_loads
+from eomgen.products.statics.path_following import equilibrium_path as _equilibrium_path
 from eomgen.simulation.checkpoint import resume as _resume
 from eomgen.simulation.floquet import floquet as _floquet
 from eomgen.simulation.run_model import attach as _attach
@@ -31,8 +31,6 @@ class Model(CompiledModel):
     root_locus = _root_locus
     equilibrium = _equilibrium
     linearize = _linearize
-    buckling_loads = _buckling_loads
-    equilibrium_path = _equilibrium_path
     road_excitation = _road_excitation
     steady_motion = _steady_motion
     derivatives = _derivatives
@@ -43,6 +41,8 @@ class Model(CompiledModel):
     simulate_many = _simulate_many
     live = _live
     report = _report
+    buckling_loads = _buckling_loads
+    equilibrium_path = _equilibrium_path
     resume = _resume
     floquet = _floquet
     attach = _attach

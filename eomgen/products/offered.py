@@ -16,6 +16,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "pictures": ("animate", "plot_sections", "rainflow"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "robots": (".mjcf", ".sdf", ".urdf", ".world", ".xml", "MJCF", "SDF", "URDF"),
+    "statics": ("buckling_loads", "equilibrium_path"),
     "studies": (
         "Extremes",
         "Identification",

@@ -7,7 +7,6 @@ __all__ = [
     "buckling",
     "consistency",
     "constraint_rows",
-    "critical_points",
     "equilibrium_path",
     "equilibrium_search",
     "independent_columns",

@@ -11,10 +11,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.cli import equilibrium, linearize
+from eomgen.cli import linearize
 from eomgen.cli.linearize import RideRequest
 from eomgen.errors import UsageError
 from eomgen.linear.modes import Modes, modes
+from eomgen.products.statics import command
 
 
 def of(A: list[list[float]], names: tuple[str, ...] = ("x", "y"), at_rest: bool = True, t: float = 0.5) -> Any:
@@ -112,8 +113,8 @@ def test_words_of_options_are_read() -> None:
     assert linearize._band("0.1:50") == (0.1, 50.0) and linearize._band(None) is None
     assert linearize._band("0:5", from_zero=True) == (0.0, 5.0)
     assert linearize._speeds("10, 20") == (10.0, 20.0) and linearize._speeds(None) == ()
-    assert equilibrium._range(" load = 0:10") == ("load", 0.0, 10.0)
-    assert equilibrium._preload("load=2.5") == ("load", 2.5) and equilibrium._preload("load") == ("load", 0.0)
+    assert command._range(" load = 0:10") == ("load", 0.0, 10.0)
+    assert command._preload("load=2.5") == ("load", 2.5) and command._preload("load") == ("load", 0.0)
     ride = cast(Any, RideRequest.read(("body", "seat:Wk"), "A, C", "10", (0.5, 80.0)))
     assert ride == RideRequest({"body": None, "seat": "Wk"}, ("A", "C"), (10.0,), (0.5, 80.0))
     assert RideRequest.read((), None, None, None) is None
@@ -213,11 +214,11 @@ HINT = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
             "--ride body:Wz: there is no weighting 'Wz'; try: body:Wk or body:Wd",
         ),
         (
-            lambda: equilibrium._range("load=0"),
+            lambda: command._range("load=0"),
             "--path load=0: a name and two numbers are needed; try: --path load=0:10",
         ),
-        (lambda: equilibrium._range("=0:1"), "--path =0:1: a name and two numbers are needed; try: --path load=0:10"),
-        (lambda: equilibrium._preload("load=a"), "--buckling load=a: 'a' is not a number; try: --buckling load=0"),
+        (lambda: command._range("=0:1"), "--path =0:1: a name and two numbers are needed; try: --path load=0:10"),
+        (lambda: command._preload("load=a"), "--buckling load=a: 'a' is not a number; try: --buckling load=0"),
     ],
 )
 def test_words_that_cannot_be_read(read: Callable[[], object], text: str) -> None:

@@ -15,7 +15,6 @@ from matplotlib.colors import to_hex
 from scipy import stats
 
 import eomgen
-from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.cli import simulate
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import Problem, UsageError
@@ -27,6 +26,7 @@ from eomgen.products.ensembles import ensemble
 from eomgen.products.pictures import section_loads, shapes
 from eomgen.products.reliability.vibration import result as vibration
 from eomgen.products.reliability.vibration.result import Distribution
+from eomgen.products.statics.equilibrium_path import Critical, EquilibriumPath
 
 matplotlib.use("Agg")
 from matplotlib import pyplot

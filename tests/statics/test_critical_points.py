@@ -19,7 +19,7 @@ from scipy.special import ellipe, ellipk
 
 import eomgen
 from eomgen.pipeline.model import Model
-from eomgen.solvers import critical_points
+from eomgen.products.statics import critical_points
 from eomgen.solvers.tangent_stiffness import TangentStiffness, canonical_direction
 from tests.anchors import anchor
 from tests.models.cosserat import beam_scene

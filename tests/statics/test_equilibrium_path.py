@@ -118,7 +118,7 @@ def test_the_command_line_keeps_an_interrupted_path(
         yield from islice(follow(*arguments, **options), 3)  # type: ignore[arg-type]
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("eomgen.analysis.path_following.follow", interrupted)
+    monkeypatch.setattr("eomgen.products.statics.path_following.follow", interrupted)
     assert main(["equilibrium", str(scene), "--path", "load=0:20", "--out", str(table), "--profile", "quick"]) == 130
     assert "interrupted" in capsys.readouterr().err
     assert len(table.read_text(encoding="utf-8").splitlines()) == 5

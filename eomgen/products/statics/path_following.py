@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.analysis.driven_rest import held_base
-from eomgen.analysis.equilibrium_path import Critical, EquilibriumPath
 from eomgen.analysis.loaded_statics import LoadParameter, check_partials, loaded_statics
 from eomgen.analysis.sparse_partials import check_continuous
 from eomgen.analysis.state_warnings import SceneMeasures
@@ -23,16 +22,7 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.solvers.bordered_newton import (
-    Balance,
-    Direction,
-    LoadedState,
-    LoadedStatics,
-    corrected,
-    direction,
-    weights,
-)
-from eomgen.solvers.critical_points import (
+from eomgen.products.statics.critical_points import (
     CriticalPoint,
     ExaminedPoint,
     critical_points,
@@ -41,6 +31,16 @@ from eomgen.solvers.critical_points import (
     linear_buckling,
     load_scale,
     lowest_frequency_squared,
+)
+from eomgen.products.statics.equilibrium_path import Critical, EquilibriumPath
+from eomgen.solvers.bordered_newton import (
+    Balance,
+    Direction,
+    LoadedState,
+    LoadedStatics,
+    corrected,
+    direction,
+    weights,
 )
 from eomgen.solvers.equilibrium_path import PathEndError, PathPoint, StepLimits, first_point, follow
 from eomgen.solvers.load_steps import by_load_steps
