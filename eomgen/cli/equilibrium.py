@@ -94,8 +94,7 @@ def equilibrium(
             make_folder(Path(file).parent)
     given = options["initial"], options["parameters"], time, options["inputs"]
     if request is not None:
-        code: int = request.answer(model, *given, as_json)
-        return code
+        return int(request.answer(model, *given, as_json))
     with waiting(f"{model.name}: equilibrium"):
         result = model.equilibrium(*given, any_kind=any_kind)
     p = model.parameter_array(options["parameters"])

@@ -24,7 +24,7 @@ from eomgen.cli.options import (
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.cli.running import say_notes, stand_in
 from eomgen.errors import Problem, UsageError
-from eomgen.scene.sources.register import all_options, source_of
+from eomgen.scene.sources.register import takes
 
 if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
@@ -106,7 +106,7 @@ def generate(
     steps = ""
     if isinstance(described, Scene):
         say_notes(described)
-        check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
+        check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
         values = in_units("--set", values, described.parameters)
         steps = stand_in(described, method) if only is None else ""
     files = pipeline.generate(

@@ -15,7 +15,7 @@ from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
 from eomgen.cli.printing import building, say_note
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.scene.sources.register import all_options, source_of
+from eomgen.scene.sources.register import all_options, takes
 from eomgen.toolchain.profiles import PROFILE_VARIABLE
 
 if TYPE_CHECKING:
@@ -50,8 +50,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     starts = assignments("--initial", options["initial"])
     scene = pipeline.load_scene(path, **{name: options.pop(name) for name in SCENE_OPTIONS})
     say_notes(scene)
-    robot = source_of(Path(path)) is all_options()["actuated"][0]
-    check_assigned(scene, changes, signals, robot=robot)
+    check_assigned(scene, changes, signals, robot=takes(Path(path), "tunable"))
     options["parameters"] = in_units("--set", changes, scene.parameters)
     options["inputs"] = in_units("--input", signals, scene.inputs)
     options["initial"] = starts_of(starts, scene) or None

@@ -23,7 +23,7 @@ from eomgen.cli.options import (
 )
 from eomgen.cli.printing import building, print_json, say
 from eomgen.cli.running import say_notes, stand_in
-from eomgen.scene.sources.register import all_options, source_of
+from eomgen.scene.sources.register import takes
 
 if TYPE_CHECKING:
     from eomgen.products.fmu.export import FmuFiles
@@ -120,7 +120,7 @@ def fmu(
     values: Mapping[str, float | str] = assignments("--set", parameters)
     starts = assignments("--initial", initial)
     say_notes(described)
-    check_assigned(described, values, {}, robot=source_of(Path(scene)) is all_options()["actuated"][0])
+    check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
     values = in_units("--set", values, described.parameters)
     with building(described.name):
         make = partial(

@@ -92,6 +92,11 @@ def all_options() -> dict[str, tuple[Source, Option]]:
     return result
 
 
+def takes(path: Path, option: str) -> bool:
+    """Return whether the format of a file has an option of this name."""
+    return any(item.name == option for item in getattr(source_of(path), "options", ()))
+
+
 def formats_with(source: Source, option: Option) -> str:
     """Return the names of the formats that have an option of a source, for texts about the option."""
     shared = [other.name for other in own_sources() if source in own_sources() and option in other.options]
