@@ -26,8 +26,6 @@ if TYPE_CHECKING:
         ToolchainError,
         UsageError,
     )
-    from eomgen.linear import control, spectra
-    from eomgen.pipeline.controllers import with_controller
     from eomgen.pipeline.model import Model
     from eomgen.pipeline.pipeline import build, derive, generate, load
     from eomgen.pipeline.saved_models import load_model
@@ -54,18 +52,13 @@ if TYPE_CHECKING:
         "UsageError",
         "__version__",
         "build",
-        "control",
         "derive",
         "generate",
         "load",
         "load_model",
-        "spectra",
-        "with_controller",
     ]
     __all__ += exported.__all__
 
-#: Modules of the core that callers use as they are.
-_MODULES = ("control", "spectra")
 #: Other names of the core, each with its module; products register theirs.
 _HOMES = {
     **dict.fromkeys(("load", "derive", "generate", "build"), "eomgen.pipeline.pipeline"),
@@ -75,7 +68,6 @@ _HOMES = {
     "Scene": "eomgen.scene.scene",
     "System": "eomgen.system.system",
     "load_model": "eomgen.pipeline.saved_models",
-    "with_controller": "eomgen.pipeline.controllers",
     **dict.fromkeys(
         (
             "DescriptionError",
@@ -117,8 +109,6 @@ def __getattr__(name: str) -> object:
 
         with without_garbage_collection(), calm_imports():
             value = getattr(import_module(_HOMES[name]), name)
-    elif name in _MODULES:
-        value = import_module(f"{__name__}.{name}")
     elif name == "__all__":
         value = __dir__()
     else:
@@ -148,4 +138,4 @@ def _of_products(name: str) -> object:
 def __dir__() -> list[str]:
     from eomgen.base.products import public_modules, public_names  # noqa: PLC0415  # for lists only
 
-    return sorted(["__version__", *_HOMES, *_MODULES, *public_modules(), *public_names()])
+    return sorted(["__version__", *_HOMES, *public_modules(), *public_names()])

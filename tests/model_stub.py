@@ -15,24 +15,15 @@ _HEAD = f'''"""Methods of {{}}, for type checkers and editors: from the register
 '''
 _PACKAGE = Path(eomgen.__file__).parent
 #: Stub by the class with the methods.
-STUBS = {
-    "Model": _PACKAGE / "pipeline" / "model.pyi",
-    "Solution": _PACKAGE / "products" / "solution_methods.pyi",
-}
-#: Import and definition of the class of each stub.
-_CLASSES = {
-    "Model": ("from eomgen.compiled.model import CompiledModel\n", "class Model(CompiledModel):\n"),
-    "Solution": ("", "class SolutionMethods:\n"),
-}
+STUBS = {owner: _PACKAGE / "products" / f"{owner.lower()}_methods.pyi" for owner in ("Model", "Solution")}
 
 
 def stub(owner: str) -> str:
     """Return the text of a stub: the class with the functions of the register as methods."""
     found = sorted((target.partition(":")[0], name) for name, _, target in methods_of(own(), owner))
-    imported, defined = _CLASSES[owner]
     imports = [f"from {module} import {name} as _{name}\n" for module, name in found]
     methods = [f"    {name} = _{name}\n" for _, name in found]
-    return "".join([_HEAD.format(owner), *sorted(filter(None, [*imports, imported])), "\n", defined, *methods])
+    return "".join([_HEAD.format(owner), *sorted(imports), f"\nclass {owner}Methods:\n", *methods])
 
 
 if __name__ == "__main__":

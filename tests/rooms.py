@@ -19,7 +19,7 @@ from tests.test_doors import DOORS, PACKAGE, _own, room_of
 #: Rooms that are at everybody's hand, drawn as one box without arrows.
 BASE = ("base", "errors")
 #: Entries of the table that are no rooms: the way in, and a stub for type checkers.
-APART = ("__main__", "products.exported", "products.offered", "products.solution_methods")
+APART = ("__main__", "products.exported", "products.model_methods", "products.offered", "products.solution_methods")
 PRODUCTS = "products."
 Box = tuple[float, float, float, float]
 WIDTH, HEIGHT, GAP, RISE, MARGIN, LETTER = 1120.0, 40.0, 18.0, 48.0, 12.0, 6.3

@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.base.calls import ATTRIBUTES, UnknownAttribute, UnknownName, checked_call, meant_term, of_models
-from eomgen.linear.state_space import StateSpace
+from eomgen.products.linear.state_space import StateSpace
 from eomgen.system.terms import TERMS, nearest_term
 from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene

@@ -17,11 +17,11 @@ import pytest
 
 import eomgen
 from docs.site.reference import INTERNAL
-from eomgen.linear.linearization import Linearization
-from eomgen.linear.modes import Modes
-from eomgen.linear.state_space import StateSpace
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.products.ensembles.ensemble import Ensemble
+from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.modes import Modes
+from eomgen.products.linear.state_space import StateSpace
 from eomgen.simulation.simulator import Simulator
 from tests.docstrings import LEFT_OUT, findings_of, names, undocumented
 from tests.models.cache import shared_cache

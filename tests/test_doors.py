@@ -35,6 +35,10 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     "products.fields": {"FieldSystem", "Hamiltonian", "HamiltonianModel", "hamiltonian", "posterior", "posteriors"},
     "products.fmu": {"fmu", "fmu_files"},
     "products.laws": {"FileLaw"},
+    "products.linear": {
+        *("Campbell", "Floquet", "Linearization", "RootLocus", "StateSpace", "campbell", "eigenvalue_loci", "floquet"),
+        *("linearize", "lqr", "multiblade", "psd", "random_response", "root_locus", "with_controller"),
+    },
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
     "products.pictures": {"InlineAnimation", "Rainflow", "animate", "rainflow", "section_drawing"},
@@ -54,7 +58,6 @@ DOORS: dict[str, set[str]] = {
     # arrays and C alone
     "toolchain": {"base", "errors"},
     "solvers": {"base", "errors", "lie"},
-    "linear": {"base", "errors", "formula", "lie"},
     # from a description to C
     "symbolic": {"base.data"},
     "lie": {"base.data", "symbolic"},
@@ -66,8 +69,8 @@ DOORS: dict[str, set[str]] = {
     "codegen": {"base", "errors", "integrators", "symbolic", "system"},
     # a compiled model, and its results
     "compiled": {"base", "errors", "formula", "lie", "solvers", "system", "toolchain"},
-    "results": {"base", "compiled", "errors", "lie", "linear", "system"},
-    "analysis": {"base", "compiled", "errors", "formula", "lie", "linear", "solvers", "system"},
+    "results": {"base", "compiled", "errors", "lie", "system"},
+    "analysis": {"base", "compiled", "errors", "formula", "lie", "solvers", "system"},
     "simulation": {
         "analysis",
         "base",
@@ -76,7 +79,6 @@ DOORS: dict[str, set[str]] = {
         "formula",
         "integrators",
         "lie",
-        "linear",
         "results",
         "solvers.sparse_rows",
         "system",
@@ -84,7 +86,6 @@ DOORS: dict[str, set[str]] = {
     },
     # verbs
     "pipeline": {
-        "analysis",
         "simulation",
         "base",
         "codegen",
@@ -93,7 +94,6 @@ DOORS: dict[str, set[str]] = {
         "formula",
         "integrators",
         "lie",
-        "linear",
         "mechanics",
         "scene",
         "solvers",
@@ -106,7 +106,6 @@ DOORS: dict[str, set[str]] = {
         "base",
         "errors",
         "formula",
-        "linear",
         "mechanics",
         "pipeline",
         "results",
@@ -221,6 +220,10 @@ DOORS: dict[str, set[str]] = {
         "toolchain",
     },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
+    "products.linear": {
+        *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene"),
+        *("simulation", "solvers", "system"),
+    },
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.robots": {"base", "errors", "formula", "lie", "scene", "system"},
     "products.pictures": {
@@ -228,7 +231,7 @@ DOORS: dict[str, set[str]] = {
     },
     "products.statics": {"analysis", "base", "cli", "compiled", "errors", "pipeline", "solvers"},
     "products.pages": {
-        *("analysis", "base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
+        *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
         *("products.pictures", "products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
     },
     "products.comparison": {
@@ -248,11 +251,16 @@ DOORS: dict[str, set[str]] = {
         "system",
     },
     "products.offered": set(),
-    "products.solution_methods": {"products.pictures", "results"},
+    "products.model_methods": {
+        *("analysis", "compiled", "products.derivatives", "products.ensembles", "products.linear", "products.pages"),
+        *("products.statics", "simulation"),
+    },
+    "products.solution_methods": {"products.linear", "products.pictures"},
     "products.exported": {
         "products.comparison",
         "products.fields",
         "products.fmu",
+        "products.linear",
         "products.optimisers",
         "products.reliability",
         "products.studies",
@@ -266,13 +274,7 @@ DOORS: dict[str, set[str]] = {
 OF_PRODUCTS: dict[str, set[str]] = {
     "base.products": {"products.offered"},  # stays: messages name a product that is not installed
     "results.solution": {"products.solution_methods"},  # stays: a type checker reads methods of products
-    "pipeline.model": {
-        "products.statics.path_following",
-        "products.derivatives.linearise",
-        "products.ensembles.simulate_many",
-        "products.pages.live",
-        "products.pages.report",
-    },
+    "pipeline.model": {"products.model_methods"},  # likewise
 }
 
 #: For rooms with an inner order: their parts, each of which imports only from parts of lines before its own.
@@ -344,7 +346,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "outcome",
         "checkpoint",
         "simulate simulator",
-        "floquet start",
+        "start",
     ),
     "products.derivatives": (
         "equations functionals linear_steps motion",
@@ -356,6 +358,17 @@ ORDER: dict[str, tuple[str, ...]] = {
         "stationary_run",
         "run_sensitivities",
         "linearise",
+    ),
+    "products.linear": (
+        "campbell_plot freedom notebook spectra",
+        "multiblade plots state_space",
+        "modes sampling",
+        "augmentation floquet random_response second_order_modes",
+        "control linearization",
+        "calibration controllers eigenvalue_loci",
+        "campbell_search files",
+        "analyses",
+        "command",
     ),
     "products.studies.tuning": (
         "judge",
@@ -459,6 +472,7 @@ LATE: dict[str, dict[str, str]] = {
         "products.fields.commands": "Click and tables; for the command line",
         "products.fields.documents.entries": "for editors alone",
     },
+    "products.linear.command": {"": "as in cli"},
     "products.laws.code": {
         "toolchain.builder": "scenes are read without a compiler",
         "toolchain.compiler": "as the builder",
@@ -554,7 +568,6 @@ LATE: dict[str, dict[str, str]] = {
         "formula.motion_faults": "it evaluates on the tape; most scenes prescribe no motion",
     },
     "simulation.stepping.states": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
-    "simulation.run_model": {"analysis.linearize": "SciPy; only linear models about motions need it"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
     "toolchain.library": {
         "toolchain.python_functions": "few models call functions in Python",

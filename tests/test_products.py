@@ -46,6 +46,14 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('info', 'laws.toml')", "laws.toml:51 (laws): the section 'laws' is unknown"),
         ("cli('info', 'law.toml')", "law.toml:52 (outputs.height.formula[0]): unknown quantity 'law'"),
     ),
+    "linear": (
+        ("eomgen.control", "module 'eomgen' has no attribute 'control'"),
+        ("eomgen.with_controller", "module 'eomgen' has no attribute 'with_controller'"),
+        ("model.linearize", "a Model has no 'linearize'"),
+        ("run.psd", "a Solution has no 'psd'"),
+        ("cli('linearize', 'pendulum.toml')", "eomgen: there is no verb 'linearize'"),
+        ("eomgen.build('calibration.toml')", "controllers.hold.calibration: "),
+    ),
     "maps": (
         ("cli('info', 'maps.toml')", "maps.toml:51 (maps): the section 'maps' is unknown"),
         ("cli('info', 'map.toml')", "map.toml:52 (outputs.height.formula[0]): unknown quantity 'map'"),
@@ -100,6 +108,17 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('info', 'key.toml')", "key.toml:16 (base.follow): the key 'follow' is unknown here"),
     ),
 }
+#: A scene with gains from its own linear model.
+CALIBRATION_TOML = f"""{PENDULUM_TOML}
+[controllers.hold]
+type = "state_feedback"
+coordinates = ["hinge"]
+calibration = {{ method = "lqr", position_weights = {{ hinge = 1 }}, effort_weights = 1 }}
+
+[efforts.holder]
+joint = "hinge"
+effort = "hold"
+"""
 #: Scene files that need a product, by name.
 SCENES: Mapping[str, str] = {
     **{section: f"{PENDULUM_TOML}\n[{section}.sea]\n" for section in ("random", "waves", "hulls", "laws", "maps")},
@@ -107,6 +126,7 @@ SCENES: Mapping[str, str] = {
     "law": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "law.hill(0, 0)"\n',
     "map": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "map.hill(0, 0)"\n',
     "slope": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "slope.sea[0]"\n',
+    "calibration": CALIBRATION_TOML,
     "key": PENDULUM_TOML.replace("[base]", '[base]\nfollow = { waves = "sea" }'),
 }
 HAMILTONIAN_TOML = """

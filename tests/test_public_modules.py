@@ -45,6 +45,8 @@ def test_modules_that_moved_are_imported_by_their_earlier_names() -> None:
     for product in products().values():
         for name, module in product.moved.items():
             assert _run(f"import eomgen.{name} as it; print(it.__name__)") == module, name
+    within = "from eomgen.linear.state_space import StateSpace as it; print(it.__module__)"
+    assert _run(within) == "eomgen.products.linear.state_space"
 
 
 def test_every_public_package_has_a_witness() -> None:

@@ -138,12 +138,7 @@ def named(target: str) -> object:
 
 
 #: Public modules of the core: name below ``eomgen`` -> name of the module itself.
-OF_THE_CORE = {
-    "control": "eomgen.linear.control",
-    "extending": "eomgen.base.extending",
-    "spectra": "eomgen.linear.spectra",
-    "verbs": "eomgen.base.verbs",
-}
+OF_THE_CORE = {"extending": "eomgen.base.extending", "verbs": "eomgen.base.verbs"}
 
 
 class _RenamedLoader:

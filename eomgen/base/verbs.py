@@ -139,18 +139,6 @@ CORE: tuple[Verb, ...] = (
         heading="Build and run",
     ),
     Verb(
-        "linearize",
-        "Modes, stability and responses of the linear model.",
-        "eomgen.cli.linearize:linearize",
-        (
-            "eomgen.analysis.linearize:linearize",
-            "eomgen.analysis.eigenvalue_loci:root_locus",
-            "eomgen.analysis.eigenvalue_loci:campbell",
-            "eomgen.analysis.road_excitation:road_excitation",
-        ),
-        heading="Build and run",
-    ),
-    Verb(
         "simulate",
         "Integrate, and save the solution with plots.",
         "eomgen.cli.simulate:simulate",
@@ -210,10 +198,8 @@ CORE: tuple[Verb, ...] = (
         takes_scene=False,
         heading="Housekeeping",
     ),
-    Verb("psd", solution_methods=("eomgen.results.spectrum:psd", "eomgen.results.spectrum:rms")),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
     Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
-    Verb("floquet", methods=("eomgen.simulation.floquet:floquet",)),
     Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),
     Verb(
         "derivatives",

@@ -21,11 +21,14 @@ if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.compiled.model import Gains, Start
     from eomgen.pipeline.model import Model
+    from eomgen.scene.scene import Scene
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
     from eomgen.system.system import Sample, System
 
 
+#: The group of registers of products in which each row is a ``Preparation``.
+PREPARATIONS = "eomgen.preparations"
 #: Builds the model of a document with some terms, the same bits everywhere.
 Build = Callable[[Any, Sequence[str]], "Model"]
 #: Function that derives a document for a longer one: the Program, and the reason for a missing stepper.
@@ -74,6 +77,22 @@ class FrontEnd:
     every_row: Callable[[Any], EveryRow] | None = None
     content: Callable[[Any], bytes] = lambda document: cast("bytes", document.content)
     program: Callable[[Any, Programs], tuple[Program, str] | None] = lambda _, __: None
+
+
+@dataclass(frozen=True)
+class Preparation:
+    """Parameters of scenes that a product finds from compiled models of them, before the equations are derived.
+
+    Attributes
+    ----------
+    name : of the key of scenes that asks for it
+    prepared : the scene with values found by a function that builds models
+    values : these values at other values of the remaining parameters, with notes
+    """
+
+    name: str
+    prepared: Callable[[Scene, Build], Scene]
+    values: Callable[[Scene, Mapping[str, float], Build], tuple[dict[str, float], list[str]]]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass
 from eomgen.base.extensions import code_stamp
-from eomgen.errors import ModelError, Problem
-from eomgen.pipeline.front_end import Build, FrontEnd, Programs
+from eomgen.base.products import fault_of_absent, rows_of
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.pipeline.front_end import PREPARATIONS, Build, FrontEnd, Preparation, Programs
 from eomgen.pipeline.readings import StoredScene
 from eomgen.system.terms import PURPOSES
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from eomgen.codegen.program import Program
     from eomgen.compiled.model import Gains, Start
     from eomgen.mechanics.initial_coordinates import AbsoluteStartEquations
+    from eomgen.scene.control.model import StateFeedback
     from eomgen.scene.scene import Scene
     from eomgen.solvers.constraint_rows import EveryRow
     from eomgen.system.description import Description
@@ -109,26 +111,27 @@ def _unconnected(scene: Scene) -> bool:
     return free and not any(isinstance(element, CosseratBeam) for element in scene.elements)
 
 
+def _calibration(asking: StateFeedback) -> Preparation:
+    """Return the preparation for a controller that asks for calibrated gains. Raises UsageError if it is not
+    installed."""
+    rows: tuple[Preparation, ...] = rows_of(PREPARATIONS, Preparation)
+    if not rows and (absent := fault_of_absent("calibration")):
+        raise UsageError(Problem(f"controllers.{asking.name}.calibration", *absent))
+    return next(row for row in rows if row.name == "calibration")
+
+
 def _prepared(document: Scene | StoredScene, build: Build) -> Scene:
     """Return a scene whose calibrated parameters have values."""
     scene: Scene = opened(document)
-    if not any(item.calibration for item in scene.feedback):
-        return scene
-    from eomgen.pipeline.calibration import calibrated  # noqa: PLC0415  # SciPy comes with it
-
-    return calibrated(scene, build)
+    asking = next((item for item in scene.feedback if item.calibration), None)
+    return scene if asking is None else _calibration(asking).prepared(scene, build)
 
 
 def _gains(scene: Scene | StoredScene, build: Build) -> Gains | None:
-    if isinstance(scene, StoredScene) or not any(item.calibration for item in scene.feedback):
+    if isinstance(scene, StoredScene):
         return None
-
-    def gains(parameters: Mapping[str, float]) -> dict[str, float]:
-        from eomgen.pipeline import calibration  # noqa: PLC0415  # SciPy comes with it
-
-        return calibration.gains(scene, parameters, build)[0]
-
-    return gains
+    asking = next((item for item in scene.feedback if item.calibration), None)
+    return None if asking is None else lambda parameters: _calibration(asking).values(scene, parameters, build)[0]
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,8 @@ from eomgen.products.comparison.report import Comparison
 from eomgen.products.fields import posteriors as fields
 from eomgen.products.fields import sampling
 from eomgen.products.fmu.export import fmu
+from eomgen.products.linear import control, spectra
+from eomgen.products.linear.controllers import with_controller
 from eomgen.products.optimisers.casadi_functions import casadi
 from eomgen.products.optimisers.jax_functions import jax
 from eomgen.products.optimisers.torch_functions import torch
@@ -33,6 +35,7 @@ __all__ = [
     "Tuned",
     "casadi",
     "compare",
+    "control",
     "extremes",
     "fields",
     "fmu",
@@ -42,10 +45,12 @@ __all__ = [
     "random_vibration",
     "sampling",
     "savings",
+    "spectra",
     "studies",
     "testing",
     "torch",
     "tradeoff",
     "tune",
     "waves",
+    "with_controller",
 ]

@@ -5,11 +5,9 @@ __all__ = [
     "error_estimate",
     "events",
     "finding",
-    "linear_files",
     "plots",
     "poses",
     "recorded",
     "sample_errors",
     "solution",
-    "spectrum",
 ]

@@ -1,18 +1,27 @@
-"""Base classes of ``Solution``, which is evaluated at first use and stored for tables and plots; its display in
-notebooks: outcome, and start, end and range of each column."""
+"""Base classes of ``Solution``, which is evaluated at first use and stored for tables and plots, and of the model of a
+run; display of a solution in notebooks: outcome, and start, end and range of each column."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Any, Protocol
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.html import page, paragraph, table
+from eomgen.compiled.beams import SectionLoads
+from eomgen.compiled.coordinates import StateArrays
+from eomgen.errors import Problem, UsageError
+from eomgen.results.dense_output import Between
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import Finding
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+    from eomgen.results.poses import PosesAndScenery
 
 
 class DeferredEvaluator(Protocol):
@@ -59,6 +68,55 @@ class RecordedSolution(DeferredEvaluator, Protocol):
     def columns(self) -> dict[str, Array]: ...
 
     def units(self) -> dict[str, str]: ...
+
+
+class ModelOfRun(Protocol):
+    """The model of a run with inputs and parameters of the run, for quantities that rows do not hold."""
+
+    @property
+    def model(self) -> CompiledModel:
+        """The compiled model."""
+
+    @property
+    def between(self) -> Between | None:
+        """States between rows by the method itself; None if states are interpolated."""
+
+    @property
+    def has_poses(self) -> bool:
+        """Whether poses need no compilation."""
+
+    @property
+    def alike(self) -> Callable[[], Sequence[Finding]]:
+        """Return findings on motion that runs at other steps do not resolve either."""
+
+    def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
+
+    def inputs(self, t: Array) -> dict[str, Array]: ...
+
+    def outputs(self, state: StateArrays) -> dict[str, Array]: ...
+
+    def given_at(self, state: StateArrays) -> tuple[Array | None, Array]:
+        """Return the inputs of the run and the parameters at the times of a state."""
+
+    def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+
+
+class MotionWithModel(Protocol):
+    """A ``Solution`` with states between rows: see there."""
+
+    @property
+    def model(self) -> ModelOfRun | None: ...
+
+    def at(self, t: ArrayLike) -> StateArrays: ...
+
+
+def model_of(solution: MotionWithModel, call: str, need: str) -> ModelOfRun:
+    """Return the model of the run of a solution. Raises UsageError for a stored solution, with a call and its need."""
+    if solution.model is None:
+        fault = f"{need} the model and the inputs of the run, which a stored solution does not hold"
+        hint = "model.attach(solution), with inputs={...} for the functions and tables that drove the run"
+        raise UsageError(Problem(call, fault, hint))
+    return solution.model
 
 
 #: Columns that are rates of other columns, and constraint forces: ``columns()`` has these columns, which would fill the

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,12 +20,12 @@ from eomgen.compiled.arguments import number_of
 from eomgen.compiled.beams import SectionLoads
 from eomgen.compiled.coordinates import StateArrays
 from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.results.dense_output import Between, Rows, largest_errors, state_at
+from eomgen.results.dense_output import Rows, largest_errors, state_at
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import NO_EVENTS, Events
 from eomgen.results.finding import Finding
 from eomgen.results.poses import BodyPoses, PosesAndScenery
-from eomgen.results.recorded import DeferredEvaluator, html
+from eomgen.results.recorded import DeferredEvaluator, ModelOfRun, html, model_of
 from eomgen.results.solution_files import (
     column_named,
     columns_of,
@@ -44,7 +44,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-    from eomgen.linear.linearization import Linearization
     from eomgen.products.solution_methods import SolutionMethods
 else:
     SolutionMethods = object
@@ -62,32 +61,6 @@ _LATER = {
 
 #: Tolerated difference of states of two parts of a run at their common time, relative to the size of the states.
 _SAME = 1e-6
-
-
-class ModelOfRun(Protocol):
-    """The model of a run with inputs and parameters of the run, for quantities that rows do not hold."""
-
-    @property
-    def between(self) -> Between | None:
-        """States between rows by the method itself; None if states are interpolated."""
-
-    @property
-    def has_poses(self) -> bool:
-        """Whether poses need no compilation."""
-
-    @property
-    def alike(self) -> Callable[[], Sequence[Finding]]:
-        """Return findings on motion that runs at other steps do not resolve either."""
-
-    def poses_and_scenery(self, t: Array, q: Array) -> PosesAndScenery: ...
-
-    def inputs(self, t: Array) -> dict[str, Array]: ...
-
-    def outputs(self, state: StateArrays) -> dict[str, Array]: ...
-
-    def linear(self, state: StateArrays) -> Linearization: ...
-
-    def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
 
 
 #: Names that other tools give to arguments, and calls in their place.
@@ -446,46 +419,7 @@ class Solution(SolutionMethods):
         >>> run.outputs_at(0.0255)["tip"].round(4)
         array([ 0.5547,  0.    , -0.681 ])
         """
-        return self._model_for("outputs_at", "the outputs between rows need").outputs(self.at(t))
-
-    def linearize(self, t: float) -> Linearization:
-        """Return the linear model about the motion at a time within the solution; see ``Model.linearize``.
-
-        Accelerations and multipliers follow from the dynamics in the state of ``at``, brought onto the constraints
-        if there are any. Inputs and parameters are the run's.
-
-        Parameters
-        ----------
-        t : float
-            Time within the solution, s.
-
-        Returns
-        -------
-        Linearization
-            The linear model, as ``Model.linearize`` returns it.
-
-        Raises
-        ------
-        UsageError
-            Times outside the solution, or half a turn or more between two rows; or the model is not at hand, as the
-            solution comes from a file or from another process.
-            ``Model.attach`` gives the model back.
-
-        Examples
-        --------
-        >>> model = eomgen.build("examples/double_pendulum_on_shaking_base/scene.toml")
-        >>> run = model.simulate(0.1, 1e-3)
-        >>> run.linearize(0.05).state_space().A.shape
-        (4, 4)
-        """
-        return self._model_for("linearize", "a linear model needs").linear(self.at(number_of("t", t)))
-
-    def _model_for(self, call: str, need: str) -> ModelOfRun:
-        if self.model is None:
-            fault = f"{need} the model and the inputs of the run, which a stored solution does not hold"
-            hint = "model.attach(solution), with inputs={...} for the functions and tables that drove the run"
-            raise UsageError(Problem(call, fault, hint))
-        return self.model
+        return model_of(self, "outputs_at", "the outputs between rows need").outputs(self.at(t))
 
     def interpolation_error(self) -> dict[str, float]:
         """Return the largest error of ``at`` across three spacings of rows: q (an increment), ``v``, ``a``, ``z``.

@@ -36,7 +36,6 @@ from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.toolchain.library import Library
 
 if TYPE_CHECKING:
-    from eomgen.linear.linearization import Linearization
     from eomgen.results.finding import Finding
 
 
@@ -126,15 +125,22 @@ class RunModel:
         table = model.input_values(t, parameters=p) if self.signals is None else self.signals.rows(t)
         return dict(zip(model.inputs, np.ascontiguousarray(table.T), strict=True))
 
+    def given_at(self, state: StateArrays) -> tuple[Array | None, Array]:
+        """Return the inputs of the run (..., nu) and the parameters at the times of a state (...)."""
+        if self.signals is None:
+            return None, self.present(state)
+        u = self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
+        return u, self.present(state)
+
     def outputs(self, state: StateArrays) -> dict[str, Array]:
         """Return the outputs of a state at times (...), with the inputs of the run at these times."""
-        u = None if self.signals is None else self.signals.rows(state.t.ravel()).reshape(*state.t.shape, self.model.nu)
-        return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=self.present(state))
+        u, p = self.given_at(state)
+        return self.model.outputs(state.q, state.v, state.a, state.t, u, z=state.z, parameters=p)
 
     def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]:
         """Return strains and loads along geometrically exact beams in states, with their multipliers (nt, rows)."""
-        u = None if self.signals is None else self.signals.rows(state.t)
-        given = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": self.present(state)}
+        u, p = self.given_at(state)
+        given = {"a": state.a, "z": state.z, "multipliers": multipliers, "parameters": p}
         return section_loads(self.model, state.q, state.v, state.t, u, **given)
 
     def present(self, state: StateArrays) -> Array:
@@ -145,13 +151,6 @@ class RunModel:
         if self.motions is not None:
             return self.motions(t)
         return parameters_over(self.events, self.model, self.parameters, t)
-
-    def linear(self, state: StateArrays) -> Linearization:
-        """Return the linear model about one state, with the inputs of the run at its time."""
-        from eomgen.analysis.linearize import about_motion  # noqa: PLC0415  # runs are made without it too
-
-        u = None if self.signals is None else self.signals.rows(np.atleast_1d(state.t))[0]
-        return about_motion(self.model, state, u, self.present(state))
 
 
 def run_model(

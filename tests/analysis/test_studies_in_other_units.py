@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.control import OutputFeedback, kalman, lqr
-from eomgen.linear.linearization import Linearization
+from eomgen.products.linear.linearization import Linearization
 from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 
 SCALES = [

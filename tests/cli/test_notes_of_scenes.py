@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.linear.plots import oscillating_first
+from eomgen.products.linear.plots import oscillating_first
 from eomgen.products.studies.work_precision.running import Grid, Runner
 from tests.models.scenes import PENDULUM_TOML
 

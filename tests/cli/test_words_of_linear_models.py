@@ -11,10 +11,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.cli import linearize
-from eomgen.cli.linearize import RideRequest
 from eomgen.errors import UsageError
-from eomgen.linear.modes import Modes, modes
+from eomgen.products.linear import command as linearize
+from eomgen.products.linear.command import RideRequest
+from eomgen.products.linear.modes import Modes, modes
 from eomgen.products.statics import command
 
 

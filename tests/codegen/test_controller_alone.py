@@ -117,7 +117,7 @@ def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path:
 
 @pytest.mark.slow
 def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
-    from eomgen.linear.control import OutputFeedback, kalman, lqr
+    from eomgen.products.linear.control import OutputFeedback, kalman, lqr
 
     data = estimated()
     space = eomgen.build(data, profile="quick").linearize(at="initial", initial={"x": 0.0}).state_space()
@@ -179,7 +179,7 @@ def test_a_function_in_c_is_called_with_its_memory(tmp_path: Path) -> None:
         }
     }  # fmt: skip  # a table
     scene = tmp_path / "scene.toml"
-    scene.write_text(eomgen.pipeline.controllers.toml_text(data), encoding="utf-8")
+    scene.write_text(eomgen.products.linear.controllers.toml_text(data), encoding="utf-8")
     assert main(["generate", str(scene), "--only", "controller", "--out", str(tmp_path / "c")]) == 0
     run = eomgen.build(scene, profile="quick").simulate(0.2, 1e-3, method="rk4")
     calls = slice(0, -2, 2)

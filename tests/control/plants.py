@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.linear.control.plant import Plant
+from eomgen.products.linear.control.plant import Plant
 
 SPRUNG, UNSPRUNG, SPRING, DAMPER, TYRE = 240.0, 36.0, 16000.0, 980.0, 160000.0
 #: Force on body and wheel per displacement of the road.

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from eomgen.errors import ModelError, UsageError
-from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order import (
+from eomgen.products.linear.control.plant import Plant
+from eomgen.products.linear.control.second_order import (
     lqr,
     modal_feedback,
     modes_of,
@@ -16,7 +16,7 @@ from eomgen.linear.control.second_order import (
     place,
     placed_modal_gains,
 )
-from eomgen.linear.control.weights import Weights
+from eomgen.products.linear.control.weights import Weights
 from tests.control.plants import quarter_car, random_plant
 
 

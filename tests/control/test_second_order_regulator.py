@@ -9,9 +9,9 @@ import pytest
 
 from eomgen.base.arrays import Array
 from eomgen.errors import ModelError, UsageError
-from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order import lqr
-from eomgen.linear.control.weights import Weights
+from eomgen.products.linear.control.plant import Plant
+from eomgen.products.linear.control.second_order import lqr
+from eomgen.products.linear.control.weights import Weights
 from tests.control.plants import RELATIVE, quarter_car, random_plant
 
 

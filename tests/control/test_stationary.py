@@ -9,10 +9,10 @@ import pytest
 from scipy.integrate import quad
 
 from eomgen.errors import ModelError
-from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order import lqr
-from eomgen.linear.control.stationary import road_intensity, stationary
-from eomgen.linear.control.weights import Weights
+from eomgen.products.linear.control.plant import Plant
+from eomgen.products.linear.control.second_order import lqr
+from eomgen.products.linear.control.stationary import road_intensity, stationary
+from eomgen.products.linear.control.weights import Weights
 from tests.anchors import anchor
 from tests.control.plants import ROAD, SPRUNG, TYRE, UNSPRUNG, quarter_car
 

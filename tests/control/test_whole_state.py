@@ -14,10 +14,10 @@ from scipy.linalg import expm, solve_discrete_lyapunov
 
 from eomgen.control import OutputFeedback, kalman, lqr, place, place_observer
 from eomgen.errors import EomgenError, ModelError, UsageError
-from eomgen.linear.augmentation import delay, delay_line, driven_by, shaping_filter
-from eomgen.linear.control.stationary import root_mean_squares, stationary_covariance
-from eomgen.linear.sampling import discretized
-from eomgen.linear.state_space import StateSpace
+from eomgen.products.linear.augmentation import delay, delay_line, driven_by, shaping_filter
+from eomgen.products.linear.control.stationary import root_mean_squares, stationary_covariance
+from eomgen.products.linear.sampling import discretized
+from eomgen.products.linear.state_space import StateSpace
 
 Array = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen.control import lqr
-from eomgen.linear.state_space import spelled
+from eomgen.products.linear.state_space import spelled
 from eomgen.spectra import Road, RoadExcitation
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, changed, pushed, scene_of, slider

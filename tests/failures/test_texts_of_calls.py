@@ -14,7 +14,7 @@ import pytest
 from eomgen.analysis import base_parameters, steady_motion
 from eomgen.base import journal
 from eomgen.base.csv_tables import _cells
-from eomgen.cli import linearize, options
+from eomgen.cli import options
 from eomgen.cli.equilibrium import PathRequest
 from eomgen.codegen import folder
 from eomgen.codegen.targets.c.naming import check_identifier
@@ -24,17 +24,18 @@ from eomgen.control import OutputFeedback, kalman, lqr
 from eomgen.errors import EomgenError
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.integrators.stepper_layout import checked_setting
-from eomgen.linear.augmentation import delay_line, shaping_filter
-from eomgen.linear.control.riccati_equation import without_cross_terms
-from eomgen.linear.control.second_order import optimal_modal_gains, placed_modal_gains
-from eomgen.linear.control.stationary import stationary_covariance
-from eomgen.linear.sampling import seconds
-from eomgen.linear.spectra import InputSpectrum, MeasuredRoad
-from eomgen.linear.state_space import StateSpace
 from eomgen.products.ensembles import command, designs, simulate_many, statistics, variations
 from eomgen.products.ensembles.distributions import read_distribution
 from eomgen.products.fields.posteriors.mesh import Mesh
 from eomgen.products.fields.posteriors.sampling import Sampler
+from eomgen.products.linear import command as linearize
+from eomgen.products.linear.augmentation import delay_line, shaping_filter
+from eomgen.products.linear.control.riccati_equation import without_cross_terms
+from eomgen.products.linear.control.second_order import optimal_modal_gains, placed_modal_gains
+from eomgen.products.linear.control.stationary import stationary_covariance
+from eomgen.products.linear.sampling import seconds
+from eomgen.products.linear.spectra import InputSpectrum, MeasuredRoad
+from eomgen.products.linear.state_space import StateSpace
 from eomgen.products.pictures import section_loads
 from eomgen.products.studies.identification import measurements, study
 from eomgen.products.studies.work_precision.running import tuning_grid

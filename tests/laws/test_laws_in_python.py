@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, EomgenError, ModelError, UsageError
-from eomgen.pipeline.controllers import toml_text
+from eomgen.products.linear.controllers import toml_text
 from tests.models.c_laws import TYRE_LAW, wheel_scene
 from tests.models.cache import shared_cache
 

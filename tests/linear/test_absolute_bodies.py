@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eomgen.linear.freedom import Measures, Partials, freedom
-from eomgen.linear.linearization import Linearization, Names, Reference
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe, joint_factors
+from eomgen.products.linear.freedom import Measures, Partials, freedom
+from eomgen.products.linear.linearization import Linearization, Names, Reference
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.scene import Scene
 from eomgen.system.description import BASE

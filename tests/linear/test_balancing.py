@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from eomgen.linear.modes import balance, modes, restored
+from eomgen.products.linear.modes import balance, modes, restored
 
 
 @pytest.mark.parametrize("permute", [False, True])

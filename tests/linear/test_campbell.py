@@ -17,11 +17,11 @@ from matplotlib.figure import Figure
 from matplotlib.text import Text
 
 import eomgen
-from eomgen.analysis import eigenvalue_loci as campbell_module
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.linear.campbell_plot import CampbellView, plot_campbell
-from eomgen.linear.campbell_search import _Oscillations, _tracked, campbell
-from eomgen.linear.linearization import Linearization
+from eomgen.products.linear.analyses import parameter_sweeps as campbell_module
+from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
+from eomgen.products.linear.campbell_search import _Oscillations, _tracked, campbell
+from eomgen.products.linear.linearization import Linearization
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

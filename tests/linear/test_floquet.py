@@ -16,8 +16,8 @@ from scipy.special import mathieu_a, mathieu_b
 
 import eomgen
 from eomgen.errors import ModelError, NumericalError, UsageError
-from eomgen.linear.floquet import Floquet, monodromy, multipliers
-from eomgen.simulation.floquet import _TRIED, _Orbit
+from eomgen.products.linear.analyses.periodic_motions import _TRIED, _Orbit
+from eomgen.products.linear.floquet import Floquet, monodromy, multipliers
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]
@@ -227,7 +227,7 @@ def test_constraints_leave_the_multipliers_of_the_joint() -> None:
 
 
 def test_refusals(mathieu: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.simulation.floquet._LAST", 8)
+    monkeypatch.setattr("eomgen.products.linear.analyses.periodic_motions._LAST", 8)
     for call, error, text in (
         (
             lambda: mathieu.floquet(0.0),
@@ -265,7 +265,9 @@ def test_a_motion_that_does_not_return_is_refused() -> None:
 
 @pytest.mark.slow
 def test_a_free_spin_that_slows_is_to_be_driven(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("eomgen.simulation.floquet._CORRECTIONS", 0)  # corrections find the wheel at rest
+    monkeypatch.setattr(
+        "eomgen.products.linear.analyses.periodic_motions._CORRECTIONS", 0
+    )  # corrections find the wheel at rest
     builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, -9.81])
     builder.body("wheel", 1.0, center_of_mass=[0, 0, 0.1], inertia=[1, 1, 1])
     builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], damping=0.5, initial={"velocity": 6.5})

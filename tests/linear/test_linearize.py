@@ -14,7 +14,7 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
-from eomgen.linear.state_space import _solved
+from eomgen.products.linear.state_space import _solved
 from tests.linear.test_closed_forms import motor, slider_crank
 from tests.linear.test_neighbouring_motions import disc
 from tests.mechanics.test_linearization import drone
@@ -111,7 +111,7 @@ def test_an_equilibrium_that_was_solved_is_not_solved_again(
     before = driven.linearize(t=0.25).reference.q
     np.testing.assert_array_equal(before, found.q)
     found.q[:] = 1.0  # of the caller
-    monkeypatch.setattr("eomgen.analysis.operating_point.equilibrium", None)
+    monkeypatch.setattr("eomgen.products.linear.analyses.operating_point.equilibrium", None)
     np.testing.assert_array_equal(driven.linearize(t=0.25).reference.q, before)
     for other in ({"t": 0.5}, {"t": 0.25, "any_kind": True}, {"t": 0.25, "initial": {"hinge": 0.1}}):
         with pytest.raises(TypeError, match="not callable"):

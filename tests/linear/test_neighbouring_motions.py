@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.compiled.coordinates import with_unit_quaternions
 from eomgen.lie.product import difference, update
-from eomgen.linear.linearization import Linearization
+from eomgen.products.linear.linearization import Linearization
 from tests.mechanics.test_linearization import drone
 
 Array = np.ndarray

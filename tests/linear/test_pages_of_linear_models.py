@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from eomgen.linear.control import notebook as control
-from eomgen.linear.control.margins import Margins
-from eomgen.linear.notebook import linearization_html, modes_html, state_space_html
-from eomgen.linear.state_space import StateSpace
+from eomgen.products.linear.control import notebook as control
+from eomgen.products.linear.control.margins import Margins
+from eomgen.products.linear.notebook import linearization_html, modes_html, state_space_html
+from eomgen.products.linear.state_space import StateSpace
 
 
 def cells(html: str) -> list[list[str]]:

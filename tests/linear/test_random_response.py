@@ -13,8 +13,8 @@ from scipy.integrate import quad
 
 import eomgen
 from eomgen.errors import ModelError, UsageError
-from eomgen.linear.modes import Modes
-from eomgen.linear.random_response import _places
+from eomgen.products.linear.modes import Modes
+from eomgen.products.linear.random_response import _places
 from eomgen.spectra import InputSpectrum, Road, RoadExcitation, weighting_response
 from tests.anchors import anchor
 from tests.models.cache import shared_cache

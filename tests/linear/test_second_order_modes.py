@@ -11,9 +11,9 @@ import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
 import eomgen
-from eomgen.linear import second_order_modes as room
-from eomgen.linear.modes import EPSILON, Modes
-from eomgen.linear.second_order_modes import second_order_modes
+from eomgen.products.linear import second_order_modes as room
+from eomgen.products.linear.modes import EPSILON, Modes
+from eomgen.products.linear.second_order_modes import second_order_modes
 from tests.oracles.evaluation import Array
 
 EXAMPLES = Path(__file__).parents[2] / "examples"

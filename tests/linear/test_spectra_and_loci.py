@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from scipy.integrate import quad
 
 from eomgen.errors import UsageError
-from eomgen.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _followed
-from eomgen.linear.spectra import PowerSpectrum, RideTable, weighted_signal
-from eomgen.linear.spectra.power_spectrum import _integrals, _partial_fractions, _weighting, weighting_response
+from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _followed
+from eomgen.products.linear.spectra import PowerSpectrum, RideTable, weighted_signal
+from eomgen.products.linear.spectra.power_spectrum import _integrals, _partial_fractions, _weighting, weighting_response
 
 
 @pytest.mark.parametrize("name", ["Wk", "Wd"])

@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
-from eomgen.linear.modes import Modes, _decomposed, modes
+from eomgen.products.linear.modes import Modes, _decomposed, modes
 
 
 def _oscillators(*pairs: tuple[float, float]) -> Modes:

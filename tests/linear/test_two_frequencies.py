@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.linear.plots import caption
-from eomgen.results import linear_files
+from eomgen.products.linear import files as linear_files
+from eomgen.products.linear.plots import caption
 
 #: A mass on a spring with half of the critical damping: m x'' + c x' + k x = 0.
 SCENE = """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from eomgen.linear.freedom import times
+from eomgen.products.linear.freedom import times
 
 
 @pytest.fixture

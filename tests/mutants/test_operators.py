@@ -81,7 +81,7 @@ def test_lines_stay_on_their_numbers() -> None:
 
 
 def test_mutants_of_the_package_compile_and_differ() -> None:
-    mutants = sampled(60, 5, ["eomgen/linear"])
+    mutants = sampled(60, 5, ["eomgen/products/linear"])
     assert {mutant.operator for mutant in mutants} == set(OPERATORS)
     for mutant in mutants:
         source = (ROOT / mutant.file).read_bytes()
@@ -90,6 +90,6 @@ def test_mutants_of_the_package_compile_and_differ() -> None:
 
 
 def test_a_sample_is_drawn_by_its_seed_and_begins_with_smaller_ones() -> None:
-    under = "eomgen/linear/modes.py"
+    under = "eomgen/products/linear/modes.py"
     assert sampled(20, 3, [under])[:5] == sampled(5, 3, [under]) != sampled(5, 4, [under])
     assert {mutant.file for mutant in sampled(20, 3, [under])} == {under}

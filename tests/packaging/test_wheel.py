@@ -178,7 +178,8 @@ def test_wheel_carries_templates_and_examples_and_no_tests(wheel: Path) -> None:
     endings = (".c", ".csv", ".md", ".py", ".toml")
     assert sorted(carried) == sorted(name for name in _below(CHECKOUT / "examples", "*/") if name.endswith(endings))
     assert {name.partition("/")[0].partition("-")[0] for name in names} == {"eomgen"}
-    assert {"eomgen/py.typed", "eomgen/pipeline/model.pyi", "eomgen/products/solution_methods.pyi"} <= set(names)
+    stubs = {f"eomgen/products/{owner}_methods.pyi" for owner in ("model", "solution")}
+    assert {"eomgen/py.typed", *stubs} <= set(names)
 
 
 def test_wheel_is_pure_and_small(wheel: Path) -> None:

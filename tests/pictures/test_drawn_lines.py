@@ -19,10 +19,10 @@ from eomgen.cli import simulate
 from eomgen.compiled.beams import SectionLoads
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
-from eomgen.linear import plots
-from eomgen.linear.control.margins import Margins
-from eomgen.linear.control.notebook import plot_margins
 from eomgen.products.ensembles import ensemble
+from eomgen.products.linear import plots
+from eomgen.products.linear.control.margins import Margins
+from eomgen.products.linear.control.notebook import plot_margins
 from eomgen.products.pictures import section_loads, shapes
 from eomgen.products.reliability.vibration import result as vibration
 from eomgen.products.reliability.vibration.result import Distribution

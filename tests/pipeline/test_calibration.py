@@ -15,9 +15,9 @@ import pytest
 from scipy.linalg import expm
 
 import eomgen
-from eomgen.linear.control.plant import Plant
-from eomgen.linear.control.second_order import lqr, optimal_modal_gains
-from eomgen.linear.control.weights import Weights
+from eomgen.products.linear.control.plant import Plant
+from eomgen.products.linear.control.second_order import lqr, optimal_modal_gains
+from eomgen.products.linear.control.weights import Weights
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -16,8 +16,8 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.control import OutputFeedback, Regulator, kalman, lqr
 from eomgen.errors import UsageError
-from eomgen.linear.state_space import StateSpace
-from eomgen.pipeline.controllers import with_controller
+from eomgen.products.linear.controllers import with_controller
+from eomgen.products.linear.state_space import StateSpace
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

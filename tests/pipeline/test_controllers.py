@@ -15,8 +15,8 @@ from scipy.linalg import expm
 import eomgen
 from eomgen.control import OutputFeedback, Regulator, driven_by, kalman, lqr, shaping_filter
 from eomgen.errors import UsageError
-from eomgen.linear.state_space import StateSpace
-from eomgen.pipeline.controllers import error_on_group, toml_text, with_controller
+from eomgen.products.linear.controllers import error_on_group, toml_text, with_controller
+from eomgen.products.linear.state_space import StateSpace
 from tests.models.cache import shared_cache
 
 __all__ = ["shared_cache"]

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eomgen.formula.evaluate import evaluate
-from eomgen.pipeline.controllers import error_on_group
+from eomgen.products.linear.controllers import error_on_group
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import STATE, SceneNames
 

@@ -14,11 +14,11 @@ from typing import Any, cast
 
 import numpy as np
 
-from eomgen.linear.eigenvalue_loci import Campbell, Crossing, RootLocus
-from eomgen.linear.linearization import Linearization
-from eomgen.linear.modes import Modes
-from eomgen.linear.spectra import PowerSpectrum, RideTable
-from eomgen.results import linear_files
+from eomgen.products.linear import files as linear_files
+from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus
+from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.modes import Modes
+from eomgen.products.linear.spectra import PowerSpectrum, RideTable
 
 VALUES = np.array([-0.5 + 0j, -0.2 + 3j, 0.1 + 7j])
 SHAPES = np.array([[1.0, 0.25 - 0.5j, 0.125j], [0.5, 1.0, -0.75 + 0.375j]])

@@ -21,7 +21,7 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application
-from eomgen.pipeline.controllers import toml_text
+from eomgen.products.linear.controllers import toml_text
 from eomgen.products.reliability.random_processes import (
     CrossCovariance,
     ExponentialCoherence,

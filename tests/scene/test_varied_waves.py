@@ -18,7 +18,7 @@ from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.derive import derive
-from eomgen.pipeline.controllers import toml_text
+from eomgen.products.linear.controllers import toml_text
 from eomgen.products.reliability.vibration.inputs import processes_of
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, SceneNames

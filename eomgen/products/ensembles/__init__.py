@@ -31,8 +31,10 @@ __all__ = [
     "Ranking",
     "from_normal",
     "read_distribution",
-    "simulate_many",
 ]
+
+#: Open to the other parts of ``products`` as well.
+WITHIN = ["simulate_many"]
 
 PRODUCT = Product(
     rows={

@@ -3,7 +3,7 @@
 from eomgen.base.products import Product
 from eomgen.base.verbs import Verb
 
-__all__ = ["live", "report"]
+__all__ = []
 
 PRODUCT = Product(
     rows={
@@ -35,3 +35,5 @@ PRODUCT = Product(
     },
     needs=("pictures", "studies"),
 )
+#: Open to the other parts of ``products`` as well.
+WITHIN = ["live", "report"]

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.analysis.linearize import linearize
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass
@@ -399,10 +398,10 @@ def _difference(t: Array, values: Array, other_t: Array, other: Array) -> tuple[
     return f"{abs(gap[worst]):.3g}", f"{t[rows[worst]]:.6g}", f"{gap[-1]:.3g}"
 
 
-def _modes(model: CompiledModel) -> str:
+def _modes(model: Any) -> str:
     """Return the modes of the linear model about the scene's own operating point, or why there are none."""
     try:
-        linear: Any = linearize(model)
+        linear: Any = model.linearize()
         modes = linear.modes()
     except EomgenError as error:
         return _section("Modes", f"<p>There is no linear model: {_text(error)}</p>")

@@ -3,7 +3,7 @@
 from eomgen.base.products import LateRow, Product
 from eomgen.base.verbs import Verb
 
-__all__ = ["path_following"]
+__all__ = []
 
 PRODUCT = Product(
     rows={
@@ -25,3 +25,5 @@ PRODUCT = Product(
         "solvers.critical_points": "eomgen.products.statics.critical_points",
     },
 )
+#: Open to the other parts of ``products`` as well.
+WITHIN = ["path_following"]

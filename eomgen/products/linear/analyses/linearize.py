@@ -1,0 +1,689 @@
+"""Linear models of a compiled model: about equilibria, steady motions, the initial state, and any other state;
+with names, units and reference values of their signals.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.analysis.driven_rest import drives
+from eomgen.analysis.sparse_partials import sparse_partials
+from eomgen.analysis.steady_motion import SteadyMotion
+from eomgen.base.arrays import Array
+from eomgen.base.data import replace
+from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.threads import one_thread_of_algebra
+from eomgen.compiled.arguments import check_finite, check_name, number_of
+from eomgen.compiled.coordinates import StateArrays, coordinate_units
+from eomgen.compiled.terms import Inputs, Parameters, States
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.lie.product import update
+from eomgen.products.linear.analyses.operating_point import (
+    EquilibriumState,
+    OperatingPoint,
+    OperatingState,
+    as_found,
+    check_constraints,
+    found_state,
+    given_state,
+)
+from eomgen.products.linear.analyses.sampled_states import sampled_part
+from eomgen.products.linear.freedom import Measures, Partials, freedom, singular_mechanism
+from eomgen.products.linear.linearization import Linearization, Names, Reference
+from eomgen.products.linear.multiblade import (
+    AT_ONE_AZIMUTH,
+    Basis,
+    Blades,
+    Multiblade,
+    Rotor,
+    checked_groups,
+    in_multiblade,
+    largest_change,
+)
+from eomgen.products.linear.sampling import SampledPart, held_as_inputs
+from eomgen.solvers.bordered_newton import whole
+from eomgen.system.description import component_names
+from eomgen.system.terms import linear_terms, takes_nonzeros
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+
+
+def signal_names(model: CompiledModel, components: Sequence[str], measured: Sequence[str]) -> Names:
+    """Return all names: of components, measures of motions, states, inputs, disturbances and outputs; units."""
+    description = model.description
+    outputs = [
+        name
+        for item in model.library.layout["outputs"]
+        for name in component_names("", str(item["name"]), int(item["size"]))
+    ]
+    return Names(
+        tuple(components),
+        tuple(measured),
+        model.states,
+        description.driven,
+        description.disturbances,
+        tuple(outputs),
+        _units(model),
+        _units_by_kind(model, measured == components),
+    )
+
+
+def _units(model: CompiledModel) -> dict[str, str]:
+    """Return the units of inputs, disturbances, outputs, coordinates and velocities by name."""
+    units = {item.name: item.unit for item in model.description.inputs}
+    for item in model.library.layout["outputs"]:
+        units |= dict.fromkeys(component_names("", str(item["name"]), int(item["size"])), str(item["unit"]))
+    for name, unit in zip(model.v_names, model.v_units, strict=True):
+        units |= {name: unit, name.removeprefix("v."): unit.removesuffix("/s")}
+    units |= {f"base.acceleration[{k}]": "m/s^2" for k in range(3)}
+    return units | {f"base.angular_acceleration[{k}]": "rad/s^2" for k in range(3)}
+
+
+def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple[str, ...]]:
+    """Return the units of all signals of the linear model, by kind; empty if unknown."""
+    description = model.description
+    velocities = model.v_units
+    if not by_components:
+        velocities = coordinate_units(description.joints, description.coordinates)[1]
+    of_inputs = {item.name: item.unit for item in description.inputs}
+    of_base = {name: "rad/s^2" if "angular" in name else "m/s^2" for name in description.base}
+    layout = model.library.layout["outputs"]
+    return {
+        "measured": tuple(unit.removesuffix("/s") for unit in velocities),
+        "velocities": tuple(velocities),
+        "states": tuple(model.z_units),
+        "inputs": tuple(of_inputs[name] for name in description.driven),
+        "disturbances": tuple((of_inputs | of_base)[name] for name in description.disturbances),
+        "outputs": tuple(str(item["unit"]) for item in layout for _ in range(int(item["size"]))),
+    }
+
+
+def reference_values(
+    model: CompiledModel, reference: Reference, operating_point: OperatingPoint, measures: Measures
+) -> dict[str, Array]:
+    """Return the values of all signals at the reference, by kind; not a number if one is not known.
+
+    Components on groups have no value, and the joints between absolute bodies are not evaluated.
+    """
+    description = model.description
+    coordinates = np.full(len(measures.v), np.nan)
+    if measures.factors is model.factors:
+        for factor in model.factors:
+            if factor.q_size == factor.v_size:
+                coordinates[factor.v] = reference.q[factor.q]
+    given = dict(zip(model.inputs, reference.u, strict=True))
+    outputs = np.zeros(0)
+    if "outputs" in model.functions:
+        multipliers = {"multipliers": reference.multipliers} if len(reference.multipliers) else {}
+        of_state = {"z": reference.z, **multipliers, **operating_point.given}
+        outputs = next(iter(model.evaluate("outputs", reference.q, reference.v, reference.a, **of_state).values()))
+    return {
+        "measured": coordinates,
+        "velocities": measures.v,
+        "states": reference.z,
+        "inputs": np.array([given[name] for name in description.driven]),
+        "disturbances": np.array([given.get(name, np.nan) for name in description.disturbances]),
+        "outputs": outputs,
+    }
+
+
+def with_held(names: Names, sampled: SampledPart) -> Names:
+    """Return names with the sampled states among the inputs, after the other inputs."""
+    held, kept = list(sampled.places), sampled.others
+
+    def moved(by_kind: Mapping[str, Any]) -> dict[str, Any]:
+        states = by_kind["states"]
+        return {
+            **by_kind,
+            "states": type(states)([states[k] for k in kept]) if isinstance(states, tuple) else states[kept],
+            "inputs": (*by_kind["inputs"], *(states[k] for k in held))
+            if isinstance(states, tuple)
+            else np.append(by_kind["inputs"], states[held]),
+        }
+
+    return replace(
+        names,
+        states=tuple(names.states[k] for k in kept),
+        inputs=(*names.inputs, *sampled.names),
+        units={
+            **names.units,
+            **dict(zip(sampled.names, (names.units_by_kind["states"][k] for k in held), strict=True)),
+        },
+        units_by_kind=moved(names.units_by_kind),
+        references=moved(names.references),
+    )
+
+
+def orientations(model: CompiledModel, q: Array) -> dict[str, tuple[float, ...]]:
+    """Return the coordinates of joints on groups by name."""
+    return {factor.name: tuple(q[factor.q].tolist()) for factor in model.factors if factor.q_size != factor.v_size}
+
+
+#: Part of a turn after which a linear model about a motion is computed again, and limit of the difference.
+_LATER, _SAME = 0.11, 1e-6
+#: Words of the warning of a linear model that is frozen at an instant.
+AT_ONE_INSTANT = "the linear model changes with the turn"
+#: Parts of a turn after which models in multiblade coordinates are compared: no rotor of few blades is alike there.
+_AZIMUTHS = (0.11, 0.37, 0.71)
+#: Part of the largest coefficient of signals below which a coefficient is rounding.
+_ROUNDING = 1e-12
+#: Largest acceleration of a state that counts as rest, m/s^2 or rad/s^2.
+_RESTS = 1e-3
+#: Names in ``Partials`` of blocks of the terms, if different.
+_IN_PARTIALS = {"M0": "M", "C0": "C", "K0": "K", "B0": "B", "E0": "E", "B": "J"}
+
+
+def linearize(
+    model: CompiledModel,
+    q: ArrayLike | None = None,
+    v: ArrayLike | None = None,
+    a: ArrayLike | None = None,
+    t: float = 0.0,
+    u: Inputs = None,
+    *,
+    z: States = None,
+    multipliers: ArrayLike | None = None,
+    parameters: Parameters = None,
+    base: ArrayLike | None = None,
+    at: str | EquilibriumState | None = None,
+    initial: Mapping[str, Any] | None = None,
+    any_kind: bool = False,
+    independent: Sequence[str] = (),
+    multiblade: Blades | None = None,
+) -> Linearization:
+    """Return the linear model about a state: second order, state space, modes, frequency responses.
+
+    Without a state: about the static equilibrium near the initial state at ``t``, with the base held; on a base that
+    moves at t, about lasting rest relative to the base; without either, about the initial state. Functions of time are
+    frozen at ``t``.
+
+    Parameters
+    ----------
+    q, v, a : array_like, optional
+        A state (nq,), (nv,), (nv,), left-trivialised; v is 0 by default, and a the result of forward dynamics.
+    t : float, optional
+        Time at which functions of time are frozen, s.
+    u, z, parameters : mapping or array_like, optional
+        Inputs (nu,), internal states (nz,) and tunable parameters (np,), SI units; values of the scene if not given.
+    multipliers : array_like, optional
+        Multipliers of the constraints (rows,); by default the state's own.
+    base : array_like, optional
+        State of the base (19,), as returned by ``base``; the scene's motion at t if not given.
+    at : str, or a result of ``equilibrium`` or ``steady_motion``
+        ``equilibrium`` or ``steady`` (an error if there is none), or ``initial``. A result with inputs and parameters
+        other than the scene's needs the same inputs and parameters here.
+    initial : mapping
+        As of ``simulate``: the state, or the start of the search for an equilibrium.
+    any_kind : bool
+        Whether an unstable equilibrium will do: the nearest.
+    independent : sequence of str
+        Components (``hinge``, ``ball[2]``) to be independent coordinates, as far as constraints leave a choice.
+    multiblade : mapping
+        Equal coordinates of three or more blades by the joint of their rotor, in the order of azimuth about its axis:
+        ``{"spin": [("flap_1", "flap_2", "flap_3")]}``, or names of beams, internal states, inputs. The model has
+        their multiblade (Coleman) coordinates, with constant coefficients about a steady motion.
+
+    Returns
+    -------
+    Linearization
+        Matrices of the second-order model, with ``state_space()``, ``modes()`` and frequency responses.
+
+    Raises
+    ------
+    UsageError
+        Arguments that cannot be taken; a state that does not meet the constraints.
+    ModelError
+        Constraints depend on each other in this state; a model that changes with the azimuth in multiblade
+        coordinates, too.
+    NumericalError
+        The equilibrium asked for was not found, or partials are not finite.
+
+    Examples
+    --------
+    >>> model = eomgen.build("examples/quarter_car/scene.toml")
+    >>> linear = model.linearize()
+    >>> linear.coordinates
+    ('wheel', 'body')
+    """
+    p = model.evaluator.one_set(parameters)
+    given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
+    specified = sorted(name for name, value in given.items() if value is not None)
+    able = able_to_linearize(model, moving=bool(specified) or at in ("initial", "steady"))
+    operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
+    with one_thread_of_algebra(model.nv):
+        if specified:
+            if "q" not in specified:
+                raise UsageError(
+                    Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=...")
+                )
+            if at is not None or initial is not None:
+                raise UsageError(
+                    Problem("linearize", "the state is given by q as well as by at or initial", "one of them")
+                )
+            state = given_state(able, given)
+            check_constraints(able, state, operating_point)
+        elif at is None or isinstance(at, str):
+            state, operating_point = found_state(able, at, initial, operating_point, any_kind=any_kind, asked=model)
+        else:
+            state, operating_point = as_found(
+                "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
+            )
+        if multiblade is not None:
+            return _in_multiblade_coordinates(able, state, operating_point, independent, multiblade)
+        result = about(able, state, operating_point, independent)
+        if state.a is not None and np.any(state.v) and not np.any(state.a) and result.sampled is None:
+            _warn_of_change(able, state, operating_point, result)
+        if specified and state.a is None and not np.any(state.v):
+            _warn_of_acceleration(able, result)
+        return result
+
+
+def able_to_linearize(model: CompiledModel, *, moving: bool = False) -> CompiledModel:
+    """Return the model, or one of the same scene, with all terms that a linear model needs.
+
+    Parameters
+    ----------
+    moving : as of ``linear_terms``
+    """
+    there, disturbed = model.functions.names, _is_disturbed(model)
+    return model.having(linear_terms(there, disturbed=disturbed, states=bool(model.nz), moving=moving))
+
+
+def _is_disturbed(model: CompiledModel) -> bool:
+    return bool(model.nu or model.description.disturbances)
+
+
+def _able_at(model: CompiledModel, state: OperatingState, a: Array) -> CompiledModel:
+    """Return the model, with partials of the accelerations of constraints unless these partials vanish: of rows
+    Phi(q) = 0 accelerations are J a + g, linear in a and quadratic in v."""
+    taken = model.functions.inputs("constraint_bias") if model.multipliers else ()
+    timed = {"t", "base"}.intersection(taken) or model.functions.sizes["holonomic"] < len(model.multipliers)
+    return able_to_linearize(model, moving=True) if timed or np.any(state.v) or np.any(a) else model
+
+
+def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: Array) -> Linearization:
+    """Return the linear model about a state of a motion, brought onto the constraints."""
+    able, t = able_to_linearize(model, moving=True), float(state.t)
+    q, v = state.q, state.v
+    if able.multipliers:
+        consistent = able.consistent(q, v, t, parameters=p)
+        q, v = consistent.q, consistent.v
+    return about(able, OperatingState("motion", q, v, state.z), OperatingPoint(t, p, u, None))
+
+
+def _finite_blocks(
+    model: CompiledModel,
+    state: OperatingState,
+    a: Array,
+    lam: Array,
+    operating_point: OperatingPoint,
+    *,
+    disturbed: bool,
+) -> dict[str, Array]:
+    """Return the partials of the equations at a state; raise NumericalError if a partial is not finite."""
+    of_inputs = model.nu or model.nz or disturbed
+    # unless another force acts
+    of_forces = "linearization" if "linearization" in model.functions or of_inputs else "partials"
+    terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
+    blocks: dict[str, Array] = {}
+    nonzeros = takes_nonzeros(model.functions.names, disturbed=_is_disturbed(model))
+    for term in (*(() if nonzeros else (of_forces,)), *(term for term in terms if term in model.functions)):
+        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **operating_point.given)
+    if nonzeros:
+        sparse = sparse_partials(model, state.q, state.v, a, state.z, lam, operating_point.given)
+        matrices = vars(sparse)
+        blocks |= {name: whole(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
+    blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
+    bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
+    outputs = signal_names(model, (), ()).outputs
+    steep = [
+        output
+        for row, output in enumerate(outputs)
+        if any(name.startswith("Y") and not np.all(np.isfinite(blocks[name][row])) for name in bad)
+    ]
+    if any(not name.startswith("Y") for name in bad):
+        fault = f"partials are not finite numbers in this state: {', '.join(bad)}"
+        raise NumericalError(Problem("linearize", fault, "a state in which forces and their slopes have a value"))
+    if steep:
+        fault = f"the slope of the output {' and of '.join(steep)} is not a finite number in this state"
+        raise NumericalError(Problem("linearize", fault, "another state, or a scene without this output"))
+    return blocks
+
+
+def about(
+    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, independent: Sequence[str] = ()
+) -> Linearization:
+    """Return the linear model about a state of a model that has all terms that are needed.
+
+    Raises
+    ------
+    UsageError
+        A component that is to be independent and is not there, or that constraints do not leave free.
+    ModelError, NumericalError
+        Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
+    """
+    a, lam = _dynamics(model, state, operating_point)
+    model = _able_at(model, state, a)
+    measures, names = _measures(model, state, a, operating_point, independent)
+    blocks = _finite_blocks(model, state, a, lam, operating_point, disturbed=bool(names.disturbances))
+    holonomic = model.functions.sizes["holonomic"]
+    partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
+    sampled = sampled_part(model, state.q, state.v, state.z, operating_point.given)
+    free = freedom(measures, partials, [names.measured.index(name) for name in independent])
+    held = [name for name in independent if names.measured.index(name) not in free.coordinates]
+    if held:
+        fault = f"constraints do not leave {', '.join(held)} free in addition to the other independent coordinates"
+        raise UsageError(
+            Problem("independent", fault, f"up to {len(free.coordinates)} components that can move by themselves")
+        )
+    reference = Reference(
+        operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.kind
+    )
+    values = reference_values(model, reference, operating_point, measures)
+    turned = {} if model.description.joints else orientations(model, state.q)
+    names = replace(names, references=values, orientations=turned)
+    if sampled is not None:
+        partials, names = held_as_inputs(partials, sampled), with_held(names, sampled)
+    return Linearization(reference, partials, free, names, sampled)
+
+
+def _warn_of_change(
+    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, linear: Linearization
+) -> None:
+    """Warn if a linear model about a state that moves with constant velocities changes along the motion.
+
+    Forces may stay balanced along the motion although their derivatives change, as for a rotor with two blades.
+    """
+    turning = np.abs([v for v, unit in zip(state.v, model.v_units, strict=True) if unit == "rad/s"])
+    fastest = float(np.max(turning, initial=0.0))
+    if not fastest:
+        return
+    moved = _later(model, state, operating_point, linear, _LATER * 2.0 * np.pi / fastest)
+    before, after = linear.state_space().A, moved.state_space().A
+    if not before.size or before.shape != after.shape:
+        return
+    change = float(np.max(np.abs(after - before), initial=0.0))
+    if change > _SAME * float(np.max(np.abs(before))):
+        sentence = (
+            f"linear about the {state.kind}: {AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this"
+            " instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
+            " symmetric about the axis of the turn, or model.floquet(period), in Python"
+        )
+        warnings.warn(sentence, RuntimeWarning, stacklevel=4)
+
+
+def _later(
+    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, linear: Linearization, seconds: float
+) -> Linearization:
+    """Return the linear model later along a motion with constant velocities, in the same coordinates."""
+    later = replace(operating_point, t=operating_point.t + seconds)
+    q = update(model.factors, state.q, state.v * seconds)
+    q = model.evaluator.followed(q, later.t, later.parameters, later.base)
+    return about(model, replace(state, q=q, multipliers=None), later, linear.coordinates)
+
+
+def _in_multiblade_coordinates(
+    model: CompiledModel,
+    state: OperatingState,
+    operating_point: OperatingPoint,
+    independent: Sequence[str],
+    blades: Blades,
+) -> Linearization:
+    """Return the linear model in multiblade coordinates, after a comparison with the model at other azimuths.
+
+    Raises
+    ------
+    UsageError
+        Blades or rotors that cannot be taken.
+    ModelError
+        The state is not a steady motion, states are sampled, or the model changes with the azimuth.
+    """
+    if np.any(state.v) and (state.a is None or np.any(state.a)):
+        fault = f"velocities of the {state.kind} change, and multiblade coordinates are of steady motions"
+        raise ModelError(Problem("multiblade", fault, 'at="steady", or the result of steady_motion'))
+    first = about(model, state, operating_point, independent)
+    if first.sampled is not None:
+        raise ModelError(Problem("multiblade", "the scene has sampled states", "continuous states"))
+    names = first.names
+    known = [*names.measured, *names.states, *names.inputs, *names.disturbances, *names.outputs]
+    rotors = _rotors(model, state, checked_groups(blades, known))
+    wanted = _grouped(names.measured, rotors)
+    if not set(wanted) <= set(first.coordinates):
+        first = about(model, state, operating_point, list(dict.fromkeys((*independent, *wanted))))
+    result = _turned(first, rotors)
+    speeds = [abs(rotor.speed) for rotor in rotors if rotor.speed]
+    if not speeds or result.multiblade is None:
+        return result
+    times = [share * 2.0 * np.pi / min(speeds) for share in _AZIMUTHS]
+    models = [(seconds, _later(model, state, operating_point, first, seconds)) for seconds in times]
+    variation, row = _variation(result, models, rotors)
+    if not variation <= _SAME:
+        raise _changing(first, models, rotors, (variation, result.state_space().states[row]))
+    _warn_of_one_azimuth(result, _at_azimuths(models, rotors), rotors)
+    return replace(result, multiblade=replace(result.multiblade, variation=variation))
+
+
+def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization], rotors: Sequence[Rotor]) -> None:
+    """Warn of inputs and outputs that change with the azimuth in a model that does not: signals of single blades."""
+    spaces = [model.state_space() for model in (result, *others)]
+    sizes = _sizes(result)
+    rows = {"output": [space.C / sizes for space in spaces], "input": [space.B.T * sizes for space in spaces]}
+    told = []
+    for kind, (first, *later) in rows.items():
+        largest = np.max(np.abs(first), axis=1, initial=0.0)
+        change = np.max([np.max(np.abs(other - first), axis=1, initial=0.0) for other in later], axis=0)
+        changing = change > np.maximum(_SAME * largest, _ROUNDING * np.max(largest, initial=0.0))
+        names = [name for name, true in zip(getattr(spaces[0], f"{kind}s"), changing, strict=True) if true]
+        if names:
+            told.append(f"the {kind}{'s' if len(names) > 1 else ''} {listed(names)}")
+    if told:
+        turning = ", ".join(rotor.name for rotor in rotors if rotor.speed)
+        warnings.warn(
+            f"{' and '.join(told)} {AT_ONE_AZIMUTH} of {turning}, because their part of the linear model turns; try:"
+            " the equal signals of all blades as a group of multiblade",
+            RuntimeWarning,
+            stacklevel=4,
+        )
+
+
+def _changing(
+    first: Linearization,
+    models: Sequence[tuple[float, Linearization]],
+    rotors: Sequence[Rotor],
+    largest: tuple[float, str],
+) -> UsageError | ModelError:
+    """Return the error of a model that changes with the azimuth, by the largest change and its state."""
+    moving = [rotor for rotor in rotors if rotor.speed]
+    turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
+    reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
+    if _variation(_turned(first, reverse), models, reverse)[0] <= _SAME:
+        fault = f"the blades are named against the order of their azimuths about the axis of {turns}"
+        return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
+    fault = f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {largest[1]}'"
+    fault += f" by {largest[0]:.2g} of its coefficients"
+    period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
+    hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
+    return ModelError(Problem("multiblade", fault, hint))
+
+
+def _variation(
+    result: Linearization, models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]
+) -> tuple[float, int]:
+    """Return the largest change of a model over later models, each after so many seconds, and the state's number."""
+    matrices = [model.state_space().A for model in _at_azimuths(models, rotors)]
+    A = result.state_space().A
+    return largest_change(A, matrices, _sizes(result), max(rotor.speed**2 for rotor in rotors))
+
+
+def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence[Rotor]) -> list[Linearization]:
+    """Return models, each after so many seconds, in the multiblade coordinates at this time."""
+    turned = []
+    for seconds, moved in models:
+        there = [replace(rotor, azimuth=rotor.azimuth + rotor.speed * seconds) for rotor in rotors]
+        turned.append(_turned(moved, there))
+    return turned
+
+
+def _sizes(linear: Linearization) -> Array:
+    """Return the sizes of states that make entries comparable: roots of inertias."""
+    sizes = np.ones(len(linear.state_space().A))
+    if linear.free.holonomic:
+        inertias = np.sqrt(np.abs(np.diag(linear.M0)))
+        sizes[: 2 * len(inertias)] = np.tile(inertias, 2)
+    return sizes
+
+
+def _rotors(
+    model: CompiledModel, state: OperatingState, groups: Mapping[str, tuple[tuple[str, ...], ...]]
+) -> list[Rotor]:
+    """Return the rotors in a state. Raises UsageError for a rotor that is not the angle of a joint."""
+    components = [name.removeprefix("v.") for name in model.v_names]
+    angles = {
+        components[factor.v_start]: factor.q_start
+        for factor in model.factors
+        if factor.group == "R" and factor.q_size == 1 and model.v_units[factor.v_start] == "rad/s"
+    }
+    for name in groups:
+        if name not in angles:
+            known = nearest(name, angles) or f"one of {', '.join(list(angles)[:12])}" if angles else ""
+            fault = f"{shown(name)} is not the angle of a joint by which a rotor turns"
+            raise UsageError(Problem("multiblade", fault, known or "a revolute joint in joint coordinates"))
+    return [
+        Rotor(name, float(state.v[components.index(name)]), float(state.q[angles[name]]), members)
+        for name, members in groups.items()
+    ]
+
+
+def _grouped(names: Sequence[str], rotors: Sequence[Rotor]) -> list[str]:
+    """Return the names that are in groups."""
+    return [names[place] for group in Basis.of(names, rotors).groups for place in group.places]
+
+
+def _turned(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
+    """Return a linear model by multiblade coordinates."""
+    names = linear.names
+    kinds = ("measured", "states", "inputs", "disturbances", "outputs")
+    of = {kind: Basis.of(getattr(names, kind), rotors) for kind in kinds}
+    same = names.components == names.measured
+    of["components"] = of["measured"] if same else Basis.of(names.components, ())
+    partials, free = in_multiblade(linear.partials, linear.free, of, of["measured"])
+    labels: dict[str, str] = {}
+    for kind in kinds:
+        old, new = getattr(names, kind), of[kind].names
+        labels |= {now: names.units.get(before, "") for before, now in zip(old, new, strict=True) if before != now}
+        if kind == "measured":
+            rates = zip(old, new, strict=True)
+            labels |= {f"v.{now}": names.units.get(f"v.{before}", "") for before, now in rates if before != now}
+    bases = {**of, "velocities": of["measured"]}
+    values = {kind: bases[kind].values(given) for kind, given in names.references.items()}
+    renamed: dict[str, Any] = {kind: of[kind].names for kind in ("components", *kinds)}
+    units = {name: unit for name, unit in {**names.units, **labels}.items() if unit}
+    multiblade = Multiblade(tuple(rotors), of["components"].matrix, tuple(of["measured"].pairs))
+    return replace(
+        linear,
+        partials=partials,
+        free=free,
+        names=replace(names, **renamed, units=units, references=values),
+        multiblade=multiblade,
+    )
+
+
+def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
+    """Warn if a state given without velocities is not at rest, because its modes may be mistaken for modes of an
+    equilibrium."""
+    a = linear.reference.a
+    k = int(np.argmax(np.abs(a))) if len(a) else 0
+    if len(a) and abs(a[k]) > _RESTS:
+        name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
+        sentence = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
+        hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
+        warnings.warn(f"{sentence}, so modes hold at this instant only; try: {hint}", RuntimeWarning, stacklevel=4)
+
+
+def _dynamics(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> tuple[Array, Array]:
+    """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
+    given = operating_point.given | {"z": state.z}
+    if not model.multipliers:
+        if state.a is None or state.kind != "given state":
+            _check_mass(model, state, operating_point)
+        a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
+        lam = np.zeros(0)
+    elif state.a is None:
+        try:
+            a, lam = model.constrained_dynamics(state.q, state.v, **given)
+        except NumericalError:
+            raise singular_mechanism() from None
+    else:
+        a, lam = state.a, np.zeros(0)
+    if model.multipliers and state.multipliers is not None:
+        lam = state.multipliers
+    elif model.multipliers and state.a is not None:
+        rest = np.zeros(len(model.multipliers))
+        (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **operating_point.given).values()
+        lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
+    check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
+    return a, lam
+
+
+def _check_mass(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> None:
+    """Raise ModelError if the inertia matrix of a model without constraints is not positive definite, with the
+    component."""
+    if "mass" in model.functions:
+        M = model.mass(state.q, parameters=operating_point.parameters)
+    else:
+        still, nothing = np.zeros(model.nv), np.zeros(0)
+        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, operating_point.given).M)
+    diagonal = np.diagonal(M)
+    if np.all(diagonal > 0.0) and np.count_nonzero(M) == len(M):  # of bodies that are free
+        return
+    sizes = np.sqrt(np.abs(diagonal))
+    sizes[sizes == 0.0] = 1.0
+    if not np.all(np.isfinite(M)):
+        return
+    values, vectors = np.linalg.eigh(M / np.outer(sizes, sizes))
+    if values[0] > 0.0:
+        return
+    along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
+    how = "singular" if values[0] == 0.0 else "not positive definite"
+    used = ", ".join(
+        f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True)
+    )
+    fault = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
+    raise ModelError(Problem("linearize", fault, "masses and inertias that bodies can have"))
+
+
+def _measures(
+    model: CompiledModel, state: OperatingState, a: Array, operating_point: OperatingPoint, independent: Sequence[str]
+) -> tuple[Measures, Names]:
+    """Return the measures of neighbouring motions, and all names.
+
+    Neighbouring motions are measured by joints between absolute bodies, like joint coordinates. If the caller selects a
+    component of a body's velocity as independent, components of the bodies' velocities are the measures.
+    """
+    components, joints = [name.removeprefix("v.") for name in model.v_names], model.description.joints or model.factors
+    of_joints = [name for factor in joints for name in component_names("", factor.name, factor.v_size)]
+    absolute = bool(model.description.joints)
+    by_joints = absolute and not (independent and all(name in components for name in independent))
+    measured = of_joints if by_joints else components
+    for name in independent:
+        check_name("coordinate of a joint" if by_joints else "component", name, measured)
+    names = signal_names(model, components, measured)
+    if not by_joints:
+        return Measures.components(model.factors, state.v, a), names
+    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **operating_point.given)
+    of_state = {"P": "Pv", "Z": "Pq", "Av": "Pav", "Aq": "Paq"}
+    shape = (len(measured), model.nv)
+    partials = {name: blocks.get(block, np.zeros(shape)) for name, block in of_state.items()}
+    return Measures(joints, blocks["joint_v"], blocks["joint_a"], **partials), names
+
+
+def _inputs(model: CompiledModel, operating_point: OperatingPoint) -> Array:
+    values = {"t": np.asarray(operating_point.t), "p": operating_point.parameters}
+    return model.evaluator.inputs(operating_point.u, values)

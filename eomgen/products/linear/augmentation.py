@@ -1,0 +1,279 @@
+"""Linear models with filters before them: another model's outputs drive a model, and its states join the model's own.
+
+A coloured disturbance is the output of a shaping filter driven by white noise; one that is seen ahead is delayed before
+it acts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import pade
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import replace
+from eomgen.base.messages import listed
+from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.sampling import seconds
+from eomgen.products.linear.state_space import KINDS, StateSpace
+
+_LARGEST_ORDER = 12
+
+
+def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
+    """Return a model whose disturbances and inputs of some names are the outputs of these names of another model.
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        The driven model.
+    source : StateSpace
+        A filter, a delay, an actuator. Inputs and disturbances of equal names in both models are one and the same.
+
+    Returns
+    -------
+    StateSpace
+        States of the model, then of the source; the source's inputs replace the driven inputs. Outputs of the source
+        are also outputs of the whole, for weights and measurements.
+
+    Raises
+    ------
+    UsageError
+        No output of the source drives the model, models that are sampled differently, or states of equal names.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay, driven_by
+    >>> car = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+    >>> late = driven_by(car, delay("front", "road", "0.1 s", order=2, unit="m"))
+    >>> late.disturbances, len(late.states)
+    (('front',), 6)
+    """
+    if space.sample != source.sample:
+        fault = f"one model is {_how(space)} and the other is {_how(source)}"
+        raise UsageError(Problem("driven_by", fault, "both in continuous time, or both with the same sample"))
+    columns = (*space.inputs, *space.disturbances)
+    driven = [name for name in source.outputs if name in columns]
+    if not driven:
+        fault = f"none of {listed(source.outputs)} is an input or a disturbance of the model"
+        raise UsageError(Problem("driven_by", fault, f"outputs called {' or '.join(columns[:4])}"))
+    again = [name for name in source.states if name in space.states]
+    if again:
+        raise UsageError(
+            Problem("driven_by", f"both models have a state {listed(again)}", "other names in one of them")
+        )
+    inputs = _united([name for name in space.inputs if name not in driven], source.inputs)
+    disturbances = _united([name for name in space.disturbances if name not in driven], source.disturbances)
+    disturbances = [name for name in disturbances if name not in inputs]
+    left = (*inputs, *disturbances)
+    of_model, of_source = _columns(space), _columns(source)
+    outputs = [name for name in source.outputs if name not in space.outputs]
+    first, ns, nf = len(space.states), len(space.states) + len(source.states), len(source.states)
+    A, G = np.zeros((ns, ns)), np.zeros((ns, len(left)))
+    C, H = np.zeros((len(space.outputs) + len(outputs), ns)), np.zeros((len(space.outputs) + len(outputs), len(left)))
+    A[:first, :first], A[first:, first:], C[: len(space.outputs), :first] = space.A, source.A, space.C
+    own = np.concatenate([source.C, np.zeros((len(source.outputs), len(left)))], axis=1)
+    for column, name in enumerate(left):
+        if name in of_source:
+            G[first:, column], own[:, nf + column] = of_source[name]
+        if name in of_model:
+            G[:first, column], H[: len(space.outputs), column] = of_model[name]
+    for name in driven:
+        row = own[source.outputs.index(name)]
+        into_states, into_outputs = of_model[name]
+        A[:first, first:] += np.outer(into_states, row[:nf])
+        G[:first] += np.outer(into_states, row[nf:])
+        C[: len(space.outputs), first:] += np.outer(into_outputs, row[:nf])
+        H[: len(space.outputs)] += np.outer(into_outputs, row[nf:])
+    rows = [source.outputs.index(name) for name in outputs]
+    C[len(space.outputs) :, first:], H[len(space.outputs) :] = own[rows, :nf], own[rows, nf:]
+    names = (
+        (*space.states, *source.states),
+        tuple(inputs),
+        tuple(disturbances),
+        (*space.outputs, *outputs),
+    )
+    nu = len(inputs)
+    matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
+    labels = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
+    units = {kind: tuple(unit for unit, _ in of) for kind, of in zip(KINDS, labels, strict=True)}
+    references = {kind: np.array([value for _, value in of]) for kind, of in zip(KINDS, labels, strict=True)}
+    of = (space.sample, space.input_delay, space.waiting, space.orientations)
+    return StateSpace(*matrices, *names, units, references, *of)
+
+
+def shaping_filter(
+    numerator: ArrayLike, denominator: ArrayLike, input: str, output: str, unit: str = "", states: str = ""
+) -> StateSpace:
+    """Return the filter output = numerator(s)/denominator(s) input, as a model that can drive another model.
+
+    Parameters
+    ----------
+    numerator, denominator : array_like
+        Coefficients, highest power of s first; the numerator of no higher degree.
+    input : str
+        Name of the filter's disturbance, such as white noise.
+    output : str
+        Name of the driven signal.
+    unit : str, optional
+        Unit of the output.
+    states : str, optional
+        Name of the filter's states, ``filter.NAME[0]``; the output's name by default.
+
+    Returns
+    -------
+    StateSpace
+        Continuous, with as many states as the degree of the denominator.
+
+    Raises
+    ------
+    UsageError
+        Coefficients that are not numbers, or a numerator of higher degree.
+
+    Examples
+    --------
+    >>> from eomgen.control import root_mean_squares, shaping_filter
+    >>> gusts = shaping_filter([1.0], [1.0, 0.5], "white", "wind", "N")
+    >>> round(root_mean_squares(gusts, {"white": 0.1})["wind"], 6)     # sqrt(0.1 / (2 0.5))
+    0.316228
+    """
+    top, bottom = (
+        np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)
+    )
+    if not len(bottom) or not np.all(np.isfinite(bottom)) or not np.all(np.isfinite(top)) or top.ndim != 1:
+        raise UsageError(Problem("shaping_filter", "the coefficients are not finite numbers", "[2.0], [1.0, 0.5]"))
+    if len(top) > len(bottom):
+        fault = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1}"
+        raise UsageError(Problem("shaping_filter", fault, "a denominator of that degree: a filter that can be built"))
+    A, B, C, D = _states_of(top if len(top) else np.zeros(1), bottom)
+    return _filter(A[: len(bottom) - 1, : len(bottom) - 1], B, C, D, input, output, unit, states or output)
+
+
+def delay(input: str, output: str, time: float | str, order: int = 4, unit: str = "") -> StateSpace:
+    """Return a pure delay as a model that can drive another model, approximated by Padé in continuous time.
+
+    The rear axle drives over the road passed by the front axle; a sensor ahead of the vehicle sees the road ahead.
+
+    Parameters
+    ----------
+    input, output : str
+        Names of the undelayed and of the delayed signal.
+    time : float or str
+        Delay in s, or a text with a unit.
+    order : int, optional
+        Order of the Padé approximation; the phase is accurate up to about ``order`` rad.
+    unit : str, optional
+        Unit of both signals.
+
+    Returns
+    -------
+    StateSpace
+        Continuous, with ``order`` states.
+
+    Raises
+    ------
+    UsageError
+        A time that is not positive, or an order that is not 1 to 12.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay
+    >>> late = delay("road", "rear", "0.135 s", unit="m")
+    >>> abs(late.frequency_response(10.0, "road", "rear")).round(6)
+    np.float64(1.0)
+    """
+    late = seconds("time", time)
+    if not late > 0.0 or isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= _LARGEST_ORDER:
+        fault = f"a delay of {late:.6g} s by an approximation of order {order!r}"
+        raise UsageError(Problem("delay", fault, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
+    series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
+    numerator, denominator = (np.asarray(polynomial.coeffs, dtype=float) for polynomial in pade(series, order))
+    A, B, C, D = _states_of(numerator, denominator)
+    return _filter(A / late, B / late, C, D, input, output, unit, output)
+
+
+def delay_line(input: str, output: str, samples: int, sample: float | str, unit: str = "") -> StateSpace:
+    """Return the exact delay of a sampled model by whole samples, as a model that can drive another model.
+
+    Raises UsageError if the number of samples is not 1 or more.
+
+    Parameters
+    ----------
+    input, output : str
+        Names of the undelayed and of the delayed signal.
+    samples : int
+        Delay in samples, 1 or more.
+    sample : float or str
+        Time between two samples in s, or a text with a unit.
+    unit : str, optional
+        Unit of both signals.
+
+    Returns
+    -------
+    StateSpace
+        Sampled, with one state for each sample of delay.
+
+    Raises
+    ------
+    UsageError
+        A number of samples below 1, or a time that is not positive.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay_line
+    >>> len(delay_line("road", "rear", 3, "10 ms").states)
+    3
+    """
+    if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
+        raise UsageError(Problem("delay_line", f"a delay of {samples!r} samples", "a whole number of them, from 1 on"))
+    A, B, C = np.eye(samples, k=-1), np.zeros((samples, 1)), np.zeros((1, samples))
+    B[0], C[0, -1] = 1.0, 1.0
+    line = _filter(A, B, C, np.zeros((1, 1)), input, output, unit, output)
+    return replace(line, sample=seconds("sample", sample))
+
+
+def _states_of(numerator: Array, denominator: Array) -> tuple[Array, Array, Array, Array]:
+    """Return A, B, C, D of a transfer function."""
+    from scipy.signal import tf2ss  # noqa: PLC0415  # it takes a second to import
+
+    A, B, C, D = tf2ss(numerator, denominator)
+    return A, B, C, D
+
+
+def _filter(A: Array, B: Array, C: Array, D: Array, input: str, output: str, unit: str, states: str) -> StateSpace:
+    """Return a model with one disturbance and one output."""
+    n = len(A)
+    names = tuple(f"filter.{states}" + (f"[{k}]" if n > 1 else "") for k in range(n))
+    units = {"states": ("",) * n, "inputs": (), "disturbances": ("",), "outputs": (unit,)}
+    references = {"states": np.zeros(n), "inputs": np.zeros(0), "disturbances": np.zeros(1), "outputs": np.zeros(1)}
+    nothing = (np.zeros((n, 0)), np.zeros((1, 0)))
+    E, C, F = (np.asarray(matrix, dtype=float) for matrix in (B, C, D))
+    return StateSpace(A, nothing[0], E, C, nothing[1], F, names, (), (input,), (output,), units, references)
+
+
+def _how(space: StateSpace) -> str:
+    return "in continuous time" if space.sample is None else f"sampled every {space.sample:.6g} s"
+
+
+def _united(first: Sequence[str], second: Sequence[str]) -> list[str]:
+    return [*first, *(name for name in second if name not in first)]
+
+
+def _columns(space: StateSpace) -> dict[str, tuple[Array, Array]]:
+    """Return the gains of each input and disturbance to the states and to the outputs."""
+    into_states, into_outputs = np.hstack([space.B, space.E]), np.hstack([space.D, space.F])
+    names = (*space.inputs, *space.disturbances)
+    return {name: (into_states[:, k], into_outputs[:, k]) for k, name in enumerate(names)}
+
+
+def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:
+    """Return unit and reference of signals of a kind, each from the first model with this signal.
+
+    A signal that drives both models may be an input of one model and a disturbance of the other model.
+    """
+    kinds = ("inputs", "disturbances") if kind in ("inputs", "disturbances") else (kind,)
+    homes = [next((space, of) for space in spaces for of in kinds if name in getattr(space, of)) for name in names]
+    return [(space.unit(of, name), space.reference(of, name)) for (space, of), name in zip(homes, names, strict=True)]

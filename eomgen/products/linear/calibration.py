@@ -1,0 +1,378 @@
+"""Gains of state feedback from the linear model of the same scene, with these gains at zero (calibration), and messages
+about the closed loop: its slowest motion, and modes that miss the requested poles.
+
+The scene is opened at a controller: its output becomes an input in addition to its formula. The linear model of that
+scene is the plant, signals and weighted quantities are its outputs. Controllers are calibrated in order, each
+with earlier ones active. Gains are parameters, so the code of a model depends on their defaults only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
+from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
+from eomgen.formula.nodes import Symbol
+from eomgen.pipeline.front_end import Preparation
+from eomgen.products.linear.control import second_order
+from eomgen.products.linear.control import weights as costs
+from eomgen.products.linear.control.plant import Plant
+from eomgen.products.linear.control.regulator import lqr, place
+from eomgen.products.linear.control.second_order import (
+    ModalFeedback,
+    modal_feedback,
+    modes_of,
+    optimal_modal_gains,
+    placed_modal_gains,
+)
+from eomgen.products.linear.control.weights import Weights
+from eomgen.products.linear.modes import balance, modes
+from eomgen.scene.control.model import Calibration, StateFeedback
+from eomgen.scene.scene import Scene
+from eomgen.system.signals import Input, Output
+from eomgen.system.terms import PURPOSES
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+    from eomgen.products.linear.linearization import Linearization
+    from eomgen.products.linear.state_space import StateSpace
+
+
+#: Modal forces on other modes, as a share of requested modal forces, above which poles miss the requested places.
+_MISSED = 1e-6
+#: Relative distance of an eigenvalue from the requested place above which the distance is reported.
+_OFF = 1e-3
+
+
+def slowest_motion(plant: Plant, G: Array) -> str:
+    """Return the decay rate of the slowest motion under gains G of [q, v], (m, 2n), or a motion without decay."""
+    n = plant.n
+    A, _ = plant.state_space(G[:, :n], G[:, n:])
+    result = modes(A, np.eye(n, 2 * n), plant.names, np.diag(plant.M))
+    slowest = int(np.argmax(result.eigenvalues.real))
+    rate, mover = -float(result.eigenvalues[slowest].real), result.dominant(slowest, 1)[0][0]
+    if abs(rate) <= result.uncertainty[slowest]:
+        return f"the closed loop does not decay: {mover}"
+    if rate < 0.0:
+        return f"the closed loop grows at {-rate:.4g} 1/s: {mover}"
+    return f"the slowest motion of the closed loop decays at {rate:.4g} 1/s"
+
+
+def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
+    """Raise ModelError if the outputs cannot actuate the controlled modes independently."""
+    if modal.crosstalk <= _MISSED:
+        return
+    numbers = ", ".join(str(k + 1) for k in modal.controlled)
+    ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=1e-9))
+    only = f"{name} acts on them in {ways} independent way{'s' * (ways > 1)} only"
+    fault = f"the modes {numbers} cannot be placed each by itself: {only}"
+    raise ModelError(fault, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
+
+
+def not_reached(modal: ModalFeedback, wanted: ArrayLike, ratios: Array) -> str:
+    """Return the modes whose frequency (rad/s) or damping ratio differs from the requested one; empty if none does."""
+    differences = []
+    for k, w, zeta in zip(modal.controlled, np.asarray(wanted), ratios, strict=True):
+        pole = w * (-zeta + np.sqrt(complex(zeta**2 - 1.0)))
+        nearest_pole = modal.eigenvalues[np.argmin(np.abs(modal.eigenvalues - pole))]
+        if abs(nearest_pole - pole) > _OFF * w:
+            got = f"{abs(nearest_pole):.4g} rad/s with a damping ratio of {-nearest_pole.real / abs(nearest_pole):.3g}"
+            differences.append(f"mode {k + 1} gets {got}, not {w:.4g} with {zeta:.3g}")
+    return f"damping couples the modes: {', '.join(differences)}; " if differences else ""
+
+
+#: Number of digits of calibrated numbers: further digits depend on the machine.
+_DIGITS = 12
+#: Part of the feedback that signals cannot represent, above which this part is reported.
+_MISSING = 1e-8
+#: Accelerations, m/s^2 or rad/s^2, above which an initial state is not in balance.
+_BALANCED = 1e-6
+
+
+def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
+    """Return a scene whose gains have calibrated values as defaults, and a note on each controller.
+
+    Parameters
+    ----------
+    build : callable
+        Builds the model of a scene with the terms given.
+
+    Raises
+    ------
+    DescriptionError, ModelError, NumericalError
+        If a calibration fails; with the place in the scene file.
+    """
+    if not any(item.calibration for item in scene.feedback):
+        return scene
+    values, notes = gains(scene, {}, build)
+    parameters = tuple(replace(item, value=values.get(item.name, item.value)) for item in scene.parameters)
+    return replace(scene, parameters=parameters, notes=(*scene.notes, *notes))
+
+
+def gains(
+    scene: Scene, parameters: Mapping[str, float], build: Callable[[Scene, list[str]], Model]
+) -> tuple[dict[str, float], list[str]]:
+    """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
+    opened = _opened(scene)
+    model = build(opened.scene, [*PURPOSES["linearization"], "outputs"])
+    # these are zero by default
+    values = {name: value for name, value in parameters.items() if name not in opened.calibrated}
+    notes = []
+    for item in scene.feedback:
+        if item.calibration is None:
+            continue
+        key = f"controllers.{item.name}.calibration"
+        try:
+            gains_of_one, note = _one(opened, item, item.calibration, model, values)
+        except EomgenError as error:
+            where = f"{scene.source.get(key, scene.name)} ({key})"
+            # the requested result stands in the scene
+            kind = DescriptionError if isinstance(error, UsageError) else type(error)
+            raise kind([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
+        values |= gains_of_one
+        notes.append(note)
+    return {name: values[name] for name in opened.calibrated}, notes
+
+
+@dataclass(frozen=True)
+class _OpenLoopScene:
+    """A scene with inputs in addition to the outputs of controllers.
+
+    Attributes
+    ----------
+    calibrated : names of the parameters that calibrations fill.
+    rows : by output of the opened scene, the rows of the output among all rows.
+    """
+
+    scene: Scene
+    calibrated: tuple[str, ...]
+    rows: Mapping[str, slice]
+
+
+def _opened(scene: Scene) -> _OpenLoopScene:
+    fed_back = [item for item in scene.feedback if item.calibration is not None]
+    acting = [output for item in fed_back for output in item.outputs]
+    controllers = tuple(
+        replace(item, output=item.output + Symbol("input", _input_of(item.name))) if item.name in acting else item
+        for item in scene.controllers
+    )
+    outputs = list(scene.outputs)
+    for item in fed_back:
+        outputs.append(Output(f"{item.name}.signals", item.signals))
+        calibration = item.calibration
+        for kind, weights in (
+            (("q", calibration.position_weights), ("v", calibration.velocity_weights)) if calibration else ()
+        ):
+            outputs += [Output(f"{item.name}.{kind}.{joint}", (Symbol(kind, joint),)) for joint in weights]
+    rows, start = {}, 0
+    for output in outputs:
+        rows[output.name] = slice(start, start + len(output.values))
+        start += len(output.values)
+    inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
+    legal = tuple(replace(output, name=f"output_{number}") for number, output in enumerate(outputs))
+    opened = replace(
+        scene,
+        controllers=controllers,
+        inputs=inputs,
+        outputs=legal,
+        feedback=(),
+        terms=(),
+        notes=(),
+    )
+    return _OpenLoopScene(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
+
+
+def _input_of(output: str) -> str:
+    return f"opened_{output}"[:64]
+
+
+def _one(
+    opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, model: Model, values: Mapping[str, float]
+) -> tuple[dict[str, float], str]:
+    """Return the parameters of one controller, and a note on the parameters."""
+    rest = model.equilibrium(parameters=values, any_kind=True) if calibration.at == "equilibrium" else None
+    linear = model.linearize(at=rest or "initial", parameters=values)
+    _check_balance(linear)
+    names = [_input_of(output) for output in item.outputs]
+    columns = [linear.names.inputs.index(name) for name in names]
+    space = linear.state_space()
+    D = space.D[:, columns]
+    if np.any(linear.Z0) and (calibration.method == "lqr" or calibration.poles):
+        C = space.C
+        G, description = _feedback_of_whole_state(space, names, opened, item, calibration)
+        state = _whole_state(space)
+    else:
+        _check_second_order(linear)
+        plant = Plant(linear.M0, linear.C0, linear.K0, linear.B0[:, columns], linear.coordinates)
+        C = space.C[:, : 2 * plant.n]
+        G, description = _feedback(plant, opened, item, calibration, C, D)
+        labels = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
+        state = _State(plant.scales.state, plant.scales.state_back, tuple(labels))
+    rows = opened.rows[f"{item.name}.signals"]
+    of_signals = _by_signals(state, item, G, C[rows], D[rows])
+    result = {
+        name: _rounded(value)
+        for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
+        for name, value in zip(names_of_output, values_of_output, strict=True)
+    }
+    if any(item.references):
+        there = linear.reference
+        base = None if rest is None else rest.base
+        outputs = model.evaluate(
+            "outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base
+        )
+        signals = next(iter(outputs.values()))[rows]
+        result |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
+    cautions = [] if rest is None else rest.warnings(any_kind=True)
+    summary = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {description}"
+    return result, "; ".join((summary, *cautions))
+
+
+@dataclass(frozen=True)
+class _State:
+    """The fed-back state: scaling T, x^ = T x, the inverse, and names of components."""
+
+    there: Array
+    back: Array
+    names: tuple[str, ...]
+
+
+def _whole_state(space: StateSpace) -> _State:
+    """Return the state with internal states, in balanced units."""
+    _, back = balance(space.A, permute=False)
+    names = tuple(f"q.{name}" if "." not in name else name.removeprefix("z.") for name in space.states)
+    scales = np.asarray(np.diag(back), dtype=float)
+    return _State(np.diag(1.0 / scales), np.diag(scales), names)
+
+
+def _feedback_of_whole_state(
+    space: StateSpace, names: Sequence[str], opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration
+) -> tuple[Array, str]:
+    """Return the gains of coordinates, velocities and internal states, (m, ns), and a description of the gains."""
+    if calibration.poles:
+        law = place(space, calibration.poles, inputs=names)
+    else:
+        ns, m = len(space.states), len(names)
+        effort = costs.weight("the weight of the efforts", _each(calibration.effort_weights or (0.0,), m), m)
+        columns = [space.inputs.index(name) for name in names]
+        start = Weights(np.zeros((ns, ns)), effort, np.zeros((ns, m)))
+        weights = _weights(start, opened, item, calibration, space.C, space.D[:, columns])
+        law = lqr(space, weights.state, weights.effort, weights.cross, inputs=names)
+    decay = law.closed_loop.decay
+    return law.gains, f"of the whole state; the slowest motion of the closed loop decays at {decay:.4g} 1/s"
+
+
+def _check_balance(linear: Linearization) -> None:
+    """Raise ModelError if the linear model is not about a balance."""
+    acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
+    if acceleration > _BALANCED:
+        fault = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
+        raise ModelError(fault, 'at = "equilibrium", or an initial state of rest or of steady motion')
+
+
+def _check_second_order(linear: Linearization) -> None:
+    """Raise ModelError if the linear model is none of second order."""
+    if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
+        where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
+        fault = f"forces depend on the internal states {where}, and modes belong to models of second order"
+        raise ModelError(fault, "lqr, or all poles; a controller without memory between, or gains of your own")
+
+
+def _feedback(
+    plant: Plant, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+) -> tuple[Array, str]:
+    """Return the gains of the state [q, v], (m, 2n), and a description of the gains."""
+    if calibration.method == "lqr":
+        start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
+        weights = _weights(start, opened, item, calibration, C, D)
+        optimal = second_order.lqr(plant, weights)
+        G = np.hstack([optimal.G_p, optimal.G_v])
+        return G, slowest_motion(plant, G)
+    if calibration.poles:
+        placed = second_order.place(plant, calibration.poles)
+        G = np.hstack([placed.G_p, placed.G_v])
+        return G, slowest_motion(plant, G)
+    modes = modes_of(plant)
+    chosen = [number - 1 for number in calibration.modes] or list(range(min(plant.m, plant.n)))
+    known = [k for k in chosen if k < plant.n]
+    w, c = modes.frequencies[known], modes.damping[known]
+    if calibration.method == "imsc":
+        g, h = optimal_modal_gains(w, c, _each(calibration.effort_weights, len(known)))
+    else:
+        wanted, ratios = calibration.frequencies[: len(known)] or w, _each(calibration.damping_ratios, len(known))
+        g, h = placed_modal_gains(w, c, wanted, ratios)
+    modal = modal_feedback(plant, modes, chosen, _each(tuple(g), len(chosen)), _each(tuple(h), len(chosen)))
+    description = f"modes {', '.join(str(k + 1) for k in modal.controlled)}, spillover {modal.spillover:.2g}"
+    description += f", crosstalk {modal.crosstalk:.2g}" if modal.crosstalk else ""
+    missed = ""
+    if calibration.method == "pole_placement":
+        check_reach(item.name, plant, modal)
+        missed = not_reached(modal, wanted, ratios)
+    G = np.hstack([modal.G_p, modal.G_v])
+    return G, f"{description}; {missed}{slowest_motion(plant, G)}"
+
+
+def _each(numbers: Sequence[float], count: int) -> Array:
+    """Return one number for all, or one for each; unknown modes are refused elsewhere, by name."""
+    return np.resize(np.array(numbers, dtype=float), count) if len(numbers) != count else np.array(numbers, dtype=float)
+
+
+def _weights(
+    weights: Weights, opened: _OpenLoopScene, item: StateFeedback, calibration: Calibration, C: Array, D: Array
+) -> Weights:
+    """Return a cost plus the cost of coordinates, velocities, signals and outputs."""
+    weighted: list[tuple[int, float]] = []
+    for kind, table in (("q", calibration.position_weights), ("v", calibration.velocity_weights)):
+        weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
+    first = opened.rows[f"{item.name}.signals"].start
+    weighted += [(first + item.labels.index(name), weight) for name, weight in calibration.signal_weights.items()]
+    for name, weight in calibration.output_weights.items():
+        rows = opened.rows[name]
+        weighted += [(row, weight) for row in range(rows.start, rows.stop)]
+    if weighted:
+        rows_of, cost = zip(*weighted, strict=True)
+        weights = weights.plus_output(C[list(rows_of)], D[list(rows_of)], np.array(cost))
+    return weights
+
+
+def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Array) -> Array:
+    """Return the gains of signals that give the feedback G of the state, (m, signals).
+
+    Raises
+    ------
+    ModelError
+        Signals that do not determine all of the fed-back state, or that depend on the controller's output.
+    """
+    if np.any(Y_u):
+        signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
+        raise ModelError(
+            f"the signal {signal} depends on the controller's output at the same instant", "another signal"
+        )
+    there, back = state.there, state.back
+    scaled, wanted = Y @ back, G @ back
+    sizes = np.linalg.norm(scaled, axis=1)
+    sizes[sizes == 0.0] = 1.0
+    scaled = scaled / sizes[:, np.newaxis]
+    result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
+    left = (wanted - result @ scaled) @ there
+    scale = np.abs(G).max(axis=0, initial=0.0)
+    total = float(np.linalg.norm(wanted))
+    if np.linalg.norm(wanted - result @ scaled) > _MISSING * total:
+        share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
+        missing = state.names[int(np.argmax(share))]
+        fault = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine"
+        raise ModelError(fault, f"{missing} among its signals, or its joint among its coordinates")
+    result[np.abs(result) < 1e-13 * np.abs(result).max(initial=0.0)] = 0.0
+    return np.asarray(result / sizes)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.{_DIGITS}g}") + 0.0
+
+
+CALIBRATION = Preparation("calibration", calibrated, gains)

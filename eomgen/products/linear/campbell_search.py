@@ -1,0 +1,409 @@
+"""The search for a Campbell diagram: modes followed over values of a parameter, and crossings with orders.
+
+Modes are followed from speed to speed by shapes and frequencies, so that curves may cross; crossings are then found on
+the model (Brent 1973), not by interpolation in the diagram.
+"""
+
+from __future__ import annotations
+
+import itertools
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+from scipy.optimize import brentq, linear_sum_assignment
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
+from eomgen.base.progress import Progress
+from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
+from eomgen.products.linear.eigenvalue_loci import NUMBER, Campbell, Crossing, MergedWarnings
+from eomgen.products.linear.linearization import Linearization
+
+#: Relative accuracy of critical speeds.
+_ACCURACY = 1e-12
+#: Ratio of axes below which an orbit counts as a line, without a sense of whirl.
+_LINE = 1e-6
+#: Deflections, as parts of the largest coordinate of a mode, below which a mode has no orbit but for rounding.
+_FAINT = 1e-8
+#: Circular part of the motion, in the mean over the values, below which a mode has no sense of whirl by multiblade
+#: coordinates: collective modes and modes of the support have a little of it, in either sense.
+_MINOR = 0.1
+#: Eigenvalues that differ by less than this part are one of several modes.
+_EQUAL = 1e-9
+#: Modes that are more unlike than this are followed over a value between, unless their shapes differ by less than the
+#: second number and all other modes are more unlike by the first.
+_UNLIKE, _SAME_SHAPE = 0.5, 0.25
+#: So often an interval is halved for that.
+_DEPTH = 4
+#: Values that a diagram has at the least.
+_FEWEST = 2
+
+
+@dataclass(frozen=True)
+class _Oscillations:
+    """Oscillating modes at one value: eigenvalues (m,), weighted shapes of length one (rows, m), whirl (m,), circular
+    part of the motion (m,), from 0 to 1."""
+
+    eigenvalues: Complex
+    shapes: Complex
+    whirl: NDArray[np.int_]
+    circular: Array
+    stability: str
+
+
+def _alike(texts: Sequence[str]) -> list[list[str]]:
+    """Return texts that differ in numbers alone, together."""
+    kinds: dict[str, list[str]] = {}
+    for text in texts:
+        kinds.setdefault(NUMBER.sub("#", text), []).append(text)
+    return list(kinds.values())
+
+
+def campbell(
+    parameter: str,
+    unit: str,
+    values: Sequence[float],
+    linearized: Callable[[float, Linearization | None], Linearization],
+    orders: Sequence[float] = (),
+    pairs: Sequence[tuple[str, str]] = (),
+    report: Progress | None = None,
+    reference: tuple[float, Linearization] | None = None,
+) -> Campbell:
+    """Return the oscillations over values of a parameter.
+
+    Parameters
+    ----------
+    linearized : callable
+        From a value, and the linear model at the previous value, to the linear model at this value.
+    orders : multiples of the values
+    pairs : pairs of outputs or states that are deflections along two axes, the second a quarter turn from the first in
+        the sense of the spin; whirl is the sense of the orbit
+    report : called with the part of the work that is done: half is for the values, half for crossings if there are
+        orders
+    reference : value, and the linear model whose modes number the modes of the diagram
+
+    Ctrl-C keeps the values and crossings found so far, if there are two values.
+
+    Values at which there is no linear model are left out with a warning, as long as two are kept.
+
+    Raises
+    ------
+    EomgenError
+        Errors of ``linearized`` if the call is wrong, or if fewer than two values have a linear model: with the first
+        value that has one.
+    """
+    search = _Search(parameter, linearized, pairs, values)
+    all_steps = (2 if orders else 1) * len(values)
+    interrupted = False
+    try:
+        for number, value in enumerate(map(float, values), 1):
+            search.look_at(value)
+            if report is not None:
+                report(number, all_steps)
+    except KeyboardInterrupt:
+        if search.wanted < _FEWEST:
+            raise
+        interrupted = True
+    search.check_failures(stacklevel=5)
+    curves = _FollowedModes.through(search.nodes)
+    candidates = () if interrupted else curves.candidates(orders)
+    crossings: list[Crossing] = []
+    try:
+        for number, candidate in enumerate(candidates, 1):
+            crossings += search.crossing(*candidate, curves, stacklevel=5)
+            if report is not None:
+                report(len(values) + len(values) * number // len(candidates), all_steps)
+    except KeyboardInterrupt:
+        interrupted = True
+    search.doubts.warn(stacklevel=5)
+    kept = tuple(sorted(crossings, key=lambda item: (item.order, item.speed)))
+    wanted = [row for row, node in enumerate(search.nodes) if node.wanted]
+    given = np.array([search.nodes[row].value for row in wanted])
+    stability = tuple(search.nodes[row].oscillations.stability for row in wanted)
+    left_out = {value: str(failure) for value, failure in search.failures.items()}
+    eigenvalues, whirl, multiples = curves.eigenvalues[wanted], curves.whirl[wanted], tuple(map(float, orders))
+    numbers = () if reference is None else _numbers(curves, search, *reference)
+    return Campbell(
+        parameter, unit, given, eigenvalues, whirl, multiples, kept, stability, left_out, interrupted, numbers
+    )
+
+
+def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linearization) -> tuple[int, ...]:
+    """Return the numbers of the modes of a diagram, (modes,), from 1 on: of the same modes of a model, followed from
+    the nearest node; other modes come after all of the model. Empty for a model with other coordinates."""
+    row = int(np.argmin(np.abs(curves.values - value)))
+    near = search.nodes[row]
+    if near.model.coordinates != model.coordinates:
+        return ()
+    node = _Node(value, model, _oscillations(model, search.pairs, value), wanted=False)
+    path = [near, *_between(near, node, search.at, search.pairs, _DEPTH), node]
+    first, *_, last = _followed(path)[0]
+    modes = model.modes()
+    of_model = dict(zip(last, (np.flatnonzero(modes.oscillating) + 1).tolist(), strict=True))
+    known = {curves.modes[row][k]: of_model[mode] for k, mode in enumerate(first) if mode in of_model}
+    more = itertools.count(len(modes) + 1)
+    return tuple(known[mode] if mode in known else next(more) for mode in range(curves.eigenvalues.shape[1]))
+
+
+class _Search:
+    """Oscillations at values of a parameter, and crossings of oscillations with orders, by linear models at any
+    value."""
+
+    def __init__(
+        self,
+        parameter: str,
+        linearized: Callable[[float, Linearization | None], Linearization],
+        pairs: Sequence[tuple[str, str]],
+        values: Sequence[float],
+    ) -> None:
+        self.parameter, self.linearized, self.pairs = parameter, linearized, pairs
+        self.doubts = MergedWarnings("Campbell diagram", parameter, values)
+        self.nodes: list[_Node] = []
+        self.failures: dict[float, ModelError | NumericalError] = {}
+
+    @property
+    def wanted(self) -> int:
+        """Number of values of the caller that have a linear model."""
+        return sum(node.wanted for node in self.nodes)
+
+    def at(self, value: float, before: Linearization | None) -> Linearization:
+        """Return the linear model at a value. Raises EomgenError with the value in the message."""
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                model = self.linearized(value, before)
+            self.doubts.add(value, caught)
+            return model
+        except EomgenError as error:
+            place = f"at {self.parameter} = {value:.6g}"
+            problems = [Problem(f"{place}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
+            raise type(error)(problems) from None
+
+    def look_at(self, value: float) -> None:
+        """Add the node of a value, after nodes between this and the last value by which modes can be tracked."""
+        nodes = self.nodes
+        try:
+            model = self.at(value, nodes[-1].model if nodes else None)
+            node = _Node(value, model, _oscillations(model, self.pairs, value), wanted=True)
+            nodes.extend([*_between(nodes[-1], node, self.at, self.pairs, _DEPTH), node] if nodes else [node])
+        except (ModelError, NumericalError) as error:
+            self.failures[value] = error
+
+    def check_failures(self, stacklevel: int) -> None:
+        """Raise the first failure if too few values have a linear model, else warn of the values without one."""
+        if self.failures and self.wanted < _FEWEST:
+            raise next(iter(self.failures.values()))
+        for kind in _alike([str(failure) for failure in self.failures.values()]):
+            more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
+            warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=stacklevel)
+
+    def crossing(self, order: float, row: int, mode: int, curves: _FollowedModes, stacklevel: int) -> list[Crossing]:
+        """Return the crossing of a mode with an order between two nodes, refined on the model."""
+        low, high = self.nodes[row : row + 2]
+        ends = [(self.nodes[place].oscillations, curves.column(place, mode)) for place in (row, row + 1)]
+        last: dict[str, Any] = {}
+
+        def excess(value: float) -> float:
+            here = _oscillations(self.at(value, low.model), self.pairs, value)
+            nearest = int(np.argmin(sum(_costs(end, here)[k] for end, k in ends)))
+            last.update(value=value, eigenvalue=here.eigenvalues[nearest], whirl=here.whirl[nearest])
+            return float(here.eigenvalues[nearest].imag - order * abs(value))
+
+        try:
+            if np.sign(excess(low.value)) == np.sign(excess(high.value)):
+                return []  # another mode is nearer there
+            accuracy = _ACCURACY * max(abs(low.value), abs(high.value))
+            speed = float(brentq(excess, low.value, high.value, xtol=accuracy, rtol=_ACCURACY))
+            excess(speed)
+        except (ModelError, NumericalError) as error:
+            text = f"Campbell diagram: a crossing with {order:g}x is left out: {error}"
+            warnings.warn(text, RuntimeWarning, stacklevel)
+            return []
+        whirls = bool(np.any(curves.whirl[:, mode]))
+        word = {1: "forward", -1: "backward"}.get(int(last["whirl"]) if whirls else 0, "")
+        return [Crossing(order, speed, float(last["eigenvalue"].imag), mode, word)]
+
+
+@dataclass(frozen=True)
+class _FollowedModes:
+    """Modes followed over nodes: eigenvalues and whirl (nodes, modes), by frequency at the first node."""
+
+    values: Array
+    eigenvalues: Complex
+    whirl: NDArray[np.int_]
+    #: For each node the modes of its oscillations, in order.
+    modes: Sequence[Sequence[int]]
+
+    @classmethod
+    def through(cls, nodes: Sequence[_Node]) -> _FollowedModes:
+        """Return the curves through nodes."""
+        columns, count = _followed(nodes)
+        eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))
+        whirl, circular = np.zeros((len(nodes), count), dtype=int), np.zeros((len(nodes), count))
+        for row, (node, numbers) in enumerate(zip(nodes, columns, strict=True)):
+            eigenvalues[row, numbers], whirl[row, numbers] = node.oscillations.eigenvalues, node.oscillations.whirl
+            circular[row, numbers] = node.oscillations.circular
+        present = ~np.isnan(eigenvalues.real)
+        whirl[:, np.sum(circular, axis=0) < _MINOR * np.sum(present, axis=0)] = 0
+        order = np.argsort([column[~np.isnan(column)][0].imag for column in eigenvalues.T], kind="stable")
+        places = np.argsort(order).tolist()
+        modes = [[places[number] for number in numbers] for numbers in columns]
+        return cls(np.array([node.value for node in nodes]), eigenvalues[:, order], whirl[:, order], modes)
+
+    def column(self, row: int, mode: int) -> int:
+        """Return the place of a mode among the oscillations of a node."""
+        return self.modes[row].index(mode)
+
+    def candidates(self, orders: Sequence[float]) -> list[tuple[float, int, int]]:
+        """Return orders, nodes and modes with a change of sign of frequency - order speed after the node."""
+        result: list[tuple[float, int, int]] = []
+        for order in orders:
+            for mode, eigenvalues in enumerate(self.eigenvalues.T):
+                above = eigenvalues.imag - order * np.abs(self.values)
+                with np.errstate(invalid="ignore"):
+                    changes = np.flatnonzero((above[1:] <= 0.0) != (above[:-1] <= 0.0))
+                result += [(float(order), k, mode) for k in changes.tolist() if not np.isnan(above[k : k + 2]).any()]
+        return result
+
+
+def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: float) -> _Oscillations:
+    modes = lin.modes()
+    of_blades = () if pairs or lin.multiblade is None else lin.multiblade.pairs
+    pairs = pairs or of_blades
+    kept = np.flatnonzero(modes.oscillating)
+    eigenvalues = modes.eigenvalues[kept]
+    shapes = modes.weights[:, np.newaxis] * modes.shapes[:, kept]
+    area, size = np.zeros(len(kept)), np.zeros(len(kept))
+    if pairs:
+        rows = lin.state_space().output_rows([name for pair in pairs for name in pair])
+        deflections = rows @ modes.state_shapes[:, kept]
+        for together in _multiple(eigenvalues, modes.uncertainty[kept]):
+            turned = _circular(shapes[:, together], deflections[:, together])
+            shapes[:, together], deflections[:, together] = (
+                shapes[:, together] @ turned,
+                deflections[:, together] @ turned,
+            )
+        first, second = deflections[::2], deflections[1::2]
+        # x = cos t, y = sin t has the amplitudes 1 and -i
+        area = -np.sum((first.conj() * second).imag, axis=0)
+        size = np.sum(np.abs(first) ** 2 + np.abs(second) ** 2, axis=0)
+    seen = np.abs(area) > np.maximum(_LINE * size, _FAINT**2)
+    sense = np.where(seen, np.sign(area), 0.0) * np.sign(value)
+    lengths = np.linalg.norm(shapes, axis=0)
+    shapes = shapes / np.where(lengths > 0.0, lengths, 1.0)
+    circular = np.ones(len(kept))
+    if of_blades:
+        cosine, sine = (shapes[[lin.names.measured.index(pair[k]) for pair in of_blades]] for k in (0, 1))
+        circular = 2.0 * np.abs(np.sum((cosine.conj() * sine).imag, axis=0))
+    return _Oscillations(eigenvalues, shapes, sense.astype(int), circular, modes.stability)
+
+
+def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
+    """Return the numbers of eigenvalues that are equal but for rounding, a list for each value of several modes."""
+    groups: list[list[int]] = []
+    for k, value in enumerate(eigenvalues):
+        for group in groups:
+            known = group[0]
+            if abs(value - eigenvalues[known]) <= max(
+                _EQUAL * abs(value), float(uncertainty[k]), float(uncertainty[known])
+            ):
+                group.append(k)
+                break
+        else:
+            groups.append([k])
+    return [group for group in groups if len(group) > 1]
+
+
+def _circular(shapes: Complex, deflections: Complex) -> Complex:
+    """Return combinations of modes of one eigenvalue, (m, m), with orbits of largest enclosed area in either sense.
+
+    Any combination of these modes is a mode, with an arbitrary sense of whirl: the diagonalisation of the form of the
+    enclosed area in the measure of kinetic energy gives the circular modes, if any, one in each sense.
+    """
+    first, second = deflections[::2], deflections[1::2]
+    of_energy = shapes.conj().T @ shapes
+    of_area = 0.5j * (first.conj().T @ second - second.conj().T @ first)
+    try:
+        return np.asarray(scipy.linalg.eigh(of_area, of_energy)[1])
+    except np.linalg.LinAlgError:  # equal shapes, as of internal states
+        return np.eye(shapes.shape[1], dtype=np.complex128)
+
+
+@dataclass(frozen=True)
+class _Node:
+    """A value of the parameter and the model there; additional values between the requested values only help to follow
+    modes."""
+
+    value: float
+    model: Linearization
+    oscillations: _Oscillations
+    wanted: bool
+
+
+def _unlike_shapes(before: _Oscillations, now: _Oscillations) -> Array:
+    """Return the dissimilarity of the shapes of modes (m,) before and (k,) now, (m, k), from 0 to 1."""
+    return np.asarray(1.0 - np.abs(before.shapes.conj().T @ now.shapes) ** 2)
+
+
+def _costs(before: _Oscillations, now: _Oscillations) -> Array:
+    """Return the dissimilarity of modes (m,) before and (k,) now, (m, k): by shapes, frequencies and whirl."""
+    distance = np.abs(before.eigenvalues[:, np.newaxis] - now.eigenvalues)
+    sizes = np.abs(before.eigenvalues)[:, np.newaxis] + np.abs(now.eigenvalues)
+    opposite = before.whirl[:, np.newaxis] * now.whirl < 0
+    return np.asarray(_unlike_shapes(before, now) + 4.0 * distance / sizes + opposite)
+
+
+def _tracked(before: _Oscillations, now: _Oscillations) -> bool:
+    """Return whether each mode is like its own continuation, or cannot be taken for the continuation of another."""
+    costs = _costs(before, now)
+    pairs = linear_sum_assignment(costs)
+    own = costs[pairs]
+    if np.all(own < _UNLIKE):
+        return True
+    costs[pairs] = np.inf
+    others = np.minimum(costs.min(axis=1, initial=np.inf)[pairs[0]], costs.min(axis=0, initial=np.inf)[pairs[1]])
+    clear = (_unlike_shapes(before, now)[pairs] < _SAME_SHAPE) & (others - own > _UNLIKE)
+    return bool(np.all((own < _UNLIKE) | clear))
+
+
+def _between(
+    low: _Node,
+    high: _Node,
+    at: Callable[[float, Linearization | None], Linearization],
+    pairs: Sequence[tuple[str, str]],
+    depth: int,
+) -> list[_Node]:
+    """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
+    without a linear model in between."""
+    if depth == 0 or _tracked(low.oscillations, high.oscillations):
+        return []
+    middle = 0.5 * (low.value + high.value)
+    try:
+        model = at(middle, low.model)
+    except (ModelError, NumericalError):
+        return []
+    node = _Node(middle, model, _oscillations(model, pairs, middle), wanted=False)
+    below = _between(low, node, at, pairs, depth - 1)
+    return [*below, node, *_between(node, high, at, pairs, depth - 1)]
+
+
+def _followed(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
+    """Return the columns of the modes of each node, and how many columns there are."""
+    columns: list[list[int]] = []
+    count = 0
+    for place, node in enumerate(nodes):
+        now = node.oscillations
+        numbers: dict[int, int] = {}
+        if place:
+            rows, chosen = linear_sum_assignment(_costs(nodes[place - 1].oscillations, now))
+            numbers = {int(k): columns[-1][int(row)] for row, k in zip(rows, chosen, strict=True)}
+        for k in range(len(now.eigenvalues)):
+            if k not in numbers:
+                numbers[k] = count
+                count += 1
+        columns.append([numbers[k] for k in range(len(now.eigenvalues))])
+    return columns, count

@@ -1,0 +1,643 @@
+"""``eomgen linearize``: modes and stability of the linear model, its matrices, root locus, Campbell diagram,
+frequency responses, rides on random roads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from eomgen.base.data import dataclass
+from eomgen.base.json_text import json_text
+from eomgen.base.messages import counted
+from eomgen.base.products import object_of
+from eomgen.base.progress import waiting
+from eomgen.cli import INTERRUPTED
+from eomgen.cli.options import (
+    any_kind_option,
+    assignments,
+    debug_option,
+    initial_option,
+    input_option,
+    json_option,
+    optional_folder,
+    profile_option,
+    scene_options,
+    set_option,
+    time_option,
+)
+from eomgen.cli.printing import building, print_json, print_table, say, say_note
+from eomgen.cli.running import read_scene
+from eomgen.errors import Problem, UsageError
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
+    from eomgen.products.linear.campbell_plot import CampbellView
+    from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
+    from eomgen.products.linear.linearization import Linearization
+    from eomgen.products.linear.modes import Modes
+    from eomgen.products.linear.spectra import PowerSpectrum, RideTable, RoadExcitation
+
+
+@dataclass(frozen=True)
+class CampbellRequest:
+    """Request of ``--campbell``, ``--orders``, ``--whirl``, ``--modes`` and ``--speed-unit``."""
+
+    speed: str
+    values: list[float]
+    orders: tuple[float, ...] | None
+    #: Letter of the orders: ``x`` or ``P``.
+    letter: str
+    whirl: list[tuple[str, str]]
+    #: Numbers of the table of modes.
+    modes: tuple[int, ...] | None
+    speed_unit: str | None
+
+    @classmethod
+    def read(
+        cls,
+        sweep: tuple[str, list[float]] | None,
+        orders: str | None,
+        whirl: tuple[str, ...],
+        modes: str | None,
+        speed_unit: str | None,
+    ) -> CampbellRequest | None:
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
+        if sweep is not None:
+            _check_increasing(*sweep)
+        else:
+            options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
+            for option, given in options.items():
+                if given:
+                    raise UsageError(Problem(option, "it belongs to a Campbell diagram", "--campbell spin=0:300:31"))
+            return None
+        pairs = []
+        for text in whirl:
+            first, colon, second = text.partition(":")
+            if not colon or not first.strip() or not second.strip():
+                raise UsageError(Problem(f"--whirl {text}", "two deflections are needed", "--whirl x:y"))
+            pairs.append((first.strip(), second.strip()))
+        return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
+
+    def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
+        """Return the part of the diagram that is drawn, and note modes that do not oscillate. Raises UsageError if none
+        does."""
+        from eomgen.products.linear.campbell_plot import CampbellView  # noqa: PLC0415
+
+        columns = {diagram.number(mode): mode for mode in range(diagram.eigenvalues.shape[1])}
+        missing = [number for number in self.modes or () if number not in columns]
+        modes = None if self.modes is None else tuple(columns[number] for number in self.modes if number in columns)
+        if missing:
+            known = f"some of {', '.join(map(str, sorted(columns)))}"
+            listed = " or ".join(map(str, missing))
+            fault = f"there is no mode {listed} that oscillates in the diagram"
+            if not modes:
+                raise UsageError(Problem("--modes", fault, known))
+            say_note(f"--modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out")
+        view = CampbellView(band, modes, None, self.speed_unit, self.letter)
+        view.check(diagram)
+        return view
+
+    def diagram(self, model: Model, **options: Any) -> Campbell:
+        """Return the diagram; options as of ``Model.campbell``."""
+        return model.campbell(self.speed, self.values, orders=self.orders, whirl=self.whirl, progress=True, **options)
+
+    def interruption(self, diagram: Campbell | None) -> str:
+        """Return the line for Ctrl-C: how much of the diagram there is."""
+        if diagram is None:
+            return "interrupted before there was a Campbell diagram"
+        values = f"{len(diagram.values)} of {len(self.values)} values of {self.speed}"
+        return f"interrupted: the Campbell diagram has {values} and {counted(len(diagram.crossings), 'crossing')}"
+
+
+def _orders(text: str | None) -> tuple[tuple[float, ...] | None, str]:
+    """Return orders, written as 1, 1x or 1P, and the letter of their labels."""
+    if text is None:
+        return None, "x"
+    try:
+        orders = tuple(float(part.strip().rstrip("xXpP")) for part in text.split(","))
+    except ValueError:
+        orders = (0.0,)
+    if not all(0.0 < order < float("inf") for order in orders):
+        raise UsageError(Problem(f"--orders {text}", "positive numbers are needed", "--orders 1,2"))
+    return orders, "P" if "p" in text.lower() else "x"
+
+
+def _modes(text: str | None) -> tuple[int, ...] | None:
+    """Return the numbers of modes."""
+    if text is None:
+        return None
+    try:
+        numbers = tuple(int(part) for part in text.split(","))
+    except ValueError:
+        numbers = (0,)
+    if min(numbers) < 1:
+        raise UsageError(Problem(f"--modes {text}", "numbers of modes from 1 on are needed", "--modes 1,2,4"))
+    return numbers
+
+
+@dataclass(frozen=True)
+class RideRequest:
+    """Request of ``--ride``, ``--classes``, ``--speeds`` and ``--band``."""
+
+    outputs: dict[str, str | None]
+    classes: tuple[str, ...]
+    speeds: tuple[float, ...]
+    band: tuple[float, float] | None
+
+    @classmethod
+    def read(
+        cls, rides: tuple[str, ...], classes: str | None, speeds: str | None, band: tuple[float, float] | None
+    ) -> RideRequest | None:
+        """Return the request; None if there is none. Raises UsageError for words that cannot be read."""
+        if not rides:
+            for option, given in (("--classes", classes), ("--speeds", speeds)):
+                if given is not None:
+                    raise UsageError(Problem(option, "it belongs to a ride", "--ride body_acceleration"))
+            return None
+        from eomgen.base.random_inputs import ROUGHNESS  # noqa: PLC0415
+        from eomgen.products.linear.spectra import WEIGHTINGS  # noqa: PLC0415
+
+        outputs: dict[str, str | None] = {}
+        for text in rides:
+            name, colon, weighting = text.rpartition(":")
+            if colon and weighting not in WEIGHTINGS:
+                fault = f"there is no weighting {ascii(weighting)[:32]}"
+                raise UsageError(Problem(f"--ride {text}", fault, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
+            outputs[(name if colon else text).strip()] = weighting or None if colon else None
+        chosen = tuple(part.strip() for part in classes.split(",")) if classes is not None else ()
+        unknown = [name for name in chosen if name not in ROUGHNESS]
+        if unknown:
+            fault = f"there is no road class {ascii(unknown[0])[:32]}"
+            raise UsageError(Problem(f"--classes {classes}", fault, f"some of {','.join(ROUGHNESS)}"))
+        return cls(outputs, chosen, _speeds(speeds), band)
+
+    def table(self, lin: Linearization, excitation: RoadExcitation) -> RideTable:
+        """Return the root mean squares; by default on the road of the scene and at the speed of the scene."""
+        from eomgen.products.linear.spectra import MeasuredRoad  # noqa: PLC0415
+
+        if self.classes and isinstance(excitation.road, MeasuredRoad):
+            fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class"
+            ride = " ".join(f"--ride {name}" + (f":{key}" if key else "") for name, key in self.outputs.items())
+            raise UsageError(Problem(f"--classes {','.join(self.classes)}", fault, f"{ride} without --classes"))
+        return lin.ride_table(excitation, self.outputs, self.classes, self.speeds, self.band)
+
+    def spectra(self, lin: Linearization, excitation: RoadExcitation) -> list[PowerSpectrum]:
+        """Return the spectra of the outputs, without weightings."""
+        return [lin.psd(name, excitation) for name in self.outputs]
+
+
+def _speeds(text: str | None) -> tuple[float, ...]:
+    if text is None:
+        return ()
+    try:
+        speeds = tuple(float(part) for part in text.split(","))
+    except ValueError:
+        speeds = (math.nan,)
+    if not all(0.0 < speed < math.inf for speed in speeds):
+        raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed", "--speeds 10,20,30"))
+    return speeds
+
+
+_SHOWN = 40
+_POINTS = 600
+
+
+@click.command()
+@click.option("--at", default=None, metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
+@time_option
+@any_kind_option
+@click.option(
+    "--velocity", "velocities", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated."
+)
+@click.option("--coordinate", "held", multiple=True, metavar="NAME=VALUE", help="Of a steady motion; may be repeated.")
+@set_option
+@initial_option
+@input_option
+@optional_folder("Write modes, matrices and figures to this folder, too.")
+@click.option(
+    "--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios."
+)
+@click.option(
+    "--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated."
+)
+@click.option(
+    "--band", default=None, metavar="FROM:TO", help="Of frequency responses, rides and drawn Campbell diagrams, in Hz."
+)
+@click.option(
+    "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
+)
+@click.option(
+    "--campbell",
+    "diagram",
+    default=None,
+    metavar="NAME=FROM:TO:N",
+    help="Damped frequencies over a speed, critical speeds.",
+)
+@click.option(
+    "--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed: 1,2 or 1P,2P."
+)
+@click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits show the sense; may be repeated.")
+@click.option(
+    "--multiblade", multiple=True, metavar="ROTOR:NAME,NAME,...", help="Equal blades by azimuth; may be repeated."
+)
+@click.option(
+    "--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as the table."
+)
+@click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
+@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's road.")
+@click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
+@profile_option
+@scene_options
+@json_option
+@debug_option
+def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
+    """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
+    sweep = _sweep(options.pop("root_locus"))
+    band = _band(options.pop("band"), from_zero=_draws_campbell_alone(options))
+    pairs = [_pair(text) for text in options.pop("responses")]
+    ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
+    campbell = CampbellRequest.read(
+        _sweep(options.pop("diagram"), "--campbell"),
+        *(options.pop(name) for name in ("orders", "whirl", "modes", "speed_unit")),
+    )
+    request = _Request(scene, options, sweep, campbell)
+    excitation = request.model.road_excitation() if ride is not None else None
+    if folder is None and sweep is not None:  # names are checked before files are
+        request.model.parameter_array({sweep[0]: sweep[1][0]})
+    with waiting(f"{request.model.name}: linear model"):
+        lin = request.linearized({}, None)
+    for pair in pairs:
+        lin.frequency_response([], *pair)
+    if folder is None and (sweep or pairs):
+        raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
+    # imported when the arguments are known to be fine
+    from eomgen.products.linear import files as linear_files  # noqa: PLC0415
+    from eomgen.products.linear import plots  # noqa: PLC0415
+
+    data = linear_files.described(lin, request.model.name)
+    table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
+    if table is not None:
+        data["ride"] = linear_files.described_ride(table)
+    diagram, ends = (None, "") if campbell is None else request.campbell(campbell, lin)
+    if diagram is not None:
+        data["campbell"] = linear_files.described_campbell(diagram)
+    view = None if campbell is None or diagram is None else campbell.view(diagram, band)
+    files = []
+    if folder is not None:
+        locus, cut = (None, "") if sweep is None else request.roots(*sweep)
+        ends = ends or cut
+        files = request.written(lin, data, Path(folder), locus, pairs, band)
+    if folder is not None and diagram is not None and view is not None:
+        from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
+
+        files.append(linear_files.write_campbell(diagram, Path(folder) / "campbell.csv"))
+        picture = Path(folder) / "campbell.png"
+        files.append(draw_campbell(diagram, request.model.name, picture, view))
+    if folder is not None and ride is not None and excitation is not None and table is not None:
+        spectra = ride.spectra(lin, excitation)
+        files.append(linear_files.write_ride(table, Path(folder) / "ride.csv"))
+        files.append(linear_files.write_spectra(spectra, Path(folder) / "spectra.csv"))
+        files.append(plots.draw_spectra(spectra, request.model.name, Path(folder) / "spectra.png"))
+    if as_json:
+        print_json({**data, "files": [file.name for file in files]})
+    else:
+        _print(lin, request.model.name)
+        _print_tables(table, diagram)
+    say(_closing(lin, folder, files))
+    if ends:
+        say(ends)
+        return INTERRUPTED
+    return 0
+
+
+class _Request:
+    """A scene and the operating point of the scene's linear model."""
+
+    def __init__(
+        self,
+        path: str,
+        options: dict[str, Any],
+        sweep: tuple[str, list[float]] | None,
+        campbell: CampbellRequest | None,
+    ) -> None:
+        """Build the model for linear models at the values of a sweep and of a Campbell diagram."""
+        from eomgen.pipeline import pipeline  # noqa: PLC0415
+
+        self.at, self.time = _state(options.pop("at")), options.pop("time")
+        self.any_kind = options.pop("any_kind")
+        self.multiblade = _blades(options.pop("multiblade"))
+        self.velocities = assignments("--velocity", options.pop("velocities"))
+        self.held = assignments("--coordinate", options.pop("held"))
+        if (self.velocities or self.held) and self.at != "steady":
+            option = "--velocity" if self.velocities else "--coordinate"
+            raise UsageError(Problem(option, "it belongs to a steady motion", "--at steady"))
+        described = read_scene(path, options)
+        self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
+        points = 1 + (len(sweep[1]) if sweep else 0) + (len(campbell.values) if campbell else 0)
+        with building(described.name):
+            profile = options.pop("profile")
+            self.model: Model = (
+                pipeline.build_for_rest(described, profile, points=points)
+                if self.at in (None, "equilibrium")
+                else pipeline.build(described, real="double", profile=profile)
+            )
+
+    def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
+        """Return the linear model with some parameters changed; searches for equilibria begin at the equilibrium of the
+        model before."""
+        parameters = {**self.parameters, **changes}
+        if isinstance(self.at, float):
+            if self.multiblade is not None:
+                fault = "multiblade coordinates are of a steady motion, and --at names a time of a run"
+                raise UsageError(Problem("--multiblade", fault, "--at steady"))
+            run = self.model.simulate(
+                self.at,
+                parameters=parameters,
+                initial=self.initial,
+                inputs=self.inputs or None,
+                error_estimate=False,
+            )
+            return run.linearize(self.at)
+        from eomgen.products.linear.analyses.parameter_sweeps import state_of  # noqa: PLC0415
+
+        initial: Any = self.initial
+        if before is not None and self.at != "initial":
+            initial = state_of(before) or initial
+        given: dict[str, Any] = {"parameters": parameters, "t": self.time, "u": self.inputs or None}
+        if self.velocities or self.held:
+            # checked there
+            result = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
+            given = {"parameters": parameters, "u": given["u"], "multiblade": self.multiblade}
+            return self.model.linearize(at=result, **given)
+        given["multiblade"] = self.multiblade
+        return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
+
+    def campbell(self, wanted: CampbellRequest, lin: Linearization) -> tuple[Campbell | None, str]:
+        """Return the Campbell diagram, as much of it as was computed, and a line that reports Ctrl-C."""
+        given: dict[str, Any] = {"parameters": self.parameters, "initial": self.initial or None, "t": self.time}
+        motion = {name: value for name, value in self.velocities.items() if name != wanted.speed}
+        at = {"at": self.at} if wanted.speed in self.model.parameters else {}
+        given |= {"velocities": motion, "coordinates": self.held, "u": self.inputs or None}
+        given |= {"multiblade": self.multiblade, "reference": lin}
+        try:
+            result = wanted.diagram(self.model, **given, **at)
+        except KeyboardInterrupt:
+            return None, wanted.interruption(None)
+        return result, wanted.interruption(result) if result.interrupted else ""
+
+    def roots(self, parameter: str, values: list[float]) -> tuple[RootLocus | None, str]:
+        """Return the root locus, as much of it as was computed, and a line that reports Ctrl-C."""
+        from eomgen.base.progress import shown  # noqa: PLC0415
+        from eomgen.products.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
+
+        def linearized(value: float, last: Linearization | None) -> Linearization:
+            return self.linearized({parameter: value}, last)
+
+        try:
+            with shown(True, f"{self.model.name}: roots over {parameter}") as report:
+                locus = root_locus(parameter, values, linearized, report)
+        except KeyboardInterrupt:
+            return None, "interrupted before there was a root locus"
+        counted_values = f"{len(locus.values)} of {len(values)} values of {parameter}"
+        return locus, f"interrupted: the root locus has {counted_values}" if locus.interrupted else ""
+
+    def written(
+        self,
+        lin: Linearization,
+        data: dict[str, Any],
+        folder: Path,
+        locus: RootLocus | None,
+        pairs: Sequence[tuple[str, str]],
+        band: tuple[float, float] | None,
+    ) -> list[Path]:
+        """Write everything that is wanted; computed before the first file is made."""
+        import numpy as np  # noqa: PLC0415
+
+        from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
+        from eomgen.products.linear import files as linear_files  # noqa: PLC0415
+        from eomgen.products.linear import plots  # noqa: PLC0415
+
+        name, modes = self.model.name, lin.modes()
+        frequencies = np.geomspace(*(band or modes.band), _POINTS) if pairs else np.zeros(0)
+        responses = {pair: lin.frequency_response(2.0 * math.pi * frequencies, *pair) for pair in pairs}
+        make_folder(folder)
+        write_text(folder / "modes.json", json_text(data) + "\n")
+        files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
+        files.append(linear_files.write_matrices(lin, name, folder / "matrices.npz"))
+        if len(modes):
+            files.append(plots.draw_modes(modes, name, folder / "modes.png"))
+        if np.any(modes.oscillating) and (self.model.description.exact_beams or self.model.library.layout["axes"]):
+            files += self._shapes(lin, modes, folder / "mode_shapes.png")
+        if locus is not None:
+            units = {item.name: item.unit for item in self.model.scene.parameters}
+            files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
+            files.append(plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
+        if responses:
+            files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
+            files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
+        return files
+
+    def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> list[Path]:
+        """Draw the slowest oscillating modes of a machine with beams."""
+        import numpy as np  # noqa: PLC0415
+
+        shown = np.flatnonzero(modes.oscillating)
+        titles = [f"mode {k + 1}: {modes.frequency[k]:.4g} Hz undamped" for k in shown]
+        p = self.model.parameter_array(self.parameters)
+        shapes = modes.shapes[:, shown].real
+        if lin.multiblade is not None:
+            shapes = lin.multiblade.components @ shapes
+        draw = object_of("eomgen.pictures", "modes")
+        return [draw(self.model, lin.reference.q, lin.reference.t, p, shapes, titles, path)] if draw else []
+
+
+def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
+    """Print the ride on random roads, and the crossings of a Campbell diagram with orders."""
+    if table is not None:
+        numeric = tuple(range(1, len(table.headings)))
+        print_table("root mean squares on random roads", table.headings, table.rows, numeric=numeric)
+    if diagram is not None:
+        from eomgen.products.linear.campbell_plot import numbering  # noqa: PLC0415
+
+        if not diagram.orders:
+            say(f"no orders: {diagram.parameter} is not a speed of rotation (unit {diagram.unit or 'not given'})")
+            return
+        words = f"crossings with orders; modes: {numbering(diagram)}"
+        print_table(words, diagram.headings, diagram.rows, numeric=(0, 1, 2, 3, 4))
+
+
+def _print(lin: Linearization, name: str) -> None:
+    from eomgen.products.linear.plots import degrees, oscillating_first  # noqa: PLC0415
+
+    modes = lin.modes()
+    rows = []
+    shown = oscillating_first(modes, _SHOWN)[:_SHOWN]
+    for k in shown:
+        value, zero = modes.eigenvalues[k], abs(modes.eigenvalues[k]) <= modes.uncertainty[k]
+        shape = ", ".join(
+            f"{coordinate} {abs(x):.3g}" + (f" at {degrees(x)}°" if degrees(x) else "")
+            for coordinate, x in modes.dominant(k)
+        )
+        oscillating = bool(modes.oscillating[k])
+        rows.append(
+            (
+                k + 1,
+                f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else "",
+                "" if zero else _small(float(modes.damping_ratio[k])),
+                (
+                    "0"
+                    if zero
+                    else _real(value.real, modes.uncertainty[k]) + (f" ± {value.imag:.9g}j" if oscillating else "")
+                ),
+                shape,
+            )
+        )
+    about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
+    print_table(
+        about,
+        ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"),
+        rows,
+        numeric=(0, 1, 2, 3),
+    )
+    if len(modes) > _SHOWN:
+        hidden = set(range(len(modes))) - set(shown)
+        hidden_oscillations = sum(bool(modes.oscillating[k]) for k in hidden)
+        decays = len(hidden) - hidden_oscillations
+        say(f"{len(hidden)} more with --json: {hidden_oscillations} that oscillate, {decays} that do not")
+
+
+def _real(part: float, uncertainty: float) -> str:
+    return "0" if abs(part) <= uncertainty else f"{part:.9g}"
+
+
+def _small(ratio: float) -> str:
+    return "0" if abs(ratio) < 1e-9 else f"{ratio:.6g}"
+
+
+def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
+    """Return groups of equal names by rotor; None without a text."""
+    groups: dict[str, list[tuple[str, ...]]] = {}
+    for text in texts:
+        rotor, colon, names = text.partition(":")
+        group = tuple(name.strip() for name in names.split(","))
+        if not colon or not rotor.strip() or not all(group):
+            fault = "a rotor and its blades are needed"
+            raise UsageError(Problem(f"--multiblade {text}", fault, "--multiblade spin:flap_1,flap_2,flap_3"))
+        groups.setdefault(rotor.strip(), []).append(group)
+    return groups or None
+
+
+def _closing(lin: Linearization, folder: str | None, files: Sequence[Path]) -> str:
+    """Return the last lines: stability, multiblade coordinates, files."""
+    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
+    return "\n".join(filter(None, (_said(lin), str(lin.multiblade or ""), written)))
+
+
+def _said(lin: Linearization) -> str:
+    import numpy as np  # noqa: PLC0415
+
+    modes = lin.modes()
+    if not len(modes.eigenvalues):
+        return "no mode: drives and constraints determine the whole motion"
+    # steady motions and equilibria keep the linear model, states that accelerate leave the point of linearization
+    accelerating = np.abs(lin.reference.a).max(initial=0.0) > 1e-9
+    frozen = f", frozen at t = {lin.reference.t:.6g} s in a state that accelerates" if accelerating else ""
+    match modes.stability:
+        case "stable":
+            slowest = -float(max(modes.eigenvalues.real))
+            return f"stable{frozen}: every mode decays, the slowest with e^(-{slowest:.4g} t)"
+        case "unstable":
+            k = int(modes.eigenvalues.real.argmax())
+            return f"unstable{frozen}: mode {k + 1} grows with e^({modes.eigenvalues[k].real:.4g} t)"
+        case _:
+            count = int(sum(abs(modes.eigenvalues.real) <= modes.uncertainty))
+            return f"neither stable nor unstable{frozen}: {counted(count, 'mode')} without decay or growth"
+
+
+def _state(text: str | None) -> str | float | None:
+    """Return a word, or a time in s."""
+    if text is None or text in ("equilibrium", "steady", "initial"):
+        return text
+    try:
+        time = float(text)
+    except ValueError:
+        hint = "--at equilibrium, --at steady, --at initial, or --at 2.5"
+        raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time", hint)) from None
+    if not (math.isfinite(time) and time > 0.0):
+        raise UsageError(
+            Problem(f"--at {text}", "a run that leads there needs a positive time", "--at initial, or --at 2.5")
+        )
+    return time
+
+
+#: Hints on units of pictures, by option.
+_OF_PICTURES = {"--campbell": "; --speed-unit rpm draws speeds in rpm"}
+
+
+def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[float]] | None:
+    """Return the name of a parameter and the values of the parameter."""
+    if text is None:
+        return None
+    name, equals, rest = text.partition("=")
+    parts = rest.split(":")
+    logarithmic = len(parts) == 4 and parts[3] == "log"
+    hint = f"{option} damping=10:1000:40, or damping=10:1000:40:log"
+    try:
+        if not equals or not name.strip() or not (len(parts) == 3 or logarithmic):
+            raise ValueError
+        first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
+    except ValueError:
+        fault = "a parameter, two values and their number are needed"
+        if any(letter.isalpha() for letter in "".join(parts[:2]).replace("e", "")):
+            hint += f", in the unit of the parameter{_OF_PICTURES.get(option, '')}"
+            fault = f"{fault}, and values have no units"
+        raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
+    if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
+        raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed", hint))
+    if logarithmic and not (first > 0.0 and last > 0.0):
+        raise UsageError(Problem(f"{option} {text}", "values in equal ratios must be positive", "values without :log"))
+    steps = [k / (count - 1) for k in range(count)]
+    if logarithmic:
+        return name.strip(), [first * (last / first) ** s for s in steps]
+    return name.strip(), [first + (last - first) * s for s in steps]
+
+
+def _check_increasing(name: str, values: Sequence[float]) -> None:
+    first, last = values[0], values[-1]
+    if last <= first:
+        least, most = (last, first) if last < first else (0.0, 300.0)
+        fault = f"the values go from {first:.6g} to {last:.6g}, and have to increase"
+        example = f"--campbell {name}={least:.6g}:{most:.6g}:{len(values)}"
+        raise UsageError(Problem(f"--campbell {name}", fault, example))
+
+
+def _pair(text: str) -> tuple[str, str]:
+    of_input, colon, output = text.partition(":")
+    if not colon or not of_input.strip() or not output.strip():
+        raise UsageError(
+            Problem(f"--response {text}", "an input and an output are needed", "--response road:body_acceleration")
+        )
+    return of_input.strip(), output.strip()
+
+
+def _draws_campbell_alone(options: Mapping[str, Any]) -> bool:
+    return options["diagram"] is not None and not (options["responses"] or options["rides"])
+
+
+def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] | None:
+    """Return the limits of ``--band`` in Hz; the picture of a Campbell diagram may begin at 0."""
+    if text is None:
+        return None
+    try:
+        low, high = (float(part) for part in text.split(":"))
+    except ValueError:
+        low = high = math.nan
+    least = "frequencies in Hz from 0 on" if from_zero else "positive frequencies in Hz"
+    if not (low > 0.0 or (from_zero and low == 0.0)) or not low < high < math.inf:
+        hint = "--band 0:5" if from_zero else "--band 0.1:50"
+        raise UsageError(Problem(f"--band {text}", f"two {least} are needed, the lower first", hint))
+    return low, high

@@ -1,0 +1,171 @@
+"""Controllability and observability of a linear model of first order: the test of Popov, Belevitch and Hautus.
+
+A mode with the eigenvalue s is uncontrollable if [A - s 1, B] loses rank, and unobservable if [A - s 1; C] does.
+The states that dominate a mode follow from participation factors, which are invariant under units (I. J.
+Perez-Arriaga, G. C. Verghese and F. C. Schweppe, Selective modal analysis with applications to electric power systems,
+IEEE Transactions on Power Apparatus and Systems 101, 1982).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.errors import ModelError
+from eomgen.products.linear.control.plant import distinct, in_words
+from eomgen.products.linear.modes import balance
+
+#: Distance from the border of stability, as a share of the largest eigenvalue, up to which an eigenvalue counts as on
+#: the border.
+_ON_BORDER = 1e-7
+#: A singular value below this share of the largest is none.
+_RANK = 1e-9
+#: A column of a square root below this share of the longest is rounding.
+_ROUNDING = 1e-7
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """The free motion of a linear model: sdot = A s, or s[k+1] = A s[k] for a sampled model.
+
+    Attributes
+    ----------
+    A : (ns, ns)
+    states : names
+    sample : s between two samples; None in continuous time
+    """
+
+    A: Array
+    states: tuple[str, ...]
+    sample: float | None = None
+
+    @property
+    def rate(self) -> float:
+        """Scale of eigenvalues: the largest; 1 if the model is sampled."""
+        if self.sample is not None or not len(self.A):
+            return 1.0
+        return float(np.max(np.abs(np.linalg.eigvals(self.A)))) or 1.0
+
+    @property
+    def dual(self) -> Dynamics:
+        """The dual model with A^T: modes unobservable in outputs are uncontrollable there."""
+        return Dynamics(self.A.T, self.states, self.sample)
+
+    def growth(self, value: complex) -> float:
+        """Return the distance of an eigenvalue beyond the border of stability, as a share of ``rate``."""
+        return value.real / self.rate if self.sample is None else abs(value) - 1.0
+
+
+def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
+    """Raise ModelError, with the name of the motion, if a motion that does not decay is out of the actuators' reach."""
+    if worst := _worst(dynamics, _lost(dynamics, B)):
+        fault = f"{worst} cannot be stabilised: no actuator moves it"
+        raise ModelError(fault, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
+
+
+def check_controllable(dynamics: Dynamics, B: Array) -> None:
+    """Raise ModelError if a motion is out of the actuators' reach, decaying or not."""
+    lost = _lost(dynamics, B)
+    if lost:
+        fault = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
+        raise ModelError(fault, "an actuator that works on it, or lqr, which leaves it as it is")
+
+
+def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
+    """Raise ModelError, with the name of the motion, if a motion that does not decay is unobservable in the
+    measurements."""
+    if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
+        fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
+        raise ModelError(fault, "a measured signal that it moves")
+
+
+def check_weighted(dynamics: Dynamics, root: Array) -> None:
+    """Raise ModelError if a motion on the border of stability has no cost: optimal control would leave the motion
+    there.
+
+    Parameters
+    ----------
+    dynamics : cross terms of the cost taken off
+    root : (r, ns) with root^T root the weight of the state
+    """
+    if mode := _unseen_on_border(dynamics, root):
+        fault = f"{mode} has zero weight, so optimal control would leave it as it is"
+        raise ModelError(fault, "a weight on a state or an output that it moves")
+
+
+def check_driven(dynamics: Dynamics, root: Array) -> None:
+    """Raise ModelError if noise does not drive a motion on the border of stability: the gain of this motion would be
+    zero.
+
+    Parameters
+    ----------
+    dynamics : of the dual model, with the transpose of A; the part correlated with measurement noise subtracted
+    root : (r, ns) with root^T root the intensity of the noise
+    """
+    if mode := _unseen_on_border(dynamics, root):
+        fault = f"no noise moves {mode} so the best observer would not correct it"
+        raise ModelError(fault, "noise on a disturbance, an input or a state that moves it")
+
+
+def check_observable(dynamics: Dynamics, C: Array) -> None:
+    """Raise ModelError if a motion is unobservable, decaying or not; of the dual model, C transposed."""
+    lost = _lost(dynamics, C)
+    if lost:
+        of = described(dynamics, lost[0])
+        fault = f"the error of the estimate of {of} cannot be placed: nothing measured shows it"
+        raise ModelError(fault, "a measured signal that it moves, or kalman, which leaves it as it is")
+
+
+def _worst(dynamics: Dynamics, lost: Sequence[complex]) -> str:
+    """Return the fastest growing of those motions that do not decay; empty for none."""
+    lasting = [value for value in lost if dynamics.growth(value) > -_ON_BORDER]
+    return described(dynamics, max(lasting, key=dynamics.growth)) if lasting else ""
+
+
+def _unseen_on_border(dynamics: Dynamics, root: Array) -> str:
+    """Return the first motion on the border of stability that a square root (r, ns) does not see; empty for none."""
+    for value in _lost(dynamics.dual, root.T, math.sqrt(_RANK), _ROUNDING):
+        if abs(dynamics.growth(value)) <= _ON_BORDER:
+            return described(dynamics, value)
+    return ""
+
+
+def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0) -> list[complex]:
+    """Return the eigenvalues of the modes that the columns of B do not reach, one of each pair.
+
+    Columns shorter than a ``negligible`` share of the longest count as zero.
+    """
+    if not len(dynamics.A):
+        return []
+    A, scales = balance(dynamics.A, permute=False)
+    b = B / np.diag(scales)[:, np.newaxis]
+    sizes = np.linalg.norm(b, axis=0)
+    kept = sizes > negligible * np.max(sizes, initial=0.0)
+    b = b[:, kept] / sizes[kept]
+    norm = float(np.linalg.norm(A, 2)) or 1.0
+    lost = []
+    for value in distinct(np.linalg.eigvals(A / norm)):
+        pencil = np.hstack([A / norm - value * np.eye(len(A)), b])
+        if np.linalg.svd(pencil, compute_uv=False)[-1] < tolerance:
+            lost.append(norm * value)
+    return lost
+
+
+def described(dynamics: Dynamics, value: complex) -> str:
+    """Return a mode in words: frequency, growth, and the dominating states."""
+    decomposed: Any = scipy.linalg.eig(dynamics.A, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = decomposed
+    k = int(np.argmin(np.abs(values - value)))
+    shares = np.abs(left[:, k] * right[:, k])
+    order = np.argsort(-shares, kind="stable")[:2]
+    movers = [dynamics.states[j] for j in order if shares[j] > 0.3 * shares[order[0]]]
+    if dynamics.sample is not None:
+        value = complex(np.log(complex(value))) / dynamics.sample
+    axis = _ON_BORDER * dynamics.rate if dynamics.sample is None else _ON_BORDER / dynamics.sample
+    return in_words(value, movers, axis)

@@ -1,0 +1,141 @@
+"""Regulators, observers and output feedback in a notebook: parts of pages, units and references of signals; and figures
+of stability margins, open loops in the complex plane."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, TypedDict
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array
+from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.html import page, table
+from eomgen.products.linear.control.margins import Margins
+from eomgen.products.linear.state_space import KINDS, StateSpace
+
+
+def gains_html(space: StateSpace, gains: Array, columns: Sequence[str]) -> str:
+    """Return gains (ns, number of columns), a row for each state."""
+    rows = [
+        (name, space.unit("states", name), *(f"{value:.6g}" for value in row))
+        for name, row in zip(space.states, gains, strict=True)
+    ]
+    return table(("gain", "unit of the state", *columns), rows)
+
+
+def deviations_html(space: StateSpace, deviations: Mapping[str, float]) -> str:
+    """Return the standard deviations of the errors of estimates by state."""
+    rows = [(name, f"{size:.4g}", space.unit("states", name)) for name, size in deviations.items()]
+    return table(("estimate of", "standard deviation of its error", "unit"), rows)
+
+
+def margins_html(margins: Mapping[str, Margins]) -> str:
+    """Return the margins of each loop."""
+    rows = [
+        (
+            name,
+            f"{item.gain_reduction:.4g} to {item.gain_margin:.4g}",
+            f"{item.phase_margin:.4g}",
+            f"{item.delay_margin:.4g}",
+            f"{item.modulus_margin:.4g}",
+        )
+        for name, item in margins.items()
+    ]
+    return table(("loop at", "gain", "phase, °", "delay, s", "modulus"), rows)
+
+
+def eigenvalues_html(title: str, space: StateSpace) -> str:
+    """Return the eigenvalues of a model, one of each pair."""
+    upper = [complex(value) for value in space.eigenvalues if value.imag >= 0.0]
+    unit = "1/s" if space.sample is None else "from sample to sample"
+    rows = [(f"{value.real:.6g}" + (f" ± {value.imag:.6g}j" if value.imag else ""),) for value in upper]
+    return page(f"{title}, {space.stability}", table((f"eigenvalue, {unit}",), rows))
+
+
+class SignalLabels(TypedDict):
+    """Units and references of signals by kind, as of a ``StateSpace``."""
+
+    units: dict[str, tuple[str, ...]]
+    references: dict[str, Array]
+
+
+def labels(space: StateSpace, kind: str, names: Sequence[str]) -> list[tuple[str, float]]:
+    """Return the unit and the reference of each of some signals of a kind."""
+    return [(space.unit(kind, name), space.reference(kind, name)) for name in names]
+
+
+def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]) -> SignalLabels:
+    """Return the labels of a model's signals with more appended to some kinds."""
+    units, references = {}, {}
+    for kind in KINDS:
+        every = [*labels(space, kind, getattr(space, kind)), *more.get(kind, ())]
+        units[kind] = tuple(unit for unit, _ in every)
+        references[kind] = np.array([reference for _, reference in every], dtype=float)
+    return {"units": units, "references": references}
+
+
+_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
+_REACH = 2.6
+#: Frequencies that are written along a loop, and the least distance of two of them.
+_NAMED, _APART = 4, 0.8
+
+
+def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[Any]:
+    """Draw the loop at each input, with the point -1, the unit circle and the circle of the modulus margin about -1.
+
+    Rings with frequencies, and an arrow towards higher frequencies, give the direction of each curve. Limits hold -1
+    and the unit circle; a loop that is larger leaves the frame, and the legend says so.
+    """
+    names = list(margins)
+    given = pyplot_figure((5.2 * len(names), 5.7)).subplots(1, len(names), squeeze=False) if axes is None else axes
+    drawn = axes_of_caller("plot", given, names)
+    turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
+    for axis, (name, item) in zip(drawn, margins.items(), strict=True):
+        near = np.where(np.abs(item.loop) < 4.0 * _REACH, item.loop, np.nan)
+        inside = np.maximum(np.abs(item.loop.real), np.abs(item.loop.imag)) < _REACH
+        curve = "open loop" if np.all(inside) else "open loop, which leaves the frame"
+        axis.plot(near.real, near.imag, color="#0B62C4", linewidth=1.5, label=curve)
+        mirrored = {"linewidth": 0.8, "linestyle": (0, (4, 3)), "label": "at negative frequencies"}
+        axis.plot(near.real, -near.imag, color="#0B62C4", **mirrored)
+        axis.plot(turn.real, turn.imag, color="#777777", linewidth=0.8, label="unit circle")
+        around = -1.0 + item.modulus_margin * turn
+        nearest = f"modulus margin {item.modulus_margin:.3g}: least distance from -1"
+        axis.plot(around.real, around.imag, color="#C4430B", linewidth=0.9, label=nearest)
+        limit = {"marker": "+", "color": "#C4430B", "markersize": 9, "linestyle": "none"}
+        axis.plot([-1.0], [0.0], label="-1: limit of stability", **limit)
+        axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal", xlabel="real part")
+        axis.set_ylabel("imaginary part")
+        _directed(axis, item, inside)
+        gain = f"stable for gains times {item.gain_reduction:.3g} to {item.gain_margin:.3g}"
+        said = f"phase margin {item.phase_margin:.3g}°, delay margin {1e3 * item.delay_margin:.3g} ms"
+        axis.set_title(f"open loop at {name}\n{gain}\n{said}", fontsize=9, loc="left")
+        axis.legend(loc="upper right", fontsize=7.5)
+        axis.grid(True, **_GRID)
+        axis.set_axisbelow(True)
+    return drawn
+
+
+def _directed(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> None:
+    """Write frequencies along a loop, and draw an arrow towards higher frequencies.
+
+    Parameters
+    ----------
+    inside : (n,) whether the points of the loop are within the frame
+    """
+    places: list[int] = []
+    for k in np.flatnonzero(inside).tolist():
+        if len(places) < _NAMED and all(abs(item.loop[k] - item.loop[one]) > _APART for one in places):
+            places.append(k)
+    look: dict[str, Any] = {"fontsize": 7, "color": "#0B62C4", "textcoords": "offset points"}
+    for k in places:
+        point = item.loop[k]
+        axis.plot([point.real], [point.imag], "o", color="#0B62C4", markersize=3.5)
+        text = f"{item.frequencies[k] / (2.0 * np.pi):.3g} Hz"
+        axis.annotate(text, (point.real, point.imag), (2, -11), **look)
+    for k in places[:2][-1:]:
+        step = next((j for j in range(k + 1, len(inside)) if abs(item.loop[j] - item.loop[k]) > 0.5 * _APART), None)
+        if step is not None:
+            ends = [(value.real, value.imag) for value in (item.loop[step], item.loop[k])]
+            axis.annotate("", *ends, arrowprops={"arrowstyle": "-|>", "color": "#0B62C4", "mutation_scale": 14})

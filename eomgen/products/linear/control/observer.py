@@ -1,0 +1,301 @@
+"""Observers of the whole state of a linear model: the Kalman-Bucy filter; sampled, the Kalman filter.
+
+sdot = A s + B u + G w, y = C s + D u + F w + n with white noise w and n; the estimate follows e' = A e + B u + L (y -
+C e - D u). Sampled, the estimate predicted from the sample before is corrected by M (y - C e - D u). (B. D. O.
+Anderson and J. B. Moore, Optimal Filtering, 1979.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import NoReturn
+
+import numpy as np
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.calls import checked_call, checked_calls, not_unpacked
+from eomgen.base.data import dataclass, replace
+from eomgen.base.html import page
+from eomgen.base.messages import shown
+from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
+from eomgen.products.linear.control.notebook import deviations_html, eigenvalues_html, gains_html
+from eomgen.products.linear.control.regulator import optimal_gains, placed_gains
+from eomgen.products.linear.control.riccati_equation import sampled_solution, without_cross_terms
+from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
+from eomgen.products.linear.sampling import discretized, noise_over_a_sample
+from eomgen.products.linear.state_space import HasStateSpace, StateSpace, spelled, state_space_of
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False)
+class Observer:
+    """An estimate of the whole state from measurements.
+
+    Attributes
+    ----------
+    space : the observed model; sampled if the observer is
+    measured : names of outputs, or of states
+    gains : (ns, number of measured) L; of a sampled observer M
+    covariance : (ns, ns) of the error of the estimate, sampled right after a measurement; None of placed eigenvalues
+    """
+
+    space: StateSpace
+    measured: tuple[str, ...]
+    gains: Array
+    covariance: Array | None = None
+
+    def __iter__(self) -> NoReturn:
+        raise not_unpacked(self, "observer = ..., and observer.gains, observer.covariance, observer.error.eigenvalues")
+
+    def __repr__(self) -> str:
+        decay = f"the slowest error decays at {self.error.decay:.4g} 1/s"
+        return f"<Observer{self.space.when}: {len(self.space.states)} states from {', '.join(self.measured)}; {decay}>"
+
+    def _repr_html_(self) -> str:
+        gains = gains_html(self.space, self.gains, self.measured)
+        deviations = deviations_html(self.space, self.deviations)
+        return page(f"Observer{self.space.when}", gains, deviations, eigenvalues_html("error", self.error))
+
+    @cached_property
+    def C(self) -> Array:
+        """(number of measured, ns) output matrix of the measurements."""
+        return np.array([row_of(self.space, name)[0] for name in self.measured])
+
+    @cached_property
+    def D(self) -> Array:
+        """(number of measured, nu) feedthrough matrix of the measurements."""
+        return np.array([row_of(self.space, name)[1] for name in self.measured])
+
+    @cached_property
+    def error(self) -> StateSpace:
+        """How the error of the estimate moves, without noise."""
+        space, nothing = self.space, np.zeros((len(self.space.states), 0))
+        correction = self.gains if space.sample is None else space.A @ self.gains
+        A, none = space.A - correction @ self.C, np.zeros((0, 0))
+        return StateSpace(A, nothing, nothing, nothing.T, none, none, space.states, (), (), (), sample=space.sample)
+
+    @property
+    def eigenvalues(self) -> Complex:
+        """(ns,) of the error; see ``StateSpace.eigenvalues``."""
+        return self.error.eigenvalues
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """Standard deviation of the error of each state's estimate; none of placed eigenvalues."""
+        if self.covariance is None:
+            return {}
+        return dict(zip(self.space.states, np.sqrt(np.maximum(np.diag(self.covariance), 0.0)).tolist(), strict=True))
+
+
+@checked_call()
+def kalman(
+    space: StateSpace | HasStateSpace,
+    noise: Weighted,
+    measurement_noise: Mapping[str, float],
+    *,
+    inputs: Sequence[str] = (),
+    sample: float | str | None = None,
+    delay: float | str = 0.0,
+) -> Observer:
+    """Return the observer with the least error in the mean square.
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        The linear model.
+    noise : mapping or array_like
+        Intensities of white noise by disturbance, input or state: two-sided spectral densities, unit^2 s, half of the
+        one-sided ones per Hz. Or a matrix (nw, nw) of intensities over the disturbances. For a sampled model: variances
+        of values held over a sample.
+    measurement_noise : mapping
+        Measurements, outputs or states by name, and the intensity of the noise of each; of a sampled observer the
+        variance of the error of each sample.
+    inputs : sequence of str, optional
+        Inputs known to the observer; all by default.
+    sample : float or str, optional
+        Of a sampled observer: the time between two measurements, s, or a text with a unit.
+    delay : float or str, optional
+        From a sample to when inputs take effect, as of the regulator.
+
+    Returns
+    -------
+    Observer
+        Gains, covariance of the error, and the observer as a state space.
+
+    Raises
+    ------
+    UsageError
+        Unknown names, negative intensities, measurements without noise, or, for a sampled observer, measurements that
+        contain white noise.
+    ModelError
+        A motion that does not decay and is unobservable; one that neither grows nor decays without
+        noise.
+    NumericalError
+        No solution of Riccati's equation with a relative residual below 1e-10.
+
+    Examples
+    --------
+    >>> from eomgen.control import kalman
+    >>> car = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0)
+    >>> seen = kalman(car, {"road": 1e-4}, {"suspension_travel": 1e-8})
+    >>> seen.measured, seen.gains.shape
+    (('suspension_travel',), (4, 1))
+    """
+    space = state_space_of(space)
+    known = controlled_by(space, tuple(inputs)) if space.inputs else space
+    measured, V = _measured(known, measurement_noise)
+    G, F, W = _noise(known, noise, measured)
+    if sample is not None:
+        continuous, own = known, len(known.states)
+        known = discretized(known, sample, delay)
+        _refuse_white_measurements(measured, F, W)
+        intensity = np.zeros((len(known.states),) * 2)
+        intensity[:own, :own] = noise_over_a_sample(continuous.A, G @ W @ G.T, float(known.sample or 0.0))
+        F = np.zeros((len(measured), 1))
+        joined, cross = intensity, np.zeros((len(known.states), len(measured)))
+    else:
+        joined, cross = G @ W @ G.T, G @ W @ F.T
+    observer = _without_gains(known, measured)
+    dynamics = Dynamics(known.A, known.states, known.sample)
+    check_detectable(dynamics, observer.C, measured)
+    V = V + F @ W @ F.T if sample is None else V
+    if known.sample is None:
+        dual = replace(dynamics, A=known.A.T)
+        gains, P = optimal_gains(Weights(joined, V, cross), observer.C.T, dual, check_driven)
+        return replace(observer, gains=gains.T, covariance=P)
+    if np.any(cross):
+        _refuse_white_measurements(measured, F, W)
+    _, root = without_cross_terms(joined, np.zeros((len(joined), 0)))
+    check_driven(replace(dynamics, A=known.A.T), root)
+    before, _, _ = sampled_solution(known.A.T, observer.C.T, joined, V, np.zeros_like(cross))
+    spread = observer.C @ before @ observer.C.T + V
+    M = np.asarray(np.linalg.solve(spread, observer.C @ before).T, dtype=float)
+    left = np.eye(len(before)) - M @ observer.C
+    return replace(observer, gains=M, covariance=left @ before @ left.T + M @ V @ M.T)
+
+
+@checked_call()
+def place_observer(
+    space: StateSpace | HasStateSpace,
+    poles: Sequence[complex],
+    measured: Sequence[str],
+    *,
+    inputs: Sequence[str] = (),
+    sample: float | str | None = None,
+    delay: float | str = 0.0,
+) -> Observer:
+    """Return the observer with given eigenvalues of the error of the estimate.
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        The linear model.
+    poles : sequence of complex
+        Eigenvalues of the error, as of ``place``.
+    measured : sequence of str
+        Names of outputs or states.
+    inputs : sequence of str, optional
+        Inputs known to the observer; all by default.
+    sample, delay : float or str, optional
+        As of ``kalman``.
+
+    Returns
+    -------
+    Observer
+        Gains, and the observer as a state space.
+
+    Raises
+    ------
+    UsageError
+        Names that there are not; poles as of ``place``.
+    ModelError
+        An unobservable motion.
+    NumericalError
+        Poles that are not reached to 1e-6, or a sampled model with delays, whose error has zero eigenvalues.
+
+    Examples
+    --------
+    >>> from eomgen.control import place_observer
+    >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+    >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+    >>> seen = place_observer(eomgen.build(cart.build()).linearize(at="initial"), [-2.0, -3.0], ["rail"])
+    >>> seen.gains.round(6).ravel()                    # 2 + 3, and 2 * 3
+    array([5., 6.])
+    """
+    space = state_space_of(space)
+    known = controlled_by(space, tuple(inputs)) if space.inputs else space
+    wanted = np.asarray(poles, dtype=complex)
+    if sample is not None:
+        known = discretized(known, sample, delay)
+        wanted = np.exp(wanted * known.sample)
+    names = tuple(measured)
+    observer = _without_gains(known, names)
+    # sampled: A M corrects the prediction, so C A stands for C
+    C = observer.C if known.sample is None else observer.C @ known.A
+    gains = placed_gains(C.T, wanted, Dynamics(known.A.T, known.states, known.sample), check_observable).T
+    return replace(observer, gains=gains)
+
+
+def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
+    """Return an observer with gains still to be computed.
+
+    Raises UsageError if a sample depends on the input of the same sample: an input with direct feedthrough.
+    """
+    observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
+    if space.sample is not None and np.any(observer.D):
+        name = measured[int(np.argwhere(np.any(observer.D, axis=1))[0, 0])]
+        fault = f"{name} depends on an input at the same instant, and the input follows from what is measured"
+        raise UsageError(Problem("measured", fault, "a delay of the inputs, or another signal"))
+    return observer
+
+
+def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
+    """Return the names of the measurements, and the matrix of intensities of their noise."""
+    if not isinstance(noise, Mapping) or not noise:
+        fault = "no measured signal is named"
+        raise UsageError(Problem("measurement_noise", fault, '{"angle": 1e-6}, an output or a state each'))
+    for name, value in noise.items():
+        row_of(space, name)
+        if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating) or not value > 0.0:
+            fault = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact"
+            raise UsageError(Problem("measurement_noise", fault, "a number above zero"))
+    names = tuple(spelled(name, (*space.outputs, *space.states)) for name in noise)
+    return names, np.diag(np.array(list(noise.values()), dtype=float))
+
+
+def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple[Array, Array, Array]:
+    """Return the noise matrices of the states (ns, nw) and measurements (ny, nw), and the intensity (nw, nw)."""
+    ns, outputs = len(space.states), [name for name in measured if name in space.outputs]
+    into = {name: (space.E[:, k], space.F[:, k]) for k, name in enumerate(space.disturbances)}
+    if not isinstance(noise, Mapping):
+        names: Sequence[str] = space.disturbances
+        W = weight("the noise", noise, len(names))
+    else:
+        into |= {name: (space.B[:, k], space.D[:, k]) for k, name in enumerate(space.inputs)}
+        units = zip(space.states, np.eye(ns), strict=True)
+        into = {name: (unit, np.zeros(len(space.outputs))) for name, unit in units} | into
+        noise = {spelled(name, tuple(into)): value for name, value in noise.items()}
+        names = tuple(noise)
+        for name in names:
+            if name not in into:
+                fault = f"there is no disturbance, input or state {shown(name)}"
+                raise UsageError(Problem("noise", fault, near(str(name), tuple(into))))
+        W = np.diag([number("noise", name, noise[name]) for name in names])
+    G, F = np.zeros((ns, len(names))), np.zeros((len(measured), len(names)))
+    for column, name in enumerate(names):
+        G[:, column], of_outputs = into[name]
+        for row, output in enumerate(measured):
+            if output in outputs:
+                F[row, column] = of_outputs[space.outputs.index(output)]
+    return G, F, W
+
+
+def _refuse_white_measurements(measured: Sequence[str], F: Array, W: Array) -> None:
+    """Raise UsageError if a measured signal contains white noise that drives the model."""
+    for name, row in zip(measured, F @ W, strict=True):
+        if np.any(row):
+            fault = f"{name} contains white noise itself, and its value at a sample would be infinite"
+            hint = "a shaping filter between the noise and the model, or another signal"
+            raise UsageError(Problem("kalman", fault, hint))

@@ -1,0 +1,406 @@
+"""Feedback of the whole state of a linear model: optimal for a quadratic cost, or with eigenvalues that are asked for.
+
+The state holds internal states, also of actuators and of shaping filters. With J = int s^T Q s +
+2 s^T N u + u^T R u dt the gain of u = -G s is G = R^-1 (B^T P + N^T); P solves Riccati's equation (B. D. O.
+Anderson and J. B. Moore, Optimal Control: Linear Quadratic Methods, 1990). A sampled regulator minimises the same
+integral with inputs that are held, or the sum over samples of a model that is sampled already.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.data import dataclass, replace
+from eomgen.base.html import page
+from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.products.linear.control.controllability import (
+    Dynamics,
+    check_controllable,
+    check_stabilisable,
+    check_weighted,
+)
+from eomgen.products.linear.control.margins import Margins, margins_of
+from eomgen.products.linear.control.notebook import (
+    eigenvalues_html,
+    gains_html,
+    labels,
+    margins_html,
+    plot_margins,
+    with_more,
+)
+from eomgen.products.linear.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
+from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
+from eomgen.products.linear.modes import balance
+from eomgen.products.linear.sampling import discretized, sampled_with_cost
+from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_space_of
+
+#: Function that raises an error for excluded motions, given the dynamics and the matrix of actuators or weights.
+Check = Callable[[Dynamics, Array], None]
+_REACHED = 1e-6
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False)
+class Regulator:
+    """Feedback u = -G s of the deviations s of all states from the reference of the linear model.
+
+    Attributes
+    ----------
+    space : the controlled model; sampled if the regulator is. Its inputs are the controlled inputs
+    gains : (nu, ns) G
+    cost_left : (ns, ns) P, s^T P s is the remaining cost of a motion from s; None of placed eigenvalues
+    """
+
+    space: StateSpace
+    gains: Array
+    cost_left: Array | None = None
+
+    if not TYPE_CHECKING:  # type checkers know the attributes
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    def __iter__(self) -> NoReturn:
+        raise not_unpacked(self, "law = ..., and law.gains, law.eigenvalues, law.cost_left")
+
+    def __repr__(self) -> str:
+        return f"<Regulator{self.space.when}: {_said(self.space)}; {self.closed_loop.stability}>"
+
+    def _repr_html_(self) -> str:
+        gains = gains_html(self.space, self.gains.T, self.space.inputs)
+        of_loop = eigenvalues_html("closed loop", self.closed_loop)
+        return page(f"Regulator{self.space.when}: u = -G s", gains, margins_html(self.margins), of_loop)
+
+    def gain(self, input: str, state: str) -> float:
+        """Return the gain of one state in one input.
+
+        Parameters
+        ----------
+        input, state : str
+            Names of a controlled input and of a state.
+
+        Returns
+        -------
+        float
+            Unit of the input per unit of the state; the input is minus gain times deviation of the state.
+
+        Raises
+        ------
+        UsageError
+            An unknown name.
+
+        Examples
+        --------
+        >>> from eomgen.control import lqr
+        >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+        >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+        >>> law = lqr(eomgen.build(cart.build()).linearize(at="initial"), {"rail": 16.0}, {"push": 1.0})
+        >>> round(law.gain("push", "rail"), 6)
+        4.0
+        """
+        for name, known in ((input, self.space.inputs), (state, self.space.states)):
+            if name not in known:
+                raise UsageError(Problem("gain", f"there is no {name!a} among the gains", near(name, known)))
+        return float(self.gains[self.space.inputs.index(input), self.space.states.index(state)])
+
+    @cached_property
+    def closed_loop(self) -> StateSpace:
+        """The controlled model. Inputs add to the feedback, which is among the outputs under the inputs' names."""
+        space = self.space
+        fed_back = [name for name in space.inputs if name not in space.outputs]
+        rows = [space.inputs.index(name) for name in fed_back]
+        return replace(
+            space,
+            A=space.A - space.B @ self.gains,
+            C=np.vstack([space.C - space.D @ self.gains, -self.gains[rows]]),
+            D=np.vstack([space.D, np.eye(len(space.inputs))[rows]]),
+            F=np.vstack([space.F, np.zeros((len(rows), len(space.disturbances)))]),
+            outputs=(*space.outputs, *fed_back),
+            **with_more(space, {"outputs": labels(space, "inputs", fed_back)}),
+        )
+
+    @property
+    def eigenvalues(self) -> Complex:
+        """(ns,) of the closed loop; see ``StateSpace.eigenvalues``."""
+        return self.closed_loop.eigenvalues
+
+    @cached_property
+    def margins(self) -> dict[str, Margins]:
+        """Gain, phase, delay and modulus margins at each input, with the other loops closed, by the input's name."""
+        return margins_of(self.space.A, self.space.B, self.gains, self.space.inputs, self.space.sample)
+
+    def plot(self, axes: object = None) -> list[Any]:
+        """Draw the open loop at each input in the complex plane, with margins, and return the axes of matplotlib.
+
+        Parameters
+        ----------
+        axes : sequence of matplotlib Axes, optional
+            One for each input; a new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One for each input.
+
+        Raises
+        ------
+        UsageError
+            Another number of axes than of inputs.
+
+        Examples
+        --------
+        >>> from eomgen.control import lqr
+        >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+        >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+        >>> law = lqr(eomgen.build(cart.build()).linearize(at="initial"), {"rail": 16.0}, {"push": 1.0})
+        >>> len(law.plot())
+        1
+        """
+        return plot_margins(self.margins, axes)
+
+
+@checked_call()
+def lqr(
+    space: StateSpace | HasStateSpace,
+    Q: Weighted,
+    R: Weighted,
+    N: ArrayLike | None = None,
+    *,
+    inputs: Sequence[str] = (),
+    sample: float | str | None = None,
+    delay: float | str = 0.0,
+) -> Regulator:
+    """Return the feedback of the whole state that minimises int s^T Q s + 2 s^T N u + u^T R u dt.
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        The linear model.
+    Q : mapping or array_like
+        Weights of the squares of outputs and states by name, including accelerations; or a matrix (ns, ns), or a
+        diagonal.
+    R : mapping or array_like
+        Weights of the squares of inputs by name, or (nu, nu). Inputs without a weight are not used.
+    N : array_like, optional
+        Weights (ns, nu) of products of states and inputs.
+    inputs : sequence of str, optional
+        The controlled inputs, if R has no names; all by default.
+    sample : float or str, optional
+        Of a sampled regulator: the time for which inputs are held, s, or a text with a unit. The cost remains the
+        integral.
+    delay : float or str, optional
+        Of a sampled regulator: from a sample to when inputs take effect. Inputs that wait are fed back, too.
+
+    Returns
+    -------
+    Regulator
+        Gains, closed loop and margins.
+
+    Raises
+    ------
+    UsageError
+        Names that there are not; weights that are negative, of other sizes, or zero for all that an input does.
+    ModelError
+        A motion that does not decay and that no input moves; one that neither grows nor decays and has no cost.
+    NumericalError
+        No solution of Riccati's equation with a relative residual below 1e-10.
+
+    Examples
+    --------
+    >>> from eomgen.control import lqr
+    >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+    >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+    >>> law = lqr(eomgen.build(cart.build()).linearize(at="initial"), {"rail": 16.0}, {"push": 1.0})
+    >>> law.gains.round(6)                             # sqrt(16), and sqrt(2 mass sqrt(16))
+    array([[4., 4.]])
+    """
+    space = state_space_of(space)
+    cost = quadratic_cost(space, Q, R, N, inputs)
+    if sample is None:
+        _only_with_sample(delay)
+        regulate = _continuous if space.sample is None else _sampled
+        return regulate(cost.space, cost.weights)
+    weights = cost.weights
+    joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])
+    held = sampled_with_cost(cost.space, sample, delay, joined)
+    ns = len(held.space.states)
+    parts = (held.cost[:ns, :ns], held.cost[ns:, ns:], held.cost[:ns, ns:])
+    return _sampled(held.space, Weights(*parts))
+
+
+@checked_call()
+def place(
+    space: StateSpace | HasStateSpace,
+    poles: Sequence[complex],
+    *,
+    inputs: Sequence[str] = (),
+    sample: float | str | None = None,
+    delay: float | str = 0.0,
+) -> Regulator:
+    """Return the feedback of the whole state for which the closed loop has given eigenvalues (SciPy's placement).
+
+    Parameters
+    ----------
+    space : StateSpace or Linearization
+        The linear model.
+    poles : sequence of complex
+        Eigenvalues (ns,), complex ones in conjugate pairs, none more often than the number of inputs: 1/s; for a
+        sampled model z = e^(s T); with ``sample`` also 1/s, one for each state of the sampled model.
+    inputs : sequence of str, optional
+        The controlled inputs; all by default.
+    sample, delay : float or str, optional
+        As of ``lqr``.
+
+    Returns
+    -------
+    Regulator
+        Gains, closed loop and margins.
+
+    Raises
+    ------
+    UsageError
+        Poles of another number, without complex conjugates, repeated too often, or not finite.
+    ModelError
+        A motion that no input moves.
+    NumericalError
+        Poles that are not reached to 1e-6.
+
+    Examples
+    --------
+    >>> from eomgen.control import place
+    >>> cart = eomgen.SceneBuilder("cart").input("push", unit="N").body("cart", 2.0)
+    >>> cart = cart.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0]).effort("push", "rail", "push")
+    >>> law = place(eomgen.build(cart.build()).linearize(at="initial"), [-2.0, -3.0])
+    >>> law.gains.round(6)                             # mass times 2 * 3, and mass times 2 + 3
+    array([[12., 10.]])
+    """
+    space = state_space_of(space)
+    plant = controlled_by(space, tuple(inputs))
+    wanted = np.asarray(poles, dtype=complex)
+    if sample is None:
+        _only_with_sample(delay)
+    else:
+        plant = discretized(plant, sample, delay)
+        wanted = np.exp(wanted * plant.sample)
+    dynamics = Dynamics(plant.A, plant.states, plant.sample)
+    gains = placed_gains(plant.B, wanted, dynamics, check_controllable)
+    return Regulator(plant, gains)
+
+
+def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) -> Array:
+    """Return G (m, n) with the wanted eigenvalues of A - B G; ``check`` refuses motions that B does not reach."""
+    unstable = wanted.real > 0.0 if dynamics.sample is None else np.abs(wanted) > 1.0
+    if np.any(unstable):
+        growing = ", ".join(
+            f"{pole:.6g}" for pole in (wanted[unstable] if np.any(wanted.imag) else wanted.real[unstable])
+        )
+        where = "with positive real parts" if dynamics.sample is None else "z = e^(s T) outside the unit circle"
+        fault = f"poles {where} are asked for, {growing}: such motions grow"
+        hint = "negative real parts" if dynamics.sample is None else "negative real parts of s"
+        warnings.warn(f"place: {fault}; try: {hint}", RuntimeWarning, stacklevel=4)
+    A, (n, m) = dynamics.A, B.shape
+    if wanted.shape != (n,):
+        fault = f"{wanted.size} poles are given, and the model has {n} eigenvalues"
+        raise UsageError(Problem("poles", fault, f"{n} poles"))
+    if not np.all(np.isfinite(wanted)):
+        raise UsageError(Problem("poles", "a pole is not finite", "finite numbers"))
+    left = list(map(complex, wanted))
+    for pole in map(complex, wanted):
+        if pole.imag and pole.conjugate() not in left:
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            raise UsageError(Problem("poles", fault, f"{pole.real:g}{-pole.imag:+g}i too"))
+        if pole.imag:
+            left.remove(pole.conjugate())
+    for pole in dict.fromkeys(map(complex, wanted)):
+        count = int(np.sum(wanted == pole))
+        if count > m:
+            fault = (
+                f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times, and {m} of them can be placed at most"
+            )
+            raise UsageError(Problem("poles", fault, "distinct poles"))
+    check(dynamics, B)
+    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+
+    balanced, scales = balance(A, permute=False)
+    sizes = np.diag(scales)
+    rate = dynamics.rate
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
+            scaled = place_poles(balanced / rate, B / sizes[:, np.newaxis] / rate, wanted / rate).gain_matrix
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
+    gains = np.real(scaled) / sizes
+    reached = np.linalg.eigvals(A - B @ gains)
+    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
+    if not missed <= _REACHED:
+        fault = f"the poles are reached to {missed:.1e} of their size only"
+        raise NumericalError(fault, "poles nearer to the model's")
+    return np.asarray(gains, dtype=float)
+
+
+def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) -> tuple[Array, Array]:
+    """Return the gain (m, n) and the matrix (n, n) of the cost that is left, in continuous time.
+
+    ``check`` refuses motions without cost, given the dynamics without cross terms; ``check_stabilisable``
+    is the caller's affair.
+    """
+    A = dynamics.A
+    half = whitening(weights.effort)
+    balanced, scales = balance(A, permute=False)
+    T = np.diag(scales)
+    rate = float(np.linalg.norm(balanced, 2)) or 1.0
+    b = B / T[:, np.newaxis] @ half / rate
+    cross = T[:, np.newaxis] * (weights.cross @ half)
+    a = balanced / rate - b @ cross.T
+    cost, root = without_cross_terms(T[:, np.newaxis] * weights.state * T, cross)
+    check(replace(dynamics, A=A - B @ half @ (cross.T / T)), root / T)
+    P, _ = solution(a, b, cost)
+    gains = half @ (b.T @ P + cross.T) / T
+    return gains, P / np.outer(T, T) / rate
+
+
+def _continuous(space: StateSpace, weights: Weights) -> Regulator:
+    dynamics = Dynamics(space.A, space.states)
+    whitening(weights.effort)
+    check_stabilisable(dynamics, space.B)
+    return Regulator(space, *optimal_gains(weights, space.B, dynamics, check_weighted))
+
+
+def _sampled(space: StateSpace, weights: Weights) -> Regulator:
+    dynamics = Dynamics(space.A, space.states, space.sample)
+    check_stabilisable(dynamics, space.B)
+    joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])
+    values, vectors = np.linalg.eigh((joined + joined.T) / 2.0)
+    root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
+    ns = len(space.states)
+    effort = root[:, ns:]
+    free = dynamics
+    if np.any(effort):  # action of optimal inputs alone
+        of_state = np.linalg.lstsq(effort, root[:, :ns], rcond=1e-10)[0]
+        free = replace(dynamics, A=space.A - space.B @ of_state)
+        root = root[:, :ns] - effort @ of_state
+    else:
+        root = root[:, :ns]
+    check_weighted(free, root)
+    P, gains, _ = sampled_solution(space.A, space.B, weights.state, weights.effort, weights.cross)
+    return Regulator(space, gains, P)
+
+
+def _only_with_sample(delay: float | str) -> None:
+    if delay != 0.0:
+        fault = "a delay is given, and no time between two samples"
+        hint = 'sample="1 ms"; in continuous time an actuator or a filter with a lag'
+        raise UsageError(Problem("delay", fault, hint))
+
+
+def _said(space: StateSpace) -> str:
+    return f"{', '.join(space.inputs)} from {len(space.states)} states"

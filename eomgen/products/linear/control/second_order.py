@@ -1,0 +1,300 @@
+"""Feedback of second-order models: the linear-quadratic regulator in blocks of the model's own size, pole placement,
+and one law per mode.
+
+The linear-quadratic regulator: With S = M^-1 B R^-1 B^T M^-T and P = [[P11, P12], [P12^T, P22]] (cross terms of the
+cost taken into C, K and the weights before):
+
+    -P12 M^-1 K - K^T M^-T P12^T - P12 S P12^T + Q1 = 0
+    P12 + P12^T - P22 M^-1 C - C^T M^-T P22 - P22 S P22 + Q2 = 0
+    P11 = P12 M^-1 C + K^T M^-T P22 + P12 S P22 - Q12
+    G_p = R^-1 B^T M^-T P12^T,  G_v = R^-1 B^T M^-T P22
+
+They are solved as an equation of first order in scaled units (``riccati_equation``).
+
+In independent modal space control, each mode has a law in closed form. A mode xi'' + 2 zeta w xi' + w^2 xi = f with f =
+-g xi - h xi'. Optimal for int xi'^2 + w^2 xi^2 + R f^2 dt are (L. Meirovitch and H. Baruh, Control of self-adjoint
+distributed-parameter systems, Journal of Guidance and Control 5, 1982; there without damping)
+
+    g = w sqrt(w^2 + 1/R) - w^2,  h = sqrt(c^2 + 2 g + 1/R) - c,  c = 2 zeta w,
+
+and a frequency w_d with a damping ratio zeta_d are reached by g = w_d^2 - w^2, h = 2 (zeta_d w_d - zeta w).
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.linalg import eigh
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.data import dataclass
+from eomgen.errors import ModelError, NumericalError, UsageError
+from eomgen.products.linear.control.plant import (
+    Plant,
+    check_controllable,
+    check_detectable,
+    check_stabilisable,
+    first_order,
+)
+from eomgen.products.linear.control.riccati_equation import solution, whitening, without_cross_terms
+from eomgen.products.linear.control.weights import Weights
+
+
+@dataclass(frozen=True)
+class Regulator:
+    """Optimal gains u = -G_p q - G_v v, and the matrix of the cost that is left, [q, v]^T P [q, v].
+
+    Attributes
+    ----------
+    G_p, G_v : (m, n)
+    P11, P12, P22 : (n, n)
+    residual : of the worst of the three block equations, relative to the sum of the norms of the terms.
+    eigenvalues : (2n,) of the closed loop, 1/s.
+    """
+
+    G_p: Array
+    G_v: Array
+    P11: Array
+    P12: Array
+    P22: Array
+    residual: float
+    eigenvalues: Complex
+
+
+def lqr(plant: Plant, weights: Weights) -> Regulator:
+    """Return the gains that minimise the cost.
+
+    Raises
+    ------
+    UsageError
+        Efforts without cost, or a cost that is not bounded below.
+    ModelError
+        A mode that does not decay and that no actuator moves; a mode on the imaginary axis without weight.
+    NumericalError
+        No solution with a residual below 1e-10.
+    """
+    half = whitening(weights.effort)
+    check_stabilisable(plant)
+    back, rate, n = plant.scales.state_back, plant.scales.rate, plant.n
+    k, c, b = plant.scaled
+    B = np.vstack([np.zeros_like(b), b]) @ half
+    cross = back.T @ weights.cross @ half
+    A = first_order(k, c) - B @ cross.T
+    cost, root = without_cross_terms(back.T @ weights.state @ back, cross)
+    check_detectable(plant, A, root)
+    halves = (slice(0, n), slice(n, 2 * n))
+    P, residual = solution(A, B, cost, ((halves[0], halves[0]), halves, (halves[1], halves[1])))
+    there = plant.scales.state
+    G = half @ (B.T @ P + cross.T) @ there
+    # of extreme plants the cost is beyond doubles before the gains are
+    with np.errstate(over="ignore", invalid="ignore"):
+        P = there.T @ P @ there / rate
+    eigenvalues = plant.eigenvalues(G[:, :n], G[:, n:])
+    return Regulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
+
+
+_REACHED = 1e-6
+
+
+@dataclass(frozen=True)
+class Placement:
+    """Gains u = -G_p q - G_v v, (m, n) each, and the eigenvalues of the closed loop, (2n,), 1/s."""
+
+    G_p: Array
+    G_v: Array
+    eigenvalues: Complex
+
+
+def place(plant: Plant, poles: Sequence[complex]) -> Placement:
+    """Return gains for which the closed loop has the given eigenvalues.
+
+    Parameters
+    ----------
+    poles : 2n eigenvalues, 1/s; complex eigenvalues in conjugate pairs; none more often than the number of actuators.
+
+    Raises
+    ------
+    UsageError
+        Poles of another number, without complex conjugates, repeated too often, or not finite.
+    ModelError
+        A mode that no actuator moves.
+    NumericalError
+        Poles that are not reached to 1e-6.
+    """
+    wanted = np.asarray(poles, dtype=complex)
+    n, rate = plant.n, plant.scales.rate
+    if wanted.shape != (2 * n,):
+        raise UsageError(f"{wanted.size} poles are given, and the model has {2 * n} eigenvalues", f"{2 * n} poles")
+    if not np.all(np.isfinite(wanted)):
+        raise UsageError("a pole is not finite", "finite numbers")
+    left = list(map(complex, wanted))
+    for pole in map(complex, wanted):
+        if pole.imag and pole.conjugate() not in left:
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            raise UsageError(fault, f"{pole.real:g}{-pole.imag:+g}i too")
+        if pole.imag:
+            left.remove(pole.conjugate())
+    for pole in dict.fromkeys(map(complex, wanted)):
+        count = int(np.sum(wanted == pole))
+        if count > plant.m:
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
+            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most", "distinct poles")
+    check_controllable(plant)
+    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+
+    k, c, b = plant.scaled
+    A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
+            gain = np.real(place_poles(A, B, wanted / rate).gain_matrix)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
+    G = gain @ plant.scales.state
+    reached = plant.eigenvalues(G[:, :n], G[:, n:])
+    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
+    if not missed <= _REACHED:
+        raise NumericalError(f"the poles are reached to {missed:.1e} of their size only", "poles nearer to the model's")
+    return Placement(G[:, :n], G[:, n:], reached)
+
+
+_ASYMMETRY = 1e-8
+_RANK = 1e-9
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Undamped modes of a plant, by increasing frequency.
+
+    Attributes
+    ----------
+    frequencies : (n,) w, rad/s.
+    damping : (n,) c = 2 zeta w, 1/s: the diagonal of the modal damping matrix.
+    shapes : (n, n) columns with the unit modal mass.
+    """
+
+    frequencies: Array
+    damping: Array
+    shapes: Array
+
+
+@dataclass(frozen=True)
+class ModalFeedback:
+    """Gains u = -G_p q - G_v v of a feedback in modal space.
+
+    Attributes
+    ----------
+    G_p, G_v : (m, n)
+    modes : of the plant.
+    controlled : numbers of the modes that are fed back, from 0.
+    g, h : modal gains that were asked for, one of each controlled mode.
+    crosstalk : largest modal force that reaches another controlled mode, or is missing in the requested mode, per
+        requested force; 0 with at least as many independent actuators as controlled modes.
+    spillover : largest modal force that reaches a mode that is not controlled, per force that is asked for.
+    eigenvalues : (2n,) of the closed loop with all modes, 1/s.
+    """
+
+    G_p: Array
+    G_v: Array
+    modes: Modes
+    controlled: tuple[int, ...]
+    g: Array
+    h: Array
+    crosstalk: float
+    spillover: float
+    eigenvalues: Complex
+
+
+def modes_of(plant: Plant) -> Modes:
+    """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
+    if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
+        raise ModelError("the stiffness matrix is not symmetric, so there are no modes that keep their shape", "lqr")
+    squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
+    limit = 1e-10 * plant.scales.rate**2
+    if squares[0] < -limit:
+        mover = plant.names[int(np.argmax(np.abs(shapes[:, 0])))]
+        fault = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
+        raise ModelError(f"{fault}, and modal control is for modes that oscillate", "lqr")
+    damping = np.einsum("ik,ij,jk->k", shapes, plant.C, shapes)
+    return Modes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
+
+
+def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayLike) -> tuple[Array, Array]:
+    """Return g and h that minimise int xi'^2 + w^2 xi^2 + R f^2 dt.
+
+    Parameters
+    ----------
+    frequency : w, rad/s.
+    damping : c = 2 zeta w, 1/s.
+    effort : R, above zero.
+    """
+    w, c, R = (np.asarray(value, dtype=float) for value in (frequency, damping, effort))
+    if not np.all(R > 0.0):
+        raise UsageError(f"the weight of a modal force is {float(np.min(R)):.6g}", "a number above zero")
+    g = w / R / (np.sqrt(w**2 + 1.0 / R) + w)  # without the difference of two large numbers
+    rise = 2.0 * g + 1.0 / R
+    return g, rise / (np.sqrt(c**2 + rise) + c)
+
+
+def placed_modal_gains(
+    frequency: ArrayLike, damping: ArrayLike, wanted: ArrayLike, ratio: ArrayLike
+) -> tuple[Array, Array]:
+    """Return g and h that give modes other frequencies (``wanted``, rad/s) and damping ratios (``ratio``)."""
+    w, c, w_d, zeta_d = (np.asarray(value, dtype=float) for value in (frequency, damping, wanted, ratio))
+    if not np.all(w_d > 0.0):
+        raise UsageError(f"a frequency of {float(np.min(w_d)):.6g} rad/s is asked for", "a number above zero")
+    if not np.all(zeta_d > 0.0):
+        raise UsageError(f"a damping ratio of {float(np.min(zeta_d)):.6g} is asked for", "a number above zero")
+    return w_d**2 - w**2, 2.0 * zeta_d * w_d - c
+
+
+def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: ArrayLike, h: ArrayLike) -> ModalFeedback:
+    """Return gains that give the ``controlled`` modes the modal forces -g xi - h xi', as far as the actuators can.
+
+    With fewer independent actuators than controlled modes the forces follow from the pseudo-inverse, and modes talk to
+    each other (``crosstalk``); forces also act on modes that are not controlled (``spillover``).
+
+    Raises
+    ------
+    UsageError
+        Mode indices out of range, or a number of gains that differs from the number of modes.
+    ModelError
+        Actuators that do not reach the controlled modes, or a closed loop that spillover makes unstable.
+    """
+    chosen = [int(k) for k in controlled]
+    for k in chosen:
+        if not 0 <= k < plant.n:
+            raise UsageError(
+                f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}" if plant.n > 1 else "1"
+            )
+    if not chosen or len(set(chosen)) < len(chosen):
+        raise UsageError("the modes to control are none, or one of them is named twice", "[1, 2]")
+    gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]
+    reach = modes.shapes[:, chosen].T @ plant.B
+    sizes = np.linalg.norm(reach, axis=1)
+    largest = float(np.linalg.norm(modes.shapes.T @ plant.B, 2))
+    for column, k in enumerate(chosen):
+        if not sizes[column] > _RANK * largest:
+            frequency = modes.frequencies[k] / (2.0 * np.pi)
+            raise ModelError(
+                f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz", "another place for one, or other modes"
+            )
+    efforts = np.linalg.pinv(reach, rcond=_RANK)
+    of_coordinates = modes.shapes[:, chosen].T @ plant.M
+    G_p, G_v = (efforts @ (values[:, np.newaxis] * of_coordinates) for values in gains)
+    rest = [k for k in range(plant.n) if k not in chosen]
+    crosstalk = float(np.abs(reach @ efforts - np.eye(len(chosen))).max())
+    spillover = float(np.abs(modes.shapes[:, rest].T @ plant.B @ efforts).max(initial=0.0))
+    eigenvalues = plant.eigenvalues(G_p, G_v)
+    worst = eigenvalues[np.argmax(eigenvalues.real)]
+    if worst.real > 1e-9 * plant.scales.rate and worst.real > plant.eigenvalues().real.max():
+        fault = f"modal control with {plant.m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
+        detail = f"(crosstalk {crosstalk:.2g}, spillover {spillover:.2g} of the forces asked for)"
+        raise ModelError(f"{fault} {detail}", "as many actuators as modes, or fewer controlled modes")
+    if crosstalk < 1e-9:
+        crosstalk = 0.0
+    of_modes = np.array(gains)
+    return ModalFeedback(G_p, G_v, modes, tuple(chosen), of_modes[0], of_modes[1], crosstalk, spillover, eigenvalues)

@@ -1,0 +1,202 @@
+"""Quadratic costs from weights of named quantities or from matrices, of linear models of first and of second order."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import nearest, shown
+from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.control.plant import Plant, real_matrix
+from eomgen.products.linear.state_space import StateSpace, spelled
+
+_ASYMMETRY = 1e-9
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of a quadratic cost.
+
+    Attributes
+    ----------
+    state : (2n, 2n) Q, positive semi-definite.
+    effort : (m, m) R, positive definite if a gain is wanted.
+    cross : (2n, m) S.
+    """
+
+    state: Array
+    effort: Array
+    cross: Array
+
+    @classmethod
+    def of(cls, plant: Plant, position: ArrayLike = 0.0, velocity: ArrayLike = 0.0, effort: ArrayLike = 0.0) -> Weights:
+        """Return J = int q^T Q1 q + v^T Q2 v + u^T R u dt.
+
+        Parameters
+        ----------
+        position, velocity, effort : (n, n), (n, n) and (m, m) matrices; or the diagonals; or one number for all
+            components.
+
+        Raises
+        ------
+        UsageError
+            A matrix of another size, not symmetric, or negative in some direction.
+        """
+        n, m = plant.n, plant.m
+        state = np.zeros((2 * n, 2 * n))
+        state[:n, :n] = weight("the weight of the coordinates", position, n)
+        state[n:, n:] = weight("the weight of the velocities", velocity, n)
+        return cls(state, weight("the weight of the efforts", effort, m), np.zeros((2 * n, m)))
+
+    def plus_output(self, of_state: ArrayLike, of_effort: ArrayLike, cost: ArrayLike) -> Weights:
+        """Return the cost plus the cost of an output y = F [q, v] + D u, int y^T W y dt.
+
+        Accelerations are such outputs: v' = -M^-1 K q - M^-1 C v + M^-1 B u.
+        """
+        rows = len(np.atleast_2d(np.asarray(of_state, dtype=float)))
+        F = real_matrix("the output's part of the state", np.atleast_2d(np.asarray(of_state)), rows, len(self.state))
+        D = real_matrix(
+            "the output's part of the efforts", np.atleast_2d(np.asarray(of_effort)), rows, len(self.effort)
+        )
+        W = weight("the weight of an output", cost, rows)
+        return replace(
+            self,
+            state=self.state + F.T @ W @ F,
+            effort=self.effort + D.T @ W @ D,
+            cross=self.cross + F.T @ W @ D,
+        )
+
+
+def weight(name: str, value: ArrayLike, size: int) -> Array:
+    """Return a weight as a symmetric matrix. Raises UsageError unless the value is a positive semidefinite matrix of
+    this size."""
+    given = np.asarray(value, dtype=float)
+    if given.ndim < 2 and given.shape in ((), (size,)):
+        given = np.diag(np.broadcast_to(given, (size,)))
+    matrix = real_matrix(name, given, size, size)
+    largest = float(np.abs(matrix).max(initial=0.0))
+    if not np.allclose(matrix, matrix.T, rtol=0.0, atol=_ASYMMETRY * largest):
+        raise UsageError(f"{name} is not symmetric", "W and its transpose, halved")
+    matrix = (matrix + matrix.T) / 2.0
+    least = float(np.linalg.eigvalsh(matrix)[0]) if size else 0.0
+    if least < -_ASYMMETRY * largest:
+        raise UsageError(f"{name} is negative in some direction (eigenvalue {least:.4g})", "weights of zero and above")
+    return matrix
+
+
+#: Weights by name, or a matrix, or the diagonal of a matrix, or one number.
+Weighted = Mapping[str, float] | ArrayLike
+
+
+@dataclass(frozen=True)
+class NamedCost:
+    """A quadratic cost, and the model with the controlled inputs; remaining inputs of the model are disturbances."""
+
+    space: StateSpace
+    weights: Weights
+
+
+def quadratic_cost(
+    space: StateSpace, Q: Weighted, R: Weighted, N: ArrayLike | None, inputs: Sequence[str]
+) -> NamedCost:
+    """Return the cost s^T Q s + 2 s^T N u + u^T R u; see ``lqr``.
+
+    Raises
+    ------
+    UsageError
+        Names that there are not, weights that are negative, matrices of other sizes.
+    """
+    if inputs and isinstance(R, Mapping) and set(inputs) != set(R):
+        raise UsageError(Problem("R", "the inputs that it names differ from `inputs`", "one of both"))
+    controlled = controlled_by(space, tuple(R) if isinstance(R, Mapping) else tuple(inputs))
+    m, ns = len(controlled.inputs), len(controlled.states)
+    effort: ArrayLike = [number("R", name, R[name]) for name in controlled.inputs] if isinstance(R, Mapping) else R
+    state = np.zeros((ns, ns)) if isinstance(Q, Mapping) else weight("Q", Q, ns)
+    cross = np.zeros((ns, m)) if N is None else real_matrix("N", N, ns, m)
+    weights = Weights(state, weight("R", effort, m), cross)
+    if isinstance(Q, Mapping):
+        rows = [row_of(controlled, name) for name in Q]
+        numbers = np.array([number("Q", name, value) for name, value in Q.items()])
+        if rows:
+            of_state, of_effort = (np.array(parts) for parts in zip(*rows, strict=True))
+            weights = weights.plus_output(of_state, of_effort, numbers)
+    return NamedCost(controlled, weights)
+
+
+def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
+    """Return a model with these inputs, all inputs if none is named; remaining inputs are disturbances.
+
+    Raises
+    ------
+    UsageError
+        Inputs that there are not, or none at all.
+    """
+    if not space.inputs:
+        hint = "an input in the scene without a formula, [inputs] force = {}"
+        raise UsageError(Problem("lqr", "the model has no input that a controller could drive", hint))
+    for name in inputs:
+        if name not in space.inputs:
+            hint = nearest(str(name), space.inputs)
+            if name in (*space.states, *space.outputs):
+                hint = "the weights of states and outputs first, then of inputs"
+            raise UsageError(Problem("inputs", f"there is no input {shown(name)}", hint))
+    wanted = tuple(dict.fromkeys(inputs)) or space.inputs
+    if wanted == space.inputs:
+        return space
+    kept = [space.inputs.index(name) for name in wanted]
+    rest = [k for k in range(len(space.inputs)) if k not in kept]
+    left = tuple(space.inputs[k] for k in rest)
+    units, references = dict(space.units), dict(space.references)
+    if units:
+        units["inputs"] = tuple(space.units["inputs"][k] for k in kept)
+        units["disturbances"] = (*space.units["disturbances"], *(space.units["inputs"][k] for k in rest))
+    if references:
+        references["inputs"] = space.references["inputs"][kept]
+        references["disturbances"] = np.append(space.references["disturbances"], space.references["inputs"][rest])
+    return replace(
+        space,
+        B=space.B[:, kept],
+        D=space.D[:, kept],
+        E=np.hstack([space.E, space.B[:, rest]]),
+        F=np.hstack([space.F, space.D[:, rest]]),
+        inputs=wanted,
+        disturbances=(*space.disturbances, *left),
+        units=units,
+        references=references,
+    )
+
+
+def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
+    """Return the dependence of an output, or else a state, on states (ns,) and inputs (nu,).
+
+    Raises UsageError with the nearest names if there is none.
+    """
+    known = (*space.outputs, *space.states)
+    name = spelled(name, known)
+    if name in space.outputs:
+        k = space.outputs.index(name)
+        return space.C[k], space.D[k]
+    if name in space.states:
+        return np.eye(len(space.states))[space.states.index(name)], np.zeros(len(space.inputs))
+    raise UsageError(Problem("weights", f"there is no output or state {shown(name)}", near(str(name), known)))
+
+
+def near(name: str, known: Sequence[str]) -> str:
+    """Return the known names nearest to a name, including names of components and velocities."""
+    alike = [other for other in known if other.startswith(name) or name in other]
+    return " or ".join(alike[:3]) or nearest(name, known) or f"one of {', '.join(known[:8])}"
+
+
+def number(matrix: str, name: str, value: object) -> float:
+    """Return the weight of a name. Raises UsageError unless the weight is a number from zero on."""
+    if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
+        raise UsageError(
+            Problem(matrix, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0")
+        )
+    if not (np.isfinite(value) and value >= 0.0):
+        raise UsageError(Problem(matrix, f"the weight of {name} is {float(value):.6g}", "a number of zero or above"))
+    return float(value)

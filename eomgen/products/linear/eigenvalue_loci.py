@@ -1,0 +1,349 @@
+"""Eigenvalues of linear models over a parameter: root loci, each eigenvalue followed from value to value, and Campbell
+diagrams: frequencies of oscillations over the speed of a rotor, their whirl, and crossings with orders.
+
+An order n is an excitation of n times the speed; a speed is critical if a frequency equals an excitation.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass, field
+from eomgen.base.html import page, table
+from eomgen.base.progress import Progress
+from eomgen.errors import EomgenError, Problem
+from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
+from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.plots import plot_root_locus
+
+#: A number within a warning.
+NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+class MergedWarnings:
+    """Warnings of the linear models at many values; warnings that differ in numbers alone are one.
+
+    Parameters
+    ----------
+    job : str
+        First words of each warning.
+    parameter : str
+        Name of the varied parameter.
+    values : sequence of float
+        Values of the caller, which are counted; a search for crossings has linear models at others, too.
+    """
+
+    def __init__(self, job: str, parameter: str, values: Sequence[float]) -> None:
+        self.job, self.parameter, self.values = job, parameter, frozenset(map(float, values))
+        self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
+
+    def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
+        """Keep the warnings at one value."""
+        for item in caught:
+            self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))
+
+    def warn(self, stacklevel: int) -> None:
+        """Warn once in the same words, with the range of values."""
+        for kind in self.caught.values():
+            every = {value for value, _ in kind}
+            at = sorted(every & self.values or every)
+            among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
+            first = f"at {self.parameter} = {kind[0][0]:.6g}"
+            text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
+            warnings.warn(f"{text}: {kind[0][1].message}", kind[0][1].category, stacklevel=stacklevel)
+
+
+@dataclass(frozen=True)
+class Crossing:
+    """A speed at which a mode has the frequency of an order.
+
+    Attributes
+    ----------
+    order : frequency over speed
+    speed, frequency : rad/s, both, the frequency damped: ``Campbell.frequencies`` are in Hz
+    mode : column of ``Campbell.eigenvalues``
+    whirl : ``forward``, ``backward``, or empty
+    """
+
+    order: float
+    speed: float
+    frequency: float
+    mode: int
+    whirl: str
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False)
+class Campbell:
+    """Oscillations over a speed, or over another parameter.
+
+    Attributes
+    ----------
+    parameter, unit : name and unit of the varied parameter
+    values : (n,) in ``unit``; values without a linear model are left out
+    eigenvalues : (n, modes) complex, 1/s, imaginary parts positive; not a number if a mode does not oscillate
+    whirl : (n, modes) 1 forward, -1 backward, 0 neither or not known
+    orders : orders with a search for crossings
+    crossings : by order and speed
+    stability : (n,) ``stable``, ``marginal`` or ``unstable``
+    left_out : by value, why there is no linear model there
+    interrupted : whether Ctrl-C has ended the search early, with the values and crossings that were found
+    numbers : (modes,) in tables and pictures: as ``Modes`` counts the modes of a reference, else from 1 on
+    """
+
+    parameter: str
+    unit: str
+    values: Array
+    eigenvalues: NDArray[np.complex128]
+    whirl: NDArray[np.int_]
+    orders: tuple[float, ...]
+    crossings: tuple[Crossing, ...]
+    stability: tuple[str, ...]
+    left_out: Mapping[float, str] = field(default_factory=dict)
+    interrupted: bool = False
+    numbers: tuple[int, ...] = ()
+
+    def number(self, mode: int) -> int:
+        """Return the number of a mode, a column of ``eigenvalues``, in tables and pictures.
+
+        Parameters
+        ----------
+        mode : int
+            Column of ``eigenvalues``, from 0.
+
+        Returns
+        -------
+        int
+            Number of the mode in tables and pictures.
+
+        Examples
+        --------
+        >>> rotor = eomgen.SceneBuilder("rotor", gravity=[0, 0, 0]).body("cross", 0)
+        >>> rotor = rotor.body("disc", 5.0, inertia=[0.2, 0.2, 0.3])
+        >>> rotor = rotor.joint("tilt", "revolute", "base", "cross", axis=[1, 0, 0], stiffness=7200)
+        >>> rotor = rotor.joint("spin", "revolute", "cross", "disc", axis=[0, 0, 1])
+        >>> diagram = eomgen.build(rotor.build()).campbell("spin", [0.0, 100.0], orders=(1,))
+        >>> diagram.number(0)
+        1
+        """
+        return self.numbers[mode] if self.numbers else mode + 1
+
+    @property
+    def angular_frequencies(self) -> Array:
+        """(n, modes), rad/s as speeds are: damped frequencies, imaginary parts of the eigenvalues."""
+        return np.asarray(self.eigenvalues.imag)
+
+    @property
+    def frequencies(self) -> Array:
+        """(n, modes), Hz: damped frequencies, ``angular_frequencies`` over 2 pi, if speeds are in rad/s."""
+        return self.angular_frequencies / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Array:
+        """Damping ratios of the modes, (n, modes)."""
+        return np.asarray(-self.eigenvalues.real / np.abs(self.eigenvalues))
+
+    @property
+    def critical_speeds(self) -> Array:
+        """Speeds equal to the frequency of a mode at this speed, rad/s, increasing."""
+        return np.array([item.speed for item in self.crossings if item.order == 1.0])
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of ``rows``."""
+        return ("order", f"{self.parameter}, rad/s", "1/min", "damped frequency, Hz", "mode", "whirl")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """The crossings as texts."""
+        return [
+            (
+                f"{item.order:g}",
+                f"{item.speed:.9g}",
+                f"{item.speed * 30.0 / np.pi:.9g}",
+                f"{item.frequency / (2.0 * np.pi):.9g}",
+                str(self.number(item.mode)),
+                item.whirl,
+            )
+            for item in self.crossings
+        ]
+
+    def __repr__(self) -> str:
+        modes = f"{self.eigenvalues.shape[1]} modes at {len(self.values)} values of {self.parameter}"
+        unit = f" {self.unit}" if self.unit not in ("", "1") else ""
+        ends = f"{self.values[0]:.6g} to {self.values[-1]:.6g}{unit}"
+        result = ", ".join(f"{item.order:g}x at {item.speed:.6g}{unit}" for item in self.crossings)
+        missing = f"; none at {', '.join(f'{value:.6g}' for value in self.left_out)}" if self.left_out else ""
+        missing += "; interrupted" if self.interrupted else ""
+        height = float(np.nanmax(self.frequencies, initial=0.0))
+        return f"<Campbell: {modes}, {ends}, up to {height:.6g} Hz; {result or 'no crossings'}{missing}>"
+
+    def _repr_html_(self) -> str:
+        heading = f"{self.eigenvalues.shape[1]} modes over {self.parameter}; crossings with orders"
+        return page(heading, table(self.headings, self.rows))
+
+    def plot(
+        self,
+        axes: object = None,
+        *,
+        frequencies: tuple[float, float] | None = None,
+        modes: Sequence[int] | None = None,
+        orders: Sequence[float] | None = None,
+        speed_unit: str | None = None,
+    ) -> list[Any]:
+        """Draw frequencies over the speed, orders as rays, crossings as dots; return matplotlib's axes, a list of one.
+
+        Forward whirl is blue, backward whirl is dashed in orange. Crossings are labelled with their speeds, if there is
+        room; modes have their numbers at the right, counted from 1 as in ``rows``.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes
+            A new figure of pyplot if none are given.
+        frequencies : pair of float
+            Limits of the frequency axis, Hz. By default the picture ends above the highest ray and the lowest mode,
+            and says how many modes lie higher.
+        modes : sequence of int
+            Numbers of the modes drawn, columns of ``eigenvalues`` from 0 on; all by default.
+        orders : sequence of float
+            Rays and crossings drawn, some of ``orders``; all by default.
+        speed_unit : str
+            ``rad/s``, ``rpm`` or ``Hz`` of the speed axis and of the labels of crossings; rad/s by default.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
+
+        Raises
+        ------
+        UsageError
+            An object that is not axes, or more than one; limits that do not increase; numbers of no modes; orders
+            without a search for crossings; a unit of a parameter that is not a speed.
+        """
+        return plot_campbell(self, axes, CampbellView(frequencies, modes, orders, speed_unit))
+
+
+@dataclass(frozen=True)
+class RootLocus:
+    """Eigenvalues over a parameter.
+
+    Attributes
+    ----------
+    parameter : name
+    values : (n,)
+    eigenvalues : (n, ns) complex, 1/s; a column is one root, followed by least distance from value to value
+    stability : (n,) ``stable``, ``marginal`` or ``unstable`` for each value
+    interrupted : whether Ctrl-C has ended the work early, with the first n of the values
+    """
+
+    parameter: str
+    values: Array
+    eigenvalues: Complex
+    stability: tuple[str, ...]
+    interrupted: bool = False
+
+    def __repr__(self) -> str:
+        first, last = f"{self.values[0]:.6g}", f"{self.values[-1]:.6g}"
+        roots = f"{self.eigenvalues.shape[1]} roots at {len(self.values)} values of {self.parameter}"
+        kinds = ", ".join(dict.fromkeys(self.stability)) + "; interrupted" * self.interrupted
+        return f"<RootLocus: {roots}, {first} to {last}; {kinds}>"
+
+    def plot(self, axes: object = None) -> list[Any]:
+        """Draw the upper half plane of roots, coloured by the parameter, and return matplotlib's axes, a list of one.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes, optional
+            A new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
+
+        Raises
+        ------
+        UsageError
+            An object that is not axes, or more than one.
+
+        Examples
+        --------
+        >>> model = eomgen.build("examples/quarter_car/scene.toml")
+        >>> locus = model.root_locus("damper", np.linspace(0.0, 4000.0, 5), t=30.0)
+        >>> len(locus.plot())
+        1
+        """
+        return plot_root_locus(self, axes)
+
+
+def root_locus(
+    parameter: str,
+    values: Sequence[float],
+    linearized: Callable[[float, Linearization | None], Linearization],
+    report: Progress | None = None,
+) -> RootLocus:
+    """Return the roots over values of a parameter.
+
+    Parameters
+    ----------
+    linearized : callable
+        From a value, and the linear model at the previous value, to the linear model at this value.
+    report : called with (values done, all values)
+
+    Returns
+    -------
+    RootLocus
+        After Ctrl-C, which ``interrupted`` shows, at the values so far.
+
+    Raises
+    ------
+    EomgenError
+        Errors of ``linearized``, with the value in the message.
+    KeyboardInterrupt
+        Ctrl-C before the first value is done.
+    """
+    points: list[tuple[Complex, str]] = []
+    before: Linearization | None = None
+    doubts = MergedWarnings("root locus", parameter, values)
+    interrupted = False
+    try:
+        for number, value in enumerate(map(float, values), 1):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                before = linearized(value, before)
+            doubts.add(value, caught)
+            roots = np.linalg.eigvals(before.state_space().A).astype(complex)
+            ordered = _followed(points[-1][0], roots) if points else roots[np.lexsort((roots.real, np.abs(roots)))]
+            points.append((ordered, before.modes().stability))
+            if report is not None:
+                report(number, len(values))
+    except EomgenError as error:
+        problems = [
+            Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
+        ]
+        raise type(error)(problems) from None
+    except KeyboardInterrupt:
+        if not points:
+            raise
+        interrupted = True
+    doubts.warn(stacklevel=5)
+    rows, stability = zip(*points, strict=True)
+    done = np.array(values[: len(rows)], dtype=float)
+    return RootLocus(parameter, done, np.array(rows), stability, interrupted)
+
+
+def _followed(last: Complex, roots: Complex) -> Complex:
+    """Return roots in the order of the previous roots: the assignment has the least sum of distances."""
+    _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
+    result: Complex = roots[order]
+    return result

@@ -1,0 +1,174 @@
+"""Files and JSON data of a linear model: modes, matrices, root locus, Campbell diagram, responses, rides."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.csv_tables import write_table
+from eomgen.base.files import write_arrays, write_text
+from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
+from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.modes import Modes
+from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+
+
+def described(lin: Linearization, scene: str) -> dict[str, Any]:
+    """Return a linear model as JSON data: reference, names, modes and matrices of the model."""
+    reference, modes, space = lin.reference, lin.modes(), lin.state_space()
+    second = (
+        {name: getattr(lin, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")} if lin.free.holonomic else None
+    )
+    return {
+        "scene": scene,
+        "about": reference.what,
+        "t": reference.t,
+        "q": reference.q.tolist(),
+        "v": reference.v.tolist(),
+        "z": reference.z.tolist(),
+        "coordinates": list(lin.coordinates),
+        "states": list(space.states),
+        "inputs": list(space.inputs),
+        "disturbances": list(space.disturbances),
+        "outputs": list(space.outputs),
+        "stability": modes.stability,
+        "multiblade": _multiblade(lin),
+        "modes": [_mode(modes, k) for k in range(len(modes))],
+        "undamped_frequencies": lin.undamped_frequencies.tolist() if lin.free.holonomic else None,
+        "second_order": second,
+    }
+
+
+def _multiblade(lin: Linearization) -> dict[str, Any] | None:
+    """Return the rotors of multiblade coordinates with their blades, and the remaining change over azimuths."""
+    if lin.multiblade is None:
+        return None
+    rotors = {rotor.name: [list(group) for group in rotor.groups] for rotor in lin.multiblade.rotors}
+    return {"rotors": rotors, "variation": lin.multiblade.variation}
+
+
+def _mode(modes: Modes, k: int) -> dict[str, Any]:
+    value = complex(modes.eigenvalues[k])
+    return {
+        "eigenvalue": [value.real, value.imag],
+        "frequency": float(modes.frequency[k]),
+        "undamped_frequency": float(modes.undamped_frequency[k]),
+        "damped_frequency": float(modes.damped_frequency[k]),
+        "angular_frequency": float(modes.angular_frequency[k]),
+        "damping_ratio": float(modes.damping_ratio[k]),
+        "oscillating": bool(modes.oscillating[k]),
+        "uncertainty": float(modes.uncertainty[k]),
+        "shape": {
+            name: [x.real, x.imag] for name, x in zip(modes.coordinates, modes.shapes[:, k].tolist(), strict=True)
+        },
+    }
+
+
+def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
+    """Return the crossings as JSON data."""
+    return [
+        {
+            "order": item.order,
+            "speed": item.speed,
+            "frequency": item.frequency,
+            "mode": diagram.number(item.mode),
+            "whirl": item.whirl,
+        }
+        for item in diagram.crossings
+    ]
+
+
+def described_ride(table: RideTable) -> list[dict[str, Any]]:
+    """Return the table as JSON data, one row for each class and speed: ``class``, ``speed`` in m/s, ``rms`` by
+    output."""
+    return [
+        {
+            "class": name,
+            "speed": float(speed),
+            "rms": dict(zip(table.outputs, map(float, table.values[i, k]), strict=True)),
+        }
+        for i, name in enumerate(table.classes)
+        for k, speed in enumerate(table.speeds)
+    ]
+
+
+def write_modes(modes: Modes, path: Path) -> Path:
+    """Write modes as a table, one row each; shapes as real and imaginary parts by coordinate."""
+    names = ["undamped frequency [Hz]", "damped frequency [Hz]", "damping_ratio", "real [1/s]", "imaginary [rad/s]"]
+    names += [f"{name} {part}" for name in modes.coordinates for part in ("real", "imaginary")]
+    shapes = np.stack([modes.shapes.real, modes.shapes.imag], axis=1).reshape(2 * len(modes.coordinates), len(modes))
+    values = modes.eigenvalues
+    columns = [modes.frequency, modes.damped_frequency, modes.damping_ratio, values.real, values.imag, *shapes]
+    write_table(path, names, np.stack(columns, axis=1))
+    return path
+
+
+def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
+    """Write the matrices and their names: M0, C0, K0, B0, E0 if present, A, B, E, C, D, F, and the state."""
+    space, reference = lin.state_space(), lin.reference
+    arrays = {name: getattr(space, name) for name in "ABECDF"}
+    if lin.free.holonomic:
+        arrays |= {name: getattr(lin, name) for name in ("M0", "C0", "K0", "B0", "E0", "Z0")}
+    arrays |= {
+        "basis": lin.free.R,
+        "q": reference.q,
+        "v": reference.v,
+        "a": reference.a,
+        "z": reference.z,
+        "u": reference.u,
+    }
+    names = {name: list(getattr(space, name)) for name in ("states", "inputs", "disturbances", "outputs")}
+    names["coordinates"], names["components"] = list(lin.coordinates), list(lin.names.components)
+    write_arrays(path, arrays, {"scene": scene, "about": reference.what, "t": reference.t, "names": names})
+    return path
+
+
+def write_root_locus(locus: RootLocus, path: Path) -> Path:
+    """Write roots over a parameter as a table: values of the parameter, then real and imaginary parts of each root."""
+    names = [locus.parameter]
+    names += [
+        f"root{k + 1} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")
+    ]
+    parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
+    write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))
+    return path
+
+
+def write_campbell(diagram: Campbell, path: Path) -> Path:
+    """Write a Campbell diagram as a table: the parameter, then damped frequency, damping and whirl of each mode."""
+    names = [diagram.parameter]
+    columns = [diagram.values]
+    for k in range(diagram.eigenvalues.shape[1]):
+        names += [f"mode{diagram.number(k)} {part}" for part in ("damped frequency [Hz]", "damping_ratio", "whirl")]
+        columns += [diagram.frequencies[:, k], diagram.damping_ratios[:, k], diagram.whirl[:, k].astype(float)]
+    write_table(path, names, np.stack(columns, axis=1))
+    return path
+
+
+def write_ride(table: RideTable, path: Path) -> Path:
+    """Write root mean squares on random roads as a table, one row for each class and speed."""
+    lines = [",".join(table.headings), *(",".join(row) for row in table.rows)]
+    write_text(path, "\n".join(lines) + "\n")
+    return path
+
+
+def write_spectra(spectra: Sequence[PowerSpectrum], path: Path) -> Path:
+    """Write spectra as a table: frequencies in Hz, then the density of each quantity."""
+    names = ["frequency [Hz]", *(f"{item.name} [{item.unit}]" if item.unit else item.name for item in spectra)]
+    densities = [spectra[0].frequencies, *(item.density for item in spectra)]
+    write_table(path, names, np.stack(densities, axis=1))
+    return path
+
+
+def write_responses(frequencies: Array, responses: Mapping[tuple[str, str], Complex], path: Path) -> Path:
+    """Write frequency responses as a table: frequencies in Hz, then real and imaginary parts of output over input."""
+    names, columns = ["frequency [Hz]"], [frequencies]
+    for (of_input, output), values in responses.items():
+        names += [f"{output} / {of_input} {part}" for part in ("real", "imaginary")]
+        columns += [values.real, values.imag]
+    write_table(path, names, np.stack(columns, axis=1))
+    return path

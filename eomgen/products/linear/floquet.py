@@ -1,0 +1,279 @@
+"""Floquet theory of linear models with periodic coefficients: the monodromy matrix by collocation, its multipliers with
+bounds of their errors, exponents, stability.
+
+The matrix solves X' = A(t) X, X(0) = 1, up to one period. Collocation at seven even places of each interval, a block
+method of order 8 that is A-stable (Watts and Shampine 1972, BIT 12, 252-266), takes A at even times.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.calls import checked_calls
+from eomgen.base.data import dataclass
+from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.html import page, paragraph, table
+from eomgen.products.linear.modes import balance
+
+#: Places of the collocation in an interval, from 0 on.
+PLACES = 6
+_EPSILON = float(np.finfo(float).eps)
+#: Multipliers nearer than this are one point of a picture; frequencies that its label names at most.
+_ONE_POINT, _NAMED = 0.03, 2
+#: Points of a picture: a unit of the axes in a new figure, half a dot, width and height of a letter.
+_UNIT, _DOT, _LETTER, _LINE = 140.0, 3.0, 4.6, 9.0
+#: Rounding errors of multipliers, in bounds of Wilkinson's unit.
+_MARGIN = 16.0
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False, eq=False)
+class Floquet:
+    """Growth of small deviations from a periodic motion over one period.
+
+    Attributes
+    ----------
+    period : s
+    monodromy : (ns, ns) the deviations at the end of the period by the deviations at its start
+    states : names of the deviations, as of a ``StateSpace``
+    multipliers : (ns,) complex eigenvalues of ``monodromy``, the largest first
+    uncertainty : (ns,) of the multipliers, by the collocation and by rounding
+    error : relative error of ``monodromy`` in balanced units, estimated by differences from fewer intervals
+    q, v, z : (nq,), (nv,), (nz,) the periodic motion at its start
+    corrections : number of Newton corrections of the start
+    name : of the model
+    """
+
+    period: float
+    monodromy: Array
+    states: tuple[str, ...]
+    multipliers: Complex
+    uncertainty: Array
+    error: float
+    q: Array
+    v: Array
+    z: Array
+    corrections: int = 0
+    name: str = ""
+
+    @property
+    def exponents(self) -> Complex:
+        """(ns,) log(multipliers) / period, 1/s: growth, and rad/s from -pi / period to pi / period.
+
+        Imaginary parts are known but for whole multiples of 2 pi / period.
+        """
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.log(self.multipliers.astype(complex)) / self.period)
+
+    @property
+    def frequencies(self) -> Array:
+        """(ns,) Hz, damped, 0 to half of 1 / period; a measured one is one of k / period + and - this frequency."""
+        return np.abs(self.exponents.imag) / (2.0 * np.pi)
+
+    @property
+    def stability(self) -> str:
+        """``stable`` if all multipliers are within the unit circle, ``unstable`` if one is outside, else
+        ``marginal``."""
+        excess = np.abs(self.multipliers) - 1.0
+        if np.any(excess > self.uncertainty):
+            return "unstable"
+        return "stable" if np.all(excess < -self.uncertainty) else "marginal"
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Headings of ``rows``."""
+        return ("multiplier", "magnitude", "uncertainty", "growth, 1/s", "damped frequency, Hz")
+
+    @property
+    def rows(self) -> list[tuple[str, ...]]:
+        """Multipliers and exponents as texts, a pair in one row."""
+        return [
+            (
+                f"{value.real:.9g}" + (f" ± {value.imag:.9g}j" if value.imag > 0.0 else ""),
+                f"{abs(value):.9g}",
+                f"{bound:.2g}",
+                f"{exponent.real:.6g}",
+                f"{frequency:.6g}",
+            )
+            for value, bound, exponent, frequency in zip(
+                self.multipliers, self.uncertainty, self.exponents, self.frequencies, strict=True
+            )
+            if value.imag >= 0.0
+        ]
+
+    def __repr__(self) -> str:
+        largest = float(np.max(np.abs(self.multipliers), initial=0.0))
+        size = f"largest multiplier {largest:.9g}, error {self.error:.2g}"
+        return f"<Floquet: {len(self.multipliers)} multipliers over {self.period:.9g} s; {self.stability}; {size}>"
+
+    def _repr_html_(self) -> str:
+        known = f"Frequencies are known but for whole multiples of {1.0 / self.period:.6g} Hz."
+        heading = f"Floquet multipliers over {self.period:.9g} s: {self.stability}"
+        return page(heading, table(self.headings, self.rows), paragraph(known))
+
+    def plot(self, axes: object = None) -> list[Any]:
+        """Draw the multipliers with frequencies and the unit circle; return matplotlib's axes, a list of one.
+
+        Growing multipliers are red. Real multipliers that cannot be distinguished have one label, which counts.
+
+        Parameters
+        ----------
+        axes : matplotlib Axes, optional
+            A new figure of pyplot if none are given.
+
+        Returns
+        -------
+        list of matplotlib Axes
+            One.
+
+        Raises
+        ------
+        UsageError
+            An object that is not axes, or more than one.
+        """
+        given = pyplot_figure((5.6, 5.4)).subplots() if axes is None else axes
+        drawn = axes_of_caller("plot", given, ["multipliers"])
+        axis = drawn[0]
+        turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 361))
+        axis.plot(turn.real, turn.imag, color="#777777", linewidth=1.0, label="unit circle: stable inside")
+        growing = np.abs(self.multipliers) - 1.0 > self.uncertainty
+        for chosen, colour in ((~growing, "#0B62C4"), (growing, "#C8102E")):
+            values = self.multipliers[chosen]
+            axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
+        for place, text, (across, up) in _placed(self._labels(), self.multipliers):
+            axis.annotate(
+                text, (place.real, place.imag), (across, up), textcoords="offset points",
+                ha="center", va="center", fontsize=8, color="#333333",
+            )  # fmt: skip  # place, text, looks
+        axis.set_aspect("equal", adjustable="datalim")
+        axis.set_xlabel("real part")
+        axis.set_ylabel("imaginary part")
+        title = f"multipliers over {self.period:.6g} s: {self.stability}"
+        known = f"frequencies are known but for multiples of {1.0 / self.period:.4g} Hz"
+        axis.set_title(f"{self.name}: {title}\n{known}" if self.name else f"{title}\n{known}", fontsize=10, loc="left")
+        axis.legend(loc="upper right", fontsize=8, frameon=False)
+        axis.grid(True, color="#dddddd", linewidth=0.6)
+        axis.set_axisbelow(True)
+        return drawn
+
+    def _labels(self) -> list[tuple[complex, str]]:
+        """Return places and labels: frequencies of pairs in Hz at their upper points, numbers of real multipliers that
+        are one point."""
+        groups: list[list[int]] = []
+        for k in np.argsort(-self.multipliers.imag, kind="stable").tolist():
+            near = (group for group in groups if abs(self.multipliers[group[0]] - self.multipliers[k]) < _ONE_POINT)
+            group = next(near, None)
+            if group is None:
+                groups.append([k])
+            else:
+                group.append(k)
+        labels: list[tuple[complex, str]] = []
+        for group in groups:
+            place = complex(self.multipliers[group[0]])
+            turning = sorted({f"{self.frequencies[k]:.3g}" for k in group if self.multipliers[k].imag > 0.0}, key=float)
+            named = ", ".join([*turning[:_NAMED], *(["..."] if len(turning) > _NAMED else [])])
+            text = f"{named} Hz" if turning else f"{len(group)} multipliers" if len(group) > 1 else ""
+            if text and place.imag >= 0.0:
+                labels.append((place, text))
+        return labels
+
+
+def _placed(
+    labels: Sequence[tuple[complex, str]], multipliers: Complex
+) -> list[tuple[complex, str, tuple[float, float]]]:
+    """Return labels with the shifts of the centres, points, to the first free side of each dot; labels without a
+    free side are left out."""
+    taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]
+    placed: list[tuple[complex, str, tuple[float, float]]] = []
+    for place, text in labels:
+        half, tall = 0.5 * _LETTER * len(text), 0.5 * _LINE
+        inward = -half - 6.0 if place.real > 0.0 else half + 6.0
+        for across, up in ((inward, 0.0), (0.0, 10.0), (inward, 10.0), (inward, -10.0), (-inward, 0.0), (0.0, -10.0)):
+            x, y = _UNIT * place.real + across, _UNIT * place.imag + up
+            if all(abs(x - one[0]) >= half + one[2] or abs(y - one[1]) >= tall + one[3] for one in taken):
+                taken.append((x, y, half, tall))
+                placed.append((place, text, (across, up)))
+                break
+    return placed
+
+
+@cache
+def _weights() -> tuple[Array, Array]:
+    """Return the integrals from 0 to each place but the first, of the polynomials of the first place (6,) and of the
+    other places (6, 6), in units of the interval."""
+    places = np.arange(PLACES + 1) / PLACES
+    powers = np.vander(places, increasing=True)
+    orders = np.arange(1, PLACES + 2)
+    integrals = places[1:, np.newaxis] ** orders / orders
+    weights = np.linalg.solve(powers.T, integrals.T).T
+    return np.asarray(weights[:, 0], dtype=float), np.asarray(weights[:, 1:], dtype=float)
+
+
+def monodromy(matrices: Array, period: float) -> Array:
+    """Return the monodromy matrix (n, n).
+
+    Parameters
+    ----------
+    matrices : (6 m + 1, n, n)
+        A at even times from 0 to the period.
+    period : float
+        s.
+    """
+    n = matrices.shape[1]
+    first, other = _weights()
+    count = (len(matrices) - 1) // PLACES
+    h = period / count
+    result = np.eye(n)
+    for k in range(count):
+        start, *rest = matrices[PLACES * k : PLACES * (k + 1) + 1]
+        # S_i = S_0 + h sum_j w_ij A_j S_j, for a unit matrix S_0
+        system = np.eye(PLACES * n) - h * np.block([[w * A for w, A in zip(row, rest, strict=True)] for row in other])
+        right = np.vstack([np.eye(n) + h * w * start for w in first])
+        result = np.linalg.solve(system, right)[-n:] @ result
+    return result
+
+
+def multipliers(matrix: Array, half: Array, quarter: Array) -> tuple[Complex, Array, float]:
+    """Return the multipliers (n,) with their uncertainties (n,), the largest first, and the error of the matrix.
+
+    Parameters
+    ----------
+    matrix, half, quarter : (n, n)
+        Monodromy matrices by some intervals, by half and by a quarter of the intervals: errors fall as the differences
+        do, by 2^8 at the most.
+    """
+    if not len(matrix):
+        return np.zeros(0, complex), np.zeros(0), 0.0
+    balanced, back = balance(matrix)
+    size = max(1.0, float(np.linalg.norm(balanced, 2)))
+    with np.errstate(all="ignore"):  # few intervals may overflow
+        coarser = [np.linalg.solve(back, other @ back) for other in (half, quarter)]
+        changes = [balanced - coarser[0], coarser[0] - coarser[1]]
+    last, before = (float(np.linalg.norm(one, 2)) if np.isfinite(one).all() else np.inf for one in changes)
+    ratio = last / before if before > 0.0 else 1.0
+    off = last * min(1.0, max(ratio, 2.0**-8)) if np.isfinite(before) else last
+    solution: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = solution
+    cosines = np.abs(np.sum(left.conj() * right, axis=0))
+    change = off + _MARGIN * _EPSILON * size
+    with np.errstate(divide="ignore"):
+        # of a double multiplier that has one vector alone, the root of the change
+        bounds = np.minimum(change / cosines, np.sqrt(change * size))
+    order = np.lexsort((-values.imag, -values.real, -np.round(np.abs(values), 12)))
+    return values[order], bounds[order], off / size
+
+
+def even_rows(count: int) -> int:
+    """Return the number of steps of a motion for so many intervals."""
+    return PLACES * count
+
+
+def thinned(matrices: Array, times: int) -> Array:
+    """Return the matrices of a half or a quarter of the intervals."""
+    return matrices[::times]

@@ -1,0 +1,298 @@
+"""Multiblade (Coleman) coordinates of linear models of rotors with three or more equal blades, in which models of
+isotropic rotors on any support have constant coefficients, and frequencies of an observer on the support.
+
+Blade k of N has the azimuth psi_k = psi + 2 pi k / N, psi = speed t, and a coordinate x_k of the blade is
+
+    x_k = collective + sum over n of (cosine_n cos n psi_k + sine_n sin n psi_k) + (-1)^k differential
+
+with n = 1 .. (N - 1) / 2, and a differential coordinate for even N (Coleman and Feingold 1958, NACA Report 1351;
+Hohenemser and Yin 1972; Bir 2008, AIAA 2008-1300).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from itertools import takewhile
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
+from eomgen.base.messages import listed, nearest, shown
+from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.freedom import Freedom, Partials
+
+#: Part of the largest coefficient below which rows are as large as this part: rounding of the large ones.
+_SMALL = 1e-6
+#: Fewest blades whose sums over cosines and sines of the azimuth are constant.
+_FEWEST = 3
+_EXAMPLE = '{"spin": [("flap_1", "flap_2", "flap_3")]}'
+
+#: Words of the warning of signals of single blades, which leave frequencies and shapes as they are.
+AT_ONE_AZIMUTH = "in no group of multiblade hold at one azimuth"
+#: Groups of equal coordinates by the component of the rotor: each of the blades in the order of azimuth.
+Blades = Mapping[str, Sequence[Sequence[str]]]
+
+
+@dataclass(frozen=True)
+class Rotor:
+    """A rotor at one time.
+
+    Attributes
+    ----------
+    name : component of the velocity, such as ``spin``
+    speed, azimuth : rad/s and rad
+    groups : names of equal coordinates, states or signals, each of the blades in the order of azimuth
+    """
+
+    name: str
+    speed: float
+    azimuth: float
+    groups: tuple[tuple[str, ...], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Multiblade:
+    """The multiblade coordinates of a linear model.
+
+    Attributes
+    ----------
+    rotors : at the reference
+    components : (nv, nv) changes of the components of v by the changes in multiblade coordinates, at the reference
+    pairs : cosine and sine coordinates, whose orbits show the sense of whirl
+    variation : largest change of the coefficients over azimuths, as a part of the largest coefficient of the row; 0
+        for a rotor at rest
+    """
+
+    rotors: tuple[Rotor, ...]
+    components: Array
+    pairs: tuple[tuple[str, str], ...]
+    variation: float = 0.0
+
+    def __str__(self) -> str:
+        turning = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in self.rotors)
+        if not any(rotor.speed for rotor in self.rotors):
+            return f"in multiblade coordinates about {turning}"
+        return f"in multiblade coordinates about {turning}, over azimuths constant but for {self.variation:.2g}"
+
+
+class _Group(NamedTuple):
+    """Places of equal names, with the basis of their multiblade coordinates, its first and second time derivative."""
+
+    places: list[int]
+    labels: list[str]
+    basis: Array
+    rate: Array
+    second: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Basis:
+    """Quantities by their multiblade coordinates, (n, n) ``matrix``, with its time derivatives ``rate`` and ``second``
+    at constant speeds, and the names of the coordinates."""
+
+    names: tuple[str, ...]
+    matrix: Array
+    rate: Array
+    second: Array
+    groups: tuple[_Group, ...]
+
+    @staticmethod
+    def of(names: Sequence[str], rotors: Sequence[Rotor]) -> Basis:
+        """Return the basis of named quantities; names that are in no group stand for themselves."""
+        groups = [
+            _group(group, end, [names.index(name) for name in members], rotor)
+            for rotor in rotors
+            for group in rotor.groups
+            for end, members in _members(group, names).items()
+        ]
+        labels, n = list(names), len(names)
+        matrix, rate, second = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
+        for group in groups:
+            block = np.ix_(group.places, group.places)
+            matrix[block], rate[block], second[block] = group.basis, group.rate, group.second
+            for place, label in zip(group.places, group.labels, strict=True):
+                labels[place] = label
+        return Basis(tuple(labels), matrix, rate, second, tuple(groups))
+
+    def part(self, places: Sequence[int]) -> Basis:
+        """Return the basis of some of the quantities, of which a group has all or none."""
+        block = np.ix_(places, places)
+        names = tuple(self.names[k] for k in places)
+        return Basis(names, self.matrix[block], self.rate[block], self.second[block], ())
+
+    def solved(self, right: Array) -> Array:
+        """Return the multiblade coordinates of quantities, (n, ...)."""
+        return np.asarray(np.linalg.solve(self.matrix, right)) if len(self.matrix) else right
+
+    def values(self, given: Array) -> Array:
+        """Return the multiblade coordinates of values, (n,), some of which may not be numbers."""
+        result = np.array(given, dtype=float)
+        for group in self.groups:
+            result[group.places] = np.linalg.solve(group.basis, result[group.places])
+        return result
+
+    @property
+    def pairs(self) -> list[tuple[str, str]]:
+        """Names of the cosine and sine coordinates of one wave around the rotor."""
+        return [(group.labels[1], group.labels[2]) for group in self.groups]
+
+
+def _members(group: Sequence[str], names: Sequence[str]) -> dict[str, list[str]]:
+    """Return the equal names that a group stands for, by their common ends: the names themselves, or components and
+    parts of the named quantities. Raises UsageError if blades differ in their parts."""
+    ends = [_ends(name, names) for name in group]
+    for name, own in zip(group[1:], ends[1:], strict=True):
+        for one, of_one, other, of_other in ((group[0], ends[0], name, own), (name, own, group[0], ends[0])):
+            if missing := [end for end in of_one if end not in of_other]:
+                fault = f"there is {one}{missing[0]}, and no {other}{missing[0]}"
+                raise UsageError(Problem("multiblade", fault, "blades that are modelled alike"))
+    return {end: [f"{name}{end}" for name in group] for end in ends[0]}
+
+
+def _label(group: Sequence[str]) -> str:
+    """Return the common part of the names of a group: ``flap`` of ``flap_1``, ``flap_2``, ``flap_3``."""
+    start = "".join(letters[0] for letters in takewhile(lambda every: len(set(every)) == 1, zip(*group, strict=False)))
+    reverse = [name[len(start) :][::-1] for name in group]
+    end = "".join(letters[0] for letters in takewhile(lambda every: len(set(every)) == 1, zip(*reverse, strict=False)))
+    return start.rstrip("_0123456789") + end[::-1] or group[0]
+
+
+def _ends(name: str, names: Sequence[str]) -> list[str]:
+    parts = [other.removeprefix(name) for other in names if other.startswith(name)]
+    return [part for part in parts if part[:1] in ("", "[", ".")]
+
+
+def _group(group: Sequence[str], end: str, places: list[int], rotor: Rotor) -> _Group:
+    count = len(group)
+    psi = rotor.azimuth + 2.0 * np.pi * np.arange(count) / count
+    columns: list[Array] = [np.ones(count)]
+    slopes: list[Array] = [np.zeros(count)]
+    bends: list[Array] = [np.zeros(count)]
+    kinds = ["collective"]
+    for n in range(1, (count - 1) // 2 + 1):
+        cosine, sine = np.cos(n * psi), np.sin(n * psi)
+        columns += [cosine, sine]
+        slopes += [-n * sine, n * cosine]
+        bends += [-(n**2) * cosine, -(n**2) * sine]
+        kinds += [f"{kind}{n if n > 1 else ''}" for kind in ("cosine", "sine")]
+    if count % 2 == 0:
+        columns.append(np.where(np.arange(count) % 2 == 0, 1.0, -1.0))
+        slopes.append(np.zeros(count))
+        bends.append(np.zeros(count))
+        kinds.append("differential")
+    labels = [f"{_label(group)}.{kind}{end}" for kind in kinds]
+    return _Group(
+        places, labels, np.array(columns).T, rotor.speed * np.array(slopes).T, rotor.speed**2 * np.array(bends).T
+    )
+
+
+def _is_list(given: object) -> bool:
+    return isinstance(given, Sequence) and not isinstance(given, str)
+
+
+def _are_names(given: Any) -> bool:
+    return _is_list(given) and len(given) > 0 and all(isinstance(name, str) for name in given)
+
+
+def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tuple[str, ...], ...]]:
+    """Return the groups of equal names by rotor.
+
+    Parameters
+    ----------
+    known : names of all coordinates, internal states, inputs and outputs
+
+    Raises
+    ------
+    UsageError
+        Not a mapping of rotors to groups; fewer than three blades; names that are unknown or given twice.
+    """
+    if not isinstance(blades, Mapping) or not blades:
+        raise UsageError(Problem("multiblade", f"{shown(blades)} is not a mapping of rotors to blades", _EXAMPLE))
+    result: dict[str, tuple[tuple[str, ...], ...]] = {}
+    seen: set[str] = set()
+    for rotor, given in blades.items():
+        groups: Any = [given] if _are_names(given) else given
+        for group in groups if _is_list(groups) and len(groups) else [groups]:
+            if not _are_names(group):
+                raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades", _EXAMPLE))
+            if len(group) < _FEWEST:
+                fault = f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three"
+                raise UsageError(
+                    Problem("multiblade", fault, "model.floquet(period), in Python, for rotors of one or two blades")
+                )
+            for name in group:
+                if not _ends(name, known):
+                    fault = f"there is no coordinate, state, input or output {shown(name)}"
+                    raise UsageError(Problem("multiblade", fault, nearest(name, known) or f"one of {listed(known)}"))
+                if name in seen:
+                    raise UsageError(Problem("multiblade", f"{shown(name)} is named twice", "each name once"))
+                seen.add(name)
+        result[str(rotor)] = tuple(tuple(group) for group in groups)
+    return result
+
+
+def in_multiblade(
+    partials: Partials, free: Freedom, of: Mapping[str, Basis], measured: Basis
+) -> tuple[Partials, Freedom]:
+    """Return partials and free motions by multiblade coordinates.
+
+    x = X xi and y = X eta + X' xi if y is x', so that eta is xi'; then the matrices of the second order are
+
+        X^T M0 X,   X^T (C0 X + 2 M0 X'),   X^T (K0 X + C0 X' + M0 X'')
+
+    Parameters
+    ----------
+    of : bases of ``components``, ``states``, ``inputs``, ``disturbances`` and ``outputs``
+    measured : basis of the candidates of x and y
+    """
+    x, y = measured.part(free.coordinates), measured.part(free.velocities)
+    both = [free.coordinates.index(k) if k in free.coordinates else -1 for k in free.velocities]
+    chosen = np.array([[float(k == column) for column in range(len(free.coordinates))] for k in both])
+    chosen = chosen.reshape(len(free.velocities), len(free.coordinates))
+    G, G_rate = chosen @ x.rate, chosen @ x.second
+    N = x.solved(free.N @ y.matrix)
+    W = x.solved(free.N @ G + free.W @ x.matrix - x.rate)
+    to = of["components"].solved
+    turned = Freedom(
+        free.coordinates,
+        free.velocities,
+        to(free.R @ x.matrix),
+        to(free.S @ y.matrix),
+        to(free.S @ G + free.T @ x.matrix),
+        to(free.S @ (y.rate + G @ N) + free.U @ y.matrix),
+        to(free.S @ (G_rate + G @ W) + free.U @ G + free.V @ x.matrix),
+        N,
+        W,
+        np.zeros_like(free.W_rate),
+    )
+    q, z, u, w = (of[kind].matrix for kind in ("components", "states", "inputs", "disturbances"))
+    columns = {"M": q, "C": q, "K": q, "B": u, "E": w, "Rz": z}
+    forces = {name: q.T @ getattr(partials, name) @ matrix for name, matrix in columns.items()}
+    by = {"q": q, "v": q, "a": q, "z": z, "u": u, "w": w}
+    rates = {f"F{key}": of["states"].solved(getattr(partials, f"F{key}") @ by[key]) for key in "qvzuw"}
+    rates["Fz"] = rates["Fz"] - of["states"].solved(of["states"].rate)
+    outputs = {f"Y{key}": of["outputs"].solved(getattr(partials, f"Y{key}") @ by[key]) for key in by}
+    outputs["Ylam"] = of["outputs"].solved(partials.Ylam)
+    rows = {name: getattr(partials, name) @ q for name in ("J", "Z", "Aq", "Av")}
+    changed: dict[str, Any] = {**forces, **rates, **outputs, **rows}
+    return replace(partials, **changed), turned
+
+
+def largest_change(A: Array, others: Collection[Array], sizes: Array, least: float) -> tuple[float, int]:
+    """Return the largest difference of matrices from A (n, n), as a part of the largest entry of the row, and the row.
+
+    Parameters
+    ----------
+    sizes : (n,) of the states, which make entries comparable: roots of inertias
+    least : entry of a row at the least
+    """
+    if not len(A):
+        return 0.0, 0
+    scale = sizes[:, np.newaxis] / sizes
+    of_rows = np.max(np.abs(A) * scale, axis=1)
+    of_rows = np.maximum(of_rows, max(least, _SMALL * float(np.max(of_rows))))
+    changes = np.array([np.max(np.abs(other - A) * scale, axis=1) / of_rows for other in others])
+    k = int(np.argmax(np.max(changes, axis=0)))
+    return float(np.max(changes)), k

@@ -1,0 +1,307 @@
+"""Linear models from sample to sample: inputs are held, so the exponential of a matrix is exact; the loop of a linear
+model and its sampled states, from one common period to the next.
+
+With delays the input that holds in a sample is first the input of an earlier sample, then the present one; an input
+that was requested and does not act yet is a state (K. J. Åström and B. Wittenmark, Computer-Controlled Systems, 3rd ed.
+1997, section 2.3). The integrals of a quadratic cost and of white noise over a sample follow C. F. Van Loan (Computing
+integrals involving the matrix exponential, IEEE Transactions on Automatic Control 23, 1978).
+
+Between samples s' = A s + B z_s, and the sampled states z_s stay; at a sample the states that are due take new values,
+level by level. The product of these matrices over a common period is the monodromy matrix (Floquet; Francis and
+Georgiou, Stability theory for linear time-invariant plants with periodic digital controllers, IEEE Transactions on
+Automatic Control 33 (1988) 820).
+"""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from fractions import Fraction
+
+import numpy as np
+from scipy.linalg import expm
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, replace
+from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.formula.units.labels import in_label
+from eomgen.products.linear.freedom import Partials
+from eomgen.products.linear.state_space import StateSpace
+
+#: A delay this close to whole samples, as a share of one, is of whole samples.
+_WHOLE = 1e-9
+#: A sampling time above this number of seconds, given as a number, is more likely meant as samples per second.
+RARE = 10.0
+#: Largest number of inputs that wait for their effect.
+_WAITING = 1000
+
+
+@dataclass(frozen=True)
+class Sampled:
+    """A linear model from sample to sample, and the equations within a sample.
+
+    Attributes
+    ----------
+    space : StateSpace
+        Inputs that wait are states ``NAME_before``, ``NAME_before_2``, ... after the other states: the input of the
+        previous sample, and so on.
+    cost : (ns + nu, ns + nu)
+        Integral of the cost over one sample, [s, u]^T cost [s, u].
+    """
+
+    space: StateSpace
+    cost: Array
+
+
+def seconds(name: str, value: float | str) -> float:
+    """Return a time in s, also from a text with a unit, ``5 ms``. Raises UsageError."""
+    time = in_label(name, value, "s") if isinstance(value, str) else value
+    if isinstance(time, bool) or not isinstance(time, int | float | np.integer | np.floating):
+        raise UsageError(Problem(name, f"a time is needed, not {type(value).__name__}", '0.001 or "1 ms"'))
+    if not math.isfinite(time):
+        raise UsageError(Problem(name, f"{name} is {time}, not a finite number", '0.001 or "1 ms"'))
+    return float(time)
+
+
+def discretized(space: StateSpace, sample: float | str, delay: float | str = 0.0) -> StateSpace:
+    """Return the exact model from sample to sample under inputs and disturbances that are held.
+
+    Parameters
+    ----------
+    space : StateSpace
+        A model in continuous time.
+    sample : float or str
+        Time between two samples in s, or a text with a unit.
+    delay : float or str, optional
+        Time from a sample to when inputs take effect, of any length; disturbances are not delayed.
+
+    Returns
+    -------
+    StateSpace
+        Sampled; outputs are those right after a sample, when inputs that are not delayed are at work already.
+
+    Raises
+    ------
+    UsageError
+        A model that is sampled already, a time that is not positive, a delay that is negative or of more than 1000
+        samples.
+
+    Examples
+    --------
+    >>> from eomgen.control import delay, discretized
+    >>> discretized(delay("a", "b", 0.1), "10 ms").sample
+    0.01
+    """
+    ns, nu = space.B.shape
+    return sampled_with_cost(space, sample, delay, np.zeros((ns + nu, ns + nu))).space
+
+
+def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str, cost: Array) -> Sampled:
+    """Return the model from sample to sample, and a quadratic cost [s, u]^T cost [s, u] integrated over a sample.
+
+    Raises UsageError as ``discretized``.
+    """
+    period, late = seconds("sample", sample), seconds("delay", delay)
+    if space.sample is not None:
+        fault = f"the model is sampled already, every {space.sample:.6g} s"
+        raise UsageError(Problem("sample", fault, "the model in continuous time"))
+    if not period > 0.0:
+        raise UsageError(Problem("sample", f"the time between two samples is {period:.6g} s", "a time above zero"))
+    if not isinstance(sample, str) and period >= RARE:
+        hint = f'sample="{1.0 / period:.6g} s" for {period:.6g} a second, or "{period:.6g} s" if it is meant'
+        warnings.warn(
+            f"sample: the time between two samples is {period:.6g} s; try: {hint}", RuntimeWarning, stacklevel=5
+        )
+    if not 0.0 <= late <= _WAITING * period:
+        fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s"
+        raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))
+    whole = math.floor(late / period + _WHOLE)
+    part = late - whole * period
+    part = part if part > _WHOLE * period else 0.0
+    ns, nu = space.B.shape
+    nw = space.E.shape[1]
+    waiting = whole + (part > 0.0)
+    # of [s, w, past inputs from the newest to the oldest, u]: inputs acting at first, and from `part` on
+    newest = ns + nw
+    asked = newest + waiting * nu
+    size = asked + nu
+    inputs = [slice(asked, size), *(slice(newest + k * nu, newest + (k + 1) * nu) for k in range(waiting))]
+    pieces = ((inputs[whole + 1], part), (inputs[whole], period - part)) if part else ((inputs[whole], period),)
+    whole_step, total = np.eye(size), np.zeros((size, size))
+    for at_work, duration in pieces:
+        rates, density = np.zeros((size, size)), np.zeros((size, size))
+        rates[:ns, :ns], rates[:ns, ns:newest], rates[:ns, at_work] = space.A, space.E, space.B
+        select = np.zeros((ns + nu, size))
+        select[:ns, :ns], select[ns:, at_work] = np.eye(ns), np.eye(nu)
+        density = select.T @ cost @ select
+        total += whole_step.T @ _cost_over(rates, density, duration) @ whole_step
+        whole_step = expm(rates * duration) @ whole_step
+    kept = [*range(ns), *range(newest, asked)]
+    A = np.zeros((ns + waiting * nu, ns + waiting * nu))
+    B = np.zeros((len(A), nu))
+    A[:ns], B[:ns] = whole_step[np.ix_(range(ns), kept)], whole_step[:ns, inputs[0]]
+    if waiting:
+        B[ns : ns + nu] = np.eye(nu)
+        A[ns + nu :, ns:-nu] = np.eye((waiting - 1) * nu)
+    E = np.zeros((len(A), nw))
+    E[:ns] = whole_step[:ns, ns:newest]
+    C, D = np.zeros((len(space.outputs), len(A))), np.zeros_like(space.D)
+    C[:, :ns] = space.C
+    if not waiting:
+        D = space.D
+    else:  # right after a sample, the input of `waiting` samples before is still at work
+        C[:, ns + (waiting - 1) * nu :] = space.D
+    order = [*kept, *range(asked, size)]
+    named = _with_waiting_inputs(space, waiting)
+    result = replace(named, A=A, B=B, E=E, C=C, D=D, sample=period, input_delay=late)
+    return Sampled(result, (total + total.T)[np.ix_(order, order)] / 2.0)
+
+
+def noise_over_a_sample(A: Array, intensity: Array, period: float) -> Array:
+    """Return the covariance added in a sample by white noise of an intensity (ns, ns), in sdot = A s + noise."""
+    return _cost_over(A.T, intensity, period)
+
+
+def _cost_over(rates: Array, density: Array, duration: float) -> Array:
+    """Return the integral of e^(rates^T t) density e^(rates t) over a duration."""
+    size = len(rates)
+    # the exponential of a short time squared up: over a long one the block with the opposite sign overflows
+    halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(rates, 1)) * duration, 1e-300))))
+    short = duration / 2**halvings
+    block = np.zeros((2 * size, 2 * size))
+    block[:size, :size], block[:size, size:], block[size:, size:] = -rates.T, density, rates
+    whole = expm(block * short)
+    step = whole[size:, size:]
+    integral = step.T @ whole[:size, size:]
+    for _ in range(halvings):
+        integral = integral + step.T @ integral @ step
+        step = step @ step
+    return np.asarray((integral + integral.T) / 2.0)
+
+
+def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
+    """Return a model with the inputs of ``waiting`` previous samples among the states; matrices are still to be set."""
+    named = {
+        f"{name}_before" + (f"_{k}" if k > 1 else ""): (name, k) for k in range(1, waiting + 1) for name in space.inputs
+    }
+    units, references = dict(space.units), dict(space.references)
+    if units:
+        units["states"] = (*units["states"], *(units["inputs"] * waiting))
+    if references:
+        references["states"] = np.concatenate([references["states"], np.tile(references["inputs"], waiting)])
+    return replace(space, states=(*space.states, *named), units=units, references=references, waiting=named)
+
+
+#: Largest numerator and denominator of ratios of periods, and largest number of samples in a common period.
+_MOST = 10_000
+#: Part of a period by which times may differ and be the same.
+_SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class SampledPart:
+    """Sampled states of a system, and the partials of the new values.
+
+    Attributes
+    ----------
+    names : (n,)
+    places : (n,) indices among all internal states
+    periods, offsets : (n,), s
+    levels : levels : (n,) order of updates at the same time
+    by_q, by_v : (n, nv), by_z : (n, nz) of all internal states
+    """
+
+    names: tuple[str, ...]
+    places: tuple[int, ...]
+    periods: tuple[float, ...]
+    offsets: tuple[float, ...]
+    levels: tuple[int, ...]
+    by_q: Array
+    by_v: Array
+    by_z: Array
+
+    @property
+    def others(self) -> list[int]:
+        """Places of the internal states that are not sampled."""
+        return [k for k in range(self.by_z.shape[1]) if k not in self.places]
+
+    @property
+    def common_period(self) -> float:
+        """The least time that is a multiple of all periods, s. Raises ModelError if there is none that is short."""
+        first = self.periods[0]
+        ratios = [Fraction(period / first).limit_denominator(_MOST) for period in self.periods]
+        exact = all(
+            abs(period - first * ratio) <= _SAME * period for period, ratio in zip(self.periods, ratios, strict=True)
+        )
+        whole = Fraction(math.lcm(*(of.numerator for of in ratios)), math.gcd(*(of.denominator for of in ratios)))
+        if not exact or whole * sum(1 / of for of in ratios) > _MOST:
+            listed = ", ".join(f"{period:.9g} s" for period in dict.fromkeys(self.periods))
+            fault = f"the periods {listed} have no common multiple within {_MOST} samples"
+            raise ModelError(Problem("sampled loop", fault, "periods that are multiples of one another"))
+        return first * float(whole)
+
+    def samples(self) -> list[tuple[float, list[int]]]:
+        """Return the times of samples within the common period from t = 0 on, and which states are due."""
+        end = self.common_period
+        due: dict[int, list[int]] = {}
+        for k, (period, offset) in enumerate(zip(self.periods, self.offsets, strict=True)):
+            for number in range(round(end / period)):
+                place = ((offset + number * period) / end) % 1.0
+                due.setdefault(round(place / _SAME) % round(1.0 / _SAME), []).append(k)
+        return [(place * _SAME * end, due[place]) for place in sorted(due)]
+
+
+def held_as_inputs(partials: Partials, part: SampledPart) -> Partials:
+    """Return partials in which sampled states are inputs after the other inputs."""
+    p, held, kept = partials, list(part.places), part.others
+    return replace(
+        p,
+        B=np.hstack([p.B, -p.Rz[:, held]]),
+        Rz=p.Rz[:, kept],
+        Fq=p.Fq[kept],
+        Fv=p.Fv[kept],
+        Fz=p.Fz[np.ix_(kept, kept)],
+        Fu=np.hstack([p.Fu[kept], p.Fz[np.ix_(kept, held)]]),
+        Fw=p.Fw[kept],
+        Yz=p.Yz[:, kept],
+        Yu=np.hstack([p.Yu, p.Yz[:, held]]),
+    )
+
+
+def over_a_period(part: SampledPart, A: Array, B: Array, of_q: Array, of_v: Array) -> Array:
+    """Return the matrix of (s, z_s) over a common period, from just before the samples at the start of the period.
+
+    Parameters
+    ----------
+    A : (ns, ns), B : (ns, n) of the continuous part with z_s as inputs; internal states of this part are the last
+        components of s
+    of_q, of_v : (nv, ns) dq and dv by s
+    """
+    ns, n = B.shape
+    rates = np.block([[A, B], [np.zeros((n, ns + n))]])
+    z = np.zeros((part.by_z.shape[1], ns + n))
+    first = ns - len(part.others)
+    for row, place in enumerate(part.others):
+        z[place, first + row] = 1.0
+    for row, place in enumerate(part.places):
+        z[place, ns + row] = 1.0
+    values = part.by_z @ z
+    values[:, :ns] += part.by_q @ of_q + part.by_v @ of_v
+    whole, now, end = np.eye(ns + n), 0.0, part.common_period
+    for time, due in part.samples():
+        whole = expm(rates * (time - now)) @ whole
+        whole, now = _at_sample(part, values, due, ns) @ whole, time
+    return np.asarray(expm(rates * (end - now)) @ whole)
+
+
+def _at_sample(part: SampledPart, values: Array, due: Sequence[int], ns: int) -> Array:
+    """Return the matrix of (s, z_s) over a sample of the states that are due."""
+    whole = np.eye(values.shape[1])
+    for level in sorted({part.levels[k] for k in due}):
+        step = np.eye(values.shape[1])
+        for k in due:
+            if part.levels[k] == level:
+                step[ns + k] = values[k]
+        whole = step @ whole
+    return whole

@@ -1,0 +1,428 @@
+"""State space of a linearised mechanical system with constraints and internal states.
+
+sdot = A s + B u + E w,   y = C s + D u + F w,   s = (x, y, z): independent coordinates, velocities, internal states;
+sampled: s[k+1] = A s[k] + B u[k] + E w[k], inputs and disturbances held from sample to sample
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import ArrayLike
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import shown
+from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.products.linear.freedom import Freedom, Partials, times
+from eomgen.products.linear.notebook import state_space_html
+
+#: Kinds of signals of a linear model.
+KINDS = ("states", "inputs", "disturbances", "outputs")
+#: Distance of an eigenvalue from the border of stability, as a share of the largest, that rounding may make.
+_ON_BORDER = 1e-9
+
+
+@checked_calls()
+@dataclass(frozen=True, repr=False)
+class StateSpace:
+    """A linear model of first order, in continuous time or sampled.
+
+    Attributes
+    ----------
+    A : (ns, ns), B : (ns, nu), E : (ns, nw), C : (ny, ns), D : (ny, nu), F : (ny, nw)
+    states : ``hinge``, ``ball[2]``: coordinates, left-trivialised; ``v.hinge``: velocities; ``z.name``: internal states
+    inputs, disturbances, outputs : names of u, w, y
+    units : for ``states``, ``inputs``, ``disturbances``, ``outputs`` the units of each, empty if unknown
+    references : values of the same signals at the reference of the linear model; changes count from there. Not a number
+        if one is not known
+    sample : time between two samples, s; None in continuous time
+    input_delay : of a sampled model, from a sample to when inputs take effect, s
+    waiting : the states that are inputs of samples before, each with the input and how many samples
+    orientations : of joints with rotation groups, q at the reference of the linear model: quaternion (w, x, y, z), and
+        then a position
+    """
+
+    A: Array
+    B: Array
+    E: Array
+    C: Array
+    D: Array
+    F: Array
+    states: tuple[str, ...]
+    inputs: tuple[str, ...]
+    disturbances: tuple[str, ...]
+    outputs: tuple[str, ...]
+    units: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    references: Mapping[str, Array] = field(default_factory=dict)
+    sample: float | None = None
+    input_delay: float = 0.0
+    waiting: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
+
+    if not TYPE_CHECKING:  # type checkers know the attributes
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
+
+    def __repr__(self) -> str:
+        sizes = ((len(getattr(self, kind)), kind) for kind in KINDS)
+        counts = ", ".join(f"{size} {kind[:-1] if size == 1 else kind}" for size, kind in sizes)
+        return f"<StateSpace{self.when}: {counts}; {self.stability}>"
+
+    def _repr_html_(self) -> str:
+        return state_space_html(self)
+
+    @property
+    def when(self) -> str:
+        """``, sampled every 0.001 s``; empty in continuous time."""
+        return "" if self.sample is None else f", sampled every {self.sample:.6g} s"
+
+    def unit(self, kind: str, name: str) -> str:
+        """Return the unit of one of the ``states``, ``inputs``, ``disturbances`` or ``outputs``.
+
+        The unit is empty if the model has no units of this kind.
+
+        Parameters
+        ----------
+        kind : str
+            ``states``, ``inputs``, ``disturbances`` or ``outputs``.
+        name : str
+            Name of the signal.
+
+        Returns
+        -------
+        str
+            Unit, empty if unknown.
+
+        Raises
+        ------
+        ValueError
+            For a name that the model does not have.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> space.unit("outputs", "body_acceleration")
+        'm/s^2'
+        """
+        units = self.units.get(kind, ())
+        return units[getattr(self, kind).index(name)] if units else ""
+
+    def reference(self, kind: str, name: str) -> float:
+        """Return a signal of a kind at the reference of the model; not a number if unknown.
+
+        Parameters
+        ----------
+        kind : str
+            ``states``, ``inputs``, ``disturbances`` or ``outputs``.
+        name : str
+            Name of the signal.
+
+        Returns
+        -------
+        float
+            In the signal's unit.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> abs(space.reference("outputs", "suspension_travel")) < 1e-12
+        True
+        """
+        references = self.references.get(kind)
+        return np.nan if references is None else float(references[getattr(self, kind).index(name)])
+
+    @cached_property
+    def eigenvalues(self) -> Complex:
+        """(ns,) eigenvalues of A, slow ones first: 1/s; sampled e^(s T), without unit."""
+        values = np.asarray(scipy.linalg.eigvals(self.A), dtype=complex) if len(self.A) else np.zeros(0, complex)
+        slowness = np.abs(values) if self.sample is None else -np.abs(values)
+        return np.asarray(values[np.lexsort((values.imag, np.round(slowness, 12)))])
+
+    @property
+    def decay(self) -> float:
+        """Rate at which the slowest motion decays, 1/s; negative if one grows."""
+        if not len(self.A):
+            return np.inf
+        if self.sample is None:
+            return -float(np.max(self.eigenvalues.real))
+        with np.errstate(divide="ignore"):
+            return -float(np.log(np.max(np.abs(self.eigenvalues)))) / self.sample
+
+    @property
+    def stability(self) -> str:
+        """``stable`` if all motions decay, ``unstable`` if one grows, else ``marginal``."""
+        rate = 1.0 if self.sample is not None else float(np.max(np.abs(self.eigenvalues), initial=0.0))
+        decay = self.decay if self.sample is None else self.decay * self.sample
+        if decay > _ON_BORDER * rate or not len(self.A):
+            return "stable"
+        return "unstable" if decay < -_ON_BORDER * rate else "marginal"
+
+    def frequency_response(self, omega: ArrayLike, input: str, output: str) -> Complex:
+        """Return the complex response of an output to an input at angular frequencies.
+
+        Parameters
+        ----------
+        omega : array_like
+            Angular frequencies (...), rad/s; of a sampled model the response from sample to sample.
+        input : str
+            Name of an input or of a disturbance.
+        output : str
+            Name of an output of the scene (``name[k]`` for an output of several components), or of a state.
+
+        Returns
+        -------
+        (...) complex ndarray
+            The output is response e^(i omega t) for the input e^(i omega t).
+
+        Raises
+        ------
+        UsageError
+            An unknown input or output; the message names the known inputs and outputs.
+        NumericalError
+            A frequency equal to an undamped mode's, to machine precision.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> abs(space.frequency_response(2 * np.pi * np.array([1.2, 10.0]), "road", "body_acceleration")).round(1)
+        array([148.8, 613.6])
+        """
+        return self.frequency_responses(omega, [input], [output])[..., 0, 0]
+
+    def frequency_responses(self, omega: ArrayLike, inputs: Sequence[str], outputs: Sequence[str]) -> Complex:
+        """Return the complex responses of several outputs to several inputs at angular frequencies.
+
+        Names and errors as in ``frequency_response``.
+
+        Parameters
+        ----------
+        omega : array_like
+            Angular frequencies (...), rad/s.
+        inputs : sequence of str
+            Names of inputs or disturbances.
+        outputs : sequence of str
+            Names of outputs or states.
+
+        Returns
+        -------
+        (..., outputs, inputs) complex ndarray
+            As of ``frequency_response``.
+
+        Raises
+        ------
+        UsageError
+            An unknown input or output.
+        NumericalError
+            A frequency equal to an undamped mode's, to machine precision.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> space.frequency_responses([1.0, 2.0, 3.0], ["road"], ["body", "wheel"]).shape
+        (3, 2, 1)
+        """
+        if isinstance(omega, str):
+            fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
+            hint = "frequency_response(omega, input, output)"
+            raise UsageError(Problem("frequency response", fault, hint))
+        entering, direct = self.input_columns(inputs, outputs)
+        left = self.output_rows(outputs)
+        frequencies = np.asarray(omega, dtype=float)
+        points = 1j * frequencies if self.sample is None else np.exp(1j * frequencies * self.sample)
+        pencils = points[..., np.newaxis, np.newaxis] * np.eye(len(self.states)) - self.A
+        try:
+            states = np.linalg.solve(pencils, entering.astype(complex))
+        except np.linalg.LinAlgError:
+            fault = "a frequency is equal to the frequency of a mode without damping, whose response has no bound"
+            raise NumericalError(Problem("frequency response", fault, "other frequencies, or damping")) from None
+        return np.asarray(left @ states + direct, dtype=complex)
+
+    def output_rows(self, outputs: Sequence[str]) -> Array:
+        """Return the rows of C of outputs, and of the unit matrix for named states.
+
+        Parameters
+        ----------
+        outputs : sequence of str
+            Names of outputs or states.
+
+        Returns
+        -------
+        (outputs, ns) ndarray
+            One row for each name.
+
+        Raises
+        ------
+        UsageError
+            An unknown output.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> space.output_rows(["v.body"])
+        array([[0., 0., 0., 1.]])
+        """
+        every = np.concatenate([self.C, np.eye(len(self.states))])
+        return np.asarray(every[self._output_numbers(outputs)])
+
+    def input_columns(self, inputs: Sequence[str], outputs: Sequence[str]) -> tuple[Array, Array]:
+        """Return the columns of B and E, and the direct gains to outputs, of some inputs.
+
+        Parameters
+        ----------
+        inputs : sequence of str
+            Names of inputs or disturbances.
+        outputs : sequence of str
+            Names of outputs or states.
+
+        Returns
+        -------
+        columns : (ns, inputs) ndarray
+            Columns of B or E.
+        gains : (outputs, inputs) ndarray
+            Entries of D or F; zero for states.
+
+        Raises
+        ------
+        UsageError
+            An unknown input or output.
+
+        Examples
+        --------
+        >>> space = eomgen.build("examples/quarter_car/scene.toml").linearize(t=30.0).state_space()
+        >>> columns, gains = space.input_columns(["road"], ["tyre_load"])
+        >>> columns.shape, gains.round(0)                  # the load follows the road by the tyre's stiffness
+        ((4, 1), array([[160000.]]))
+        """
+        columns = [_number("input or disturbance", name, (*self.inputs, *self.disturbances)) for name in inputs]
+        rows = self._output_numbers(outputs)
+        direct = np.concatenate([self.D, self.F], axis=1)
+        direct = np.concatenate([direct, np.zeros((len(self.states), direct.shape[1]))])
+        return np.concatenate([self.B, self.E], axis=1)[:, columns], direct[np.ix_(rows, columns)]
+
+    def _output_numbers(self, outputs: Sequence[str]) -> list[int]:
+        known = (*self.outputs, *self.states)
+        return [_number("output or state", spelled(name, known), known) for name in outputs]
+
+
+class HasStateSpace(Protocol):
+    """A model that has one of first order, as a linearization does."""
+
+    def state_space(self) -> StateSpace: ...
+
+
+def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
+    """Return a model of first order unchanged, and the state space of a linearization. Raises UsageError for anything
+    else."""
+    if isinstance(model, StateSpace):
+        return model
+    if not hasattr(model, "state_space"):
+        fault = f"a linear model is needed, not {type(model).__name__}"
+        raise UsageError(Problem("space", fault, "model.linearize(), or its state_space()"))
+    return model.state_space()
+
+
+@dataclass(frozen=True)
+class FirstOrderForm:
+    """The matrices of a StateSpace, and the map from its state to all coordinates: dq = R_all s, (nv, ns)."""
+
+    A: Array
+    B: Array
+    E: Array
+    C: Array
+    D: Array
+    F: Array
+    R_all: Array
+
+
+def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) -> FirstOrderForm:
+    """Return the state-space matrices.
+
+    Parameters
+    ----------
+    velocities : names of the independent velocities, for messages
+
+    Raises
+    ------
+    ModelError
+        The inertia matrix is singular along a free direction, named in the message.
+    """
+    p = partials
+    sizes = [len(free.coordinates), len(free.velocities), len(p.Fz), p.B.shape[1], p.E.shape[1]]
+    ends = np.cumsum(sizes)
+    parts_of_state = [slice(int(end) - size, int(end)) for end, size in zip(ends, sizes, strict=True)]
+    x, y, z, u, w = parts_of_state
+    every = int(ends[-1])
+
+    def over(rows: int, *parts: tuple[slice, Array]) -> Array:
+        """Return a matrix over the columns (x, y, z, u, w)."""
+        result = np.zeros((rows, every))
+        for place, part in parts:
+            result[:, place] = part
+        return result
+
+    nv = len(p.M)
+    dq, dv = over(nv, (x, free.R)), over(nv, (x, free.T), (y, free.S))
+    drift = over(nv, (x, free.V), (y, free.U))
+    forces = over(nv, (u, p.B), (w, p.E), (z, -p.Rz)) - times(p.C, dv) - times(p.K, dq)
+    mass = times(free.S.T, times(p.M, free.S))
+    ydot = _solved(mass, times(free.S.T, forces - times(p.M, drift)), velocities)
+    da = times(free.S, ydot) + drift
+    zdot = over(sizes[2], (z, p.Fz), (u, p.Fu), (w, p.Fw)) + times(p.Fq, dq) + times(p.Fv, dv)
+    xdot = over(sizes[0], (x, free.W), (y, free.N))
+    rates = np.concatenate([xdot, ydot, zdot])
+    out = over(len(p.Yq), (z, p.Yz), (u, p.Yu), (w, p.Yw)) + times(p.Yq, dq) + times(p.Yv, dv) + times(p.Ya, da)
+    if np.any(p.Ylam):
+        out += p.Ylam @ np.linalg.lstsq(p.J.T, forces - times(p.M, da), rcond=None)[0]
+    s = slice(0, int(ends[2]))
+    return FirstOrderForm(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
+
+
+def spelled(name: str, known: Sequence[str]) -> str:
+    """Return the spelling of a name in linear models: positions without the ``q.`` of solutions and formulas, internal
+    states with ``z.``, other names unchanged."""
+    if name in known or not isinstance(name, str):
+        return name
+    return next((other for other in (name.removeprefix("q."), f"z.{name}") if other in known), name)
+
+
+def _number(kind: str, name: str, known: Sequence[str]) -> int:
+    """Return the number of a name. Raises UsageError with the nearest names."""
+    if name in known:
+        return known.index(name)
+    close = difflib.get_close_matches(str(name)[:64], known, n=3)
+    hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
+    missing = "" if known else f": the linear model has no {kind}"
+    raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing}", hint))
+
+
+def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
+    """Return M^-1 right. Raises ModelError naming the directions without inertia."""
+    if not len(M):
+        return right
+    if has_diagonal_inertia(M, names):
+        return right / np.diagonal(M)[:, np.newaxis]
+    return np.asarray(scipy.linalg.solve(M, right, assume_a="pos"))
+
+
+def has_diagonal_inertia(M: Array, names: Sequence[str]) -> bool:
+    """Return whether an inertia matrix is diagonal, as of free bodies. Raises ModelError naming the directions without
+    inertia."""
+    diagonal = np.diagonal(M)
+    alone = np.count_nonzero(M) == np.count_nonzero(diagonal)
+    if alone and np.min(diagonal, initial=np.inf) > 1e-14 * np.max(diagonal, initial=0.0):
+        return True
+    values, vectors = np.linalg.eigh(0.5 * (M + M.T))
+    if values[0] <= 1e-14 * values[-1]:
+        direction = np.abs(vectors[:, 0])
+        along = ", ".join(name for name, size in zip(names, direction, strict=True) if size > 0.1 * np.max(direction))
+        fault = f"the inertia matrix is singular along {along}, so there is no linear model of second order"
+        raise ModelError(Problem("linearization", fault, "mass or inertia for motion along it"))
+    return False
