@@ -69,7 +69,7 @@ def projected(view: dict, place: np.ndarray) -> tuple[int, int]:
 
 
 def palette() -> list[np.ndarray]:
-    text = (template_folder() / "html" / "colours.js").read_text(encoding="utf-8")
+    text = (template_folder() / "pictures" / "colours.js").read_text(encoding="utf-8")
     line = next(line for line in text.splitlines() if line.startswith("const PALETTE"))
     return [np.array([int(code[k : k + 2], 16) for k in (0, 2, 4)]) for code in re.findall(r"#([0-9a-f]{6})", line)]
 

@@ -14,7 +14,7 @@ import pytest
 import eomgen
 from eomgen.products.pictures.animation import packed
 
-GEOMETRY = Path(__file__).parents[2] / "templates" / "html" / "geometry.js"
+GEOMETRY = Path(__file__).parents[2] / "templates" / "pictures" / "geometry.js"
 #: A ball on a joint, with tendons around a sphere on it, and around a cylinder and through a ring on the base.
 SCENE: dict[str, Any] = {
     "format": 1,
