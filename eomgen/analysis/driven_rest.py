@@ -19,6 +19,7 @@ from eomgen.base.messages import distinct
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.product import update
+from eomgen.solvers.regular_inertia import regular_inertia
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -181,7 +182,8 @@ def _unbalanced(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: Arr
     (r,) = model.evaluate("residual", q, v, rest, z=z, multipliers=lam, u=u, **given).values()
     (B,) = model.evaluate("constraint_jacobian", q, **given).values()
     (asked,) = _kinematic(model).evaluate("constraint_bias", q, v, **given).values()
-    L = np.linalg.cholesky(model.mass(q, parameters=measures.p))
+    M = regular_inertia(model.mass(q, parameters=measures.p), B, _extents(model, measures, q))
+    L = np.linalg.cholesky(M)
     rows = np.linalg.solve(L, B.T).T
     of_forces = -np.linalg.solve(L, r)
     inverse = np.linalg.pinv(rows)

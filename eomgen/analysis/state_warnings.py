@@ -23,6 +23,7 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import rotated
+from eomgen.solvers.regular_inertia import inertia_with_rows
 from eomgen.system.description import BASE, WORLD, Wheel
 
 if TYPE_CHECKING:
@@ -425,8 +426,14 @@ def _definite(model: CompiledModel, q: Array, p: Array) -> bool:
 
 
 def _smallest(model: CompiledModel, q: Array, p: Array) -> float | None:
-    """Return the smallest eigenvalue of M; None if there is no M, or one that is not finite."""
+    """Return the smallest eigenvalue of M, with rows of constraints if it is not positive; None without a finite M."""
     if "mass" not in model.functions:
         return None
     M = model.mass(q, parameters=p)
-    return float(np.linalg.eigvalsh(M)[0]) if M.size and np.all(np.isfinite(M)) else None
+    if not M.size or not np.all(np.isfinite(M)):
+        return None
+    smallest = float(np.linalg.eigvalsh(M)[0])
+    if smallest > 0.0 or "constraint_jacobian" not in model.functions or not model.multipliers:
+        return smallest
+    (B,) = model.evaluate("constraint_jacobian", q, parameters=p).values()
+    return float(np.linalg.eigvalsh(inertia_with_rows(M, B, np.ones(model.nv)))[0])

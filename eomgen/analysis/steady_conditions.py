@@ -14,6 +14,7 @@ from eomgen.compiled.coordinates import reaches
 from eomgen.compiled.terms import Inputs, TermsAt
 from eomgen.errors import ModelError
 from eomgen.lie.product import update
+from eomgen.solvers.regular_inertia import regular_inertia
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
@@ -111,12 +112,17 @@ class Conditions:
 
     def root_of_mass(self, q: Array) -> Array:
         """Return L of M = L L^T. Raises numpy.linalg.LinAlgError."""
-        return np.asarray(np.linalg.cholesky(self._terms("mass", q=q)[0]), dtype=float)
+        return np.asarray(np.linalg.cholesky(self._mass(q)), dtype=float)
+
+    def _mass(self, q: Array) -> Array:
+        """Return M, with rows of constraints for parts without inertia."""
+        M: Array = self._terms("mass", q=q)[0]
+        return regular_inertia(M, self.jacobian(q), self.extents) if self.model.multipliers else M
 
     def accelerations(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
         """Return M^-1 r, (nv,): minus the unbalanced accelerations."""
         (r,) = self._term("residual", q, v, a, z=z, lam=lam)
-        return np.asarray(np.linalg.solve(self._terms("mass", q=q)[0], r), dtype=float)
+        return np.asarray(np.linalg.solve(self._mass(q), r), dtype=float)
 
     def values(self, q: Array, v: Array, a: Array, z: Array, lam: Array) -> Array:
         """Return the values of ``ConditionValues.values``, without partials."""
@@ -193,7 +199,7 @@ class Conditions:
         """
         extents, pace = self.extents, self.pace
         speed = pace * extents
-        inverse = np.linalg.inv(at.M)
+        inverse = np.linalg.inv(regular_inertia(at.M, at.B, extents))
         nv, holonomic = len(extents), len(at.position)
         rows = np.abs(at.B) @ extents
         rows = np.where(rows > 0.0, rows, float(np.max(extents, initial=1.0)))

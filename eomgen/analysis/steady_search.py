@@ -12,6 +12,7 @@ from eomgen.analysis.steady_conditions import Conditions, ConditionValues
 from eomgen.analysis.symmetries import Fields, constant
 from eomgen.base.arrays import Array
 from eomgen.lie.product import update
+from eomgen.solvers.regular_inertia import regular_inertia
 
 Mask = NDArray[np.bool_]
 _MAX_STEPS = 100
@@ -159,7 +160,8 @@ def linear_conditions(
     X, W = fields.directions(state.q), fields.along(state.g).W
     D = fields.slope(state.q, state.g)
     turns = (fields.stacked.W @ state.v).T
-    across = _across(at.M, X if fields.symmetric else np.eye(len(X))[:, given.alone], given.held_q)
+    M = regular_inertia(at.M, at.B, conditions.extents)
+    across = _across(M, X if fields.symmetric else np.eye(len(X))[:, given.alone], given.held_q)
     dv = np.hstack([D @ across, X])
     da = np.hstack([W @ D @ across, W @ X + turns])
     dq = np.hstack([across, np.zeros_like(X)])

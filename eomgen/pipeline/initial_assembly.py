@@ -12,16 +12,24 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.initial_state import corrected_start, kept_components
-from eomgen.errors import ModelError, Problem
+from eomgen.errors import DescriptionError, ModelError, Problem
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
-from eomgen.solvers.constraint_rows import EPSILON, ConstrainedSystem, RowsInMetric, elastic_components, split_sizes
+from eomgen.solvers.constraint_rows import (
+    EPSILON,
+    REDUNDANT,
+    ConstrainedSystem,
+    RowsInMetric,
+    elastic_components,
+    split_sizes,
+)
 from eomgen.solvers.redundancy import Redundancy, check_left_out, left_over, redundancy
 from eomgen.symbolic.evaluate import Evaluation
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.system.terms import NONZEROS, PURPOSES
 
 if TYPE_CHECKING:
+    from eomgen.scene.joints.model import LightJoint
     from eomgen.system.description import Description
     from eomgen.system.system import System
 
@@ -39,6 +47,7 @@ def with_initial_assembly(
     description: Description | None = None,
     *,
     whole: bool = True,
+    light: Sequence[LightJoint] = (),
 ) -> System:
     """Return a System without redundant rows and with a consistent initial state, with notes.
 
@@ -52,6 +61,8 @@ def with_initial_assembly(
         Units of coordinates, for the note on changes, and the geometrically exact beams.
     whole : bool
         Whether M and B are whole matrices, else sparse ones, which large systems need.
+    light : sequence of LightJoint
+        Joints without inertia: the motion along M's null space has to follow from the constraints.
 
     Raises
     ------
@@ -62,12 +73,15 @@ def with_initial_assembly(
     terms_of_state = NEEDED if beams or whole else SPARSE
     system = derive((*terms_of_state, *(("poses",) if beams else ())), ())
     if not system.multipliers:
+        if light:
+            raise DescriptionError([item.problem for item in light])
         return derive(terms, ())
     equations = constrained(system, description=description)
     kept = None if description is None else kept_components(system.factors, description.starts)
     assembly = assemble(equations, np.array(system.initial_q), np.array(system.initial_v), kept=kept)
     rows = redundancy(equations, assembly.q)
     _refuse_surplus_drives(system, rows)
+    _refuse_undetermined(system, equations, assembly.q, light)
     prescribed, locked = _without_freedom(system, equations, assembly.q, rows)
     undetermined = _undetermined(system, equations, assembly.q, rows)
     sensitive = _sensitive(system, equations, assembly.q, assembly.v, rows.dependent)
@@ -102,6 +116,23 @@ def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
         fault = f"the constraints before it already determine this motion, so the drive has no effect: {surplus[0]}"
         hint = "the drive removed, or a constraint less, such as another drive of the same loop"
         raise ModelError(Problem("constraints", fault, hint))
+
+
+def _refuse_undetermined(system: System, equations: ConstrainedSystem, q: Array, light: Sequence[LightJoint]) -> None:
+    """Raise DescriptionError with the joint that moves most if motions of joints without inertia are left free."""
+    if not light:
+        return
+    free = RowsInMetric(equations, q, 0.0).without_resistance
+    places = {factor.name: factor.v for factor in system.factors}
+    moved = [
+        (float(np.linalg.norm(free[places[name]])), item.problem)
+        for item in light
+        for name in (item.joint, item.body)
+        if name in places
+    ]
+    most = max((size for size, _ in moved), default=0.0)
+    if most > REDUNDANT:
+        raise DescriptionError(list(dict.fromkeys(problem for size, problem in moved if size >= 0.5 * most)))
 
 
 def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:

@@ -67,7 +67,7 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
     whole = scene.coordinates != "absolute" or len(scene.bodies) <= _WHOLE
     derive = partial(mechanics.derive, scene) if whole else mechanics.SharedTape(scene).derive
     try:
-        return with_initial_assembly(derive, terms, _describe(scene), whole=whole)
+        return with_initial_assembly(derive, terms, _describe(scene), whole=whole, light=scene.light)
     except ModelError as error:
         raise _with_numbers(error, scene) from None
 

@@ -27,7 +27,7 @@ from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.design_poses import DesignPlace, DesignPoses, FramePlacement, UnknownPoseError
 from eomgen.scene.events.model import Event
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.joints.model import Constraint, Joint, Reaction
+from eomgen.scene.joints.model import Constraint, Joint, LightJoint, Reaction
 from eomgen.system.description import FixedFrame, Point, Requirement, Shape, Simulation
 from eomgen.system.motions import Motion
 from eomgen.system.signals import Input, Output, Parameter, SampledController, State
@@ -224,7 +224,7 @@ def _vector(components: Sequence[Formula]) -> str:
 #: Default, in world axes, m/s^2.
 GRAVITY = (0.0, 0.0, -9.81)
 #: Fields that no equation follows from.
-_SAID = frozenset({"source", "notes", "metadata", "description", "shapes"})
+_SAID = frozenset({"source", "light", "notes", "metadata", "description", "shapes"})
 
 Element = TypeVar("Element", bound=ForceElement)
 
@@ -262,6 +262,7 @@ class Scene:
     modes : numbers that only events change, with values in the tunable parameters ``mode_...``
     events : roots of formulas that stop a run, are counted, or change the state, in order
     shapes : solids and meshes of pictures, which are not part of the digest
+    light : joints that move no inertia, so that constraints have to determine their motion
     coordinates : ``joint``, or ``absolute``: every body is free and joints are constraints.
     groups : by body, ``SE3`` or ``R3xSO3``; for absolute coordinates, unused in joint coordinates. With ``SE3``, the
         default, a lower-pair joint to ground or to slow bodies holds exactly along a step. ``R3xSO3`` is for
@@ -302,6 +303,7 @@ class Scene:
     modes: tuple[str, ...] = ()
     events: tuple[Event, ...] = ()
     shapes: tuple[Shape, ...] = ()
+    light: tuple[LightJoint, ...] = ()
     coordinates: Literal["joint", "absolute"] = "joint"
     groups: Mapping[str, str] = field(default_factory=dict)
     simulation: Simulation = field(default_factory=Simulation)

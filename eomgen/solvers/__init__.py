@@ -13,6 +13,7 @@ __all__ = [
     "load_steps",
     "quadrature",
     "redundancy",
+    "regular_inertia",
     "rigid_beams",
     "sparse_rows",
     "statics",

@@ -34,6 +34,7 @@ from eomgen.solvers.constraint_rows import (
     RowsInMetric,
     long_lever,
 )
+from eomgen.solvers.regular_inertia import inertia_with_rows
 
 if TYPE_CHECKING:
     from eomgen.solvers.rigid_beams import RigidBeams
@@ -463,13 +464,18 @@ class _Rows:
         self.metric = self._factored(mass)
 
     def _factored(self, mass: Array) -> Array:
-        """Return L of M = L L^T; samples with coordinates without inertia are not defined here."""
+        """Return L of M = L L^T; samples with coordinates that neither inertia nor rows determine are not defined."""
         try:
             return np.asarray(np.linalg.cholesky(mass))
         except np.linalg.LinAlgError:
             for k, one in enumerate(mass):
                 try:
                     np.linalg.cholesky(one)
+                    continue
+                except np.linalg.LinAlgError:
+                    mass[k] = inertia_with_rows(one, self.B[k], 1.0 / self.reach[k])
+                try:
+                    np.linalg.cholesky(mass[k])
                 except np.linalg.LinAlgError:
                     self.defined[k], mass[k] = False, np.eye(len(one))
             return np.asarray(np.linalg.cholesky(mass))

@@ -10,6 +10,7 @@ place of a machine, make no difference.
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -22,6 +23,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.errors import ModelError, Problem
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.beams import Beams
+from eomgen.solvers.regular_inertia import inertia_with_rows
 
 if TYPE_CHECKING:
     from eomgen.solvers.sparse_rows import SparseRows
@@ -259,9 +261,11 @@ class RowsInMetric:
 
     @cached_property
     def metric(self) -> Array:
-        """L of M = L L^T; coordinates without inertia at this configuration are given a small inertia."""
-        try:
+        """L of M = L L^T; coordinates without inertia have the one of the rows, or else a small inertia."""
+        with contextlib.suppress(np.linalg.LinAlgError):
             return np.asarray(np.linalg.cholesky(self._mass))
+        try:
+            return np.asarray(np.linalg.cholesky(inertia_with_rows(self._mass, self.B, 1.0 / self.reach)))
         except np.linalg.LinAlgError:
             weights = np.sqrt(np.maximum(np.diag(self._mass), 0.0))
             weights = np.where(weights > 0.0, weights, 1.0)
@@ -285,6 +289,22 @@ class RowsInMetric:
     def weighed(self) -> Array:
         """B scaled by lengths, (rows, nv)."""
         return np.asarray(self.B / self.reach)
+
+    @cached_property
+    def without_resistance(self) -> Array:
+        """Motions (nv, n), displacements of unit length, that move no inertia and that the rows allow: the null space
+        of [M B^T; B 0], by the rows scaled by lengths."""
+        reach, inertia = np.asarray(self.reach), np.maximum(np.diag(self._mass), 0.0)
+        weights = np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
+        values, vectors = np.linalg.eigh(self._mass / np.outer(weights, weights))
+        null = vectors[:, values <= _RESISTANCE * max(values[-1], 0.0)] * (reach / weights)[:, np.newaxis]
+        if not null.shape[1]:
+            return null
+        null = np.linalg.qr(null)[0]
+        natural = np.where(self.natural > 0.0, self.natural, 1.0)
+        _, sizes, along = np.linalg.svd((self.weighed / natural[:, np.newaxis]) @ null)
+        held = np.count_nonzero(sizes > SINGULAR * sizes[:1])
+        return np.asarray(null @ along[held:].T)
 
     @property
     def speeds(self) -> Array:

@@ -24,6 +24,7 @@ from eomgen.base.data import dataclass
 from eomgen.lie.product import Factor, update
 from eomgen.solvers.blocks import Blocks, congruent, inverse_root, least_solution
 from eomgen.solvers.bordered_newton import Matrix
+from eomgen.solvers.regular_inertia import inertia_with_rows
 
 #: Largest turn of a step, rad.
 LARGEST_TURN = 0.5
@@ -272,7 +273,13 @@ def examine(statics: Statics, q: Array, z: Array) -> SearchPoint:
     """Return forces and stiffness at rest at q, z. Raises numpy.linalg.LinAlgError if M is not positive definite."""
     q = statics.followed(q)
     M, B0, sizes = statics.mass(q), statics.jacobian(q), statics.sizes
-    inverse: Any = inverse_root(M)
+    try:
+        inverse: Any = inverse_root(M)
+    except np.linalg.LinAlgError:
+        if not len(B0):
+            raise
+        M = inertia_with_rows(M if isinstance(M, np.ndarray) else M.toarray(), B0, sizes)
+        inverse = inverse_root(M)
     root = inverse.T
     B = B0 @ root
     violation = statics.constraint(q)

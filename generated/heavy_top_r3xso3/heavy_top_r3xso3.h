@@ -206,6 +206,7 @@ typedef struct heavy_top_r3xso3_state {
     eomgen_real a[6]; /* algorithmic acceleration */
     eomgen_real a_before[12]; /* algorithmic accelerations of the last two steps, newest first, for predictions */
     eomgen_real eta[3]; /* multipliers of the velocity constraints */
+    eomgen_real displaced[6]; /* mean velocity by eta in the last step */
     eomgen_real inverse_inertia[6]; /* 1/M_ii at the start: change of positions per eta */
     eomgen_real lam_before[6]; /* multipliers of the last two steps, newest first, for predictions */
     long history; /* number of steps for predictions, at most 3; -1: none, and the first step is damped */
@@ -252,6 +253,7 @@ typedef struct heavy_top_r3xso3_workspace {
     eomgen_real force_rate; /* the latter free of rounding: in a row of the record if rounding is large; 0 before one */
     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real jacobian[17];
+    eomgen_real squared_radius; /* of gyration, of all parts: a length that compares with 1 rad */
     /* nonzeros of the partial derivatives, then their products with T */
     eomgen_real numbers[108];
     eomgen_real tangents[9];

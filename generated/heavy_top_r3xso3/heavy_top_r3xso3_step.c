@@ -1118,6 +1118,39 @@ static void heavy_top_r3xso3_measure_rows(const heavy_top_r3xso3_parameters *p, 
     (void)p; (void)t; (void)extent;
 }
 
+/* work->squared_radius: ratio of the moments of inertia to the masses of work->per_unit. */
+static void heavy_top_r3xso3_measure_radius(heavy_top_r3xso3_workspace *work)
+{
+    static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
+    real sum[2] = { K(0.0), K(0.0) };
+    int i;
+    for (i = 0; i < 6; ++i)
+        sum[angular[i]] = sum[angular[i]] + work->per_unit[i] * work->per_unit[i];
+    work->squared_radius = sum[0] > K(0.0) && sum[1] > K(0.0) ? sum[1] / sum[0] : K(1.0);
+}
+
+/* Make the inertias of work->per_unit, 0 for parts without, at least half of the digits of the largest one, so that
+ * products of rows of B keep the digits of heavy parts. Rotations are compared by the radius of gyration of all parts.
+ * Inertias of inverse_inertia are so already. */
+static void heavy_top_r3xso3_bound_units(const real *inverse_inertia, heavy_top_r3xso3_workspace *work)
+{
+    static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
+    real largest = K(0.0);
+    int i;
+    heavy_top_r3xso3_measure_radius(work);
+    for (i = 0; i < 6; ++i)
+        largest = heavy_top_r3xso3_larger(largest, work->per_unit[i] * work->per_unit[i]
+            / (angular[i] ? work->squared_radius : K(1.0)));
+    for (i = 0; i < 6; ++i) {
+        const real least = EG_SQRT(heavy_top_r3xso3_EPSILON) * (angular[i] ? work->squared_radius : K(1.0)) * largest;
+        if (!(inverse_inertia[i] > K(0.0)) && work->per_unit[i] * work->per_unit[i] < least) {
+            work->per_unit[i] = EG_SQRT(least);
+            work->unit[i] = K(1.0) / work->per_unit[i];
+        }
+    }
+    heavy_top_r3xso3_measure_radius(work);
+}
+
 /* Units of the unknowns: the value of each that alone makes a kinetic energy of 1/2, as 1/sqrt(M_ii) for a velocity,
  * from the diagonal of M and the rows of B at the state in work. */
 static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real t, const real *inverse_inertia,
@@ -1137,10 +1170,13 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
     heavy_top_r3xso3_partial_numbers(p, t, work);
     for (i = 0; i < 6; ++i) {
         const real inertia = diagonal[i] < 0 ? K(0.0) : work->numbers[diagonal[i]];
-        if (inertia > K(0.0))
-            work->unit[i] = EG_SQRT(inverse_inertia[i] > K(0.0) ? inverse_inertia[i] : K(1.0) / inertia);
-        work->per_unit[i] = K(1.0) / work->unit[i];
+        if (inverse_inertia[i] > K(0.0))
+            work->unit[i] = EG_SQRT(inverse_inertia[i]);
+        else if (inertia > K(0.0))
+            work->unit[i] = EG_SQRT(K(1.0) / inertia);
+        work->per_unit[i] = inverse_inertia[i] > K(0.0) || inertia > K(0.0) ? K(1.0) / work->unit[i] : K(0.0);
     }
+    heavy_top_r3xso3_bound_units(inverse_inertia, work);
     for (i = 6; i < 9; ++i)
         work->per_unit[i] = K(0.0);
     {
@@ -1203,6 +1239,64 @@ static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
             work->jacobian[j] = work->jacobian[j] * (unit * unit);
         }
     }
+}
+
+/* displaced := W B_n^T eta. */
+static void heavy_top_r3xso3_displace(const real *eta, real *displaced, const heavy_top_r3xso3_workspace *work)
+{
+    int i;
+    for (i = 0; i < 6; ++i)
+        displaced[i] = K(0.0);
+    {
+        static const int row[17] = { 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2 };
+        static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
+        int j;
+        for (j = 0; j < 17; ++j) {
+            displaced[column[j]] = displaced[column[j]] + work->jacobian[j] * eta[row[j]];
+        }
+    }
+}
+
+/* Size of the magnitudes of the summands of W B^T eta: these of a part lighter than others round positions. */
+static real heavy_top_r3xso3_summands_of_eta(const heavy_top_r3xso3_workspace *work)
+{
+    real summands[6];
+    int i;
+    for (i = 0; i < 6; ++i)
+        summands[i] = K(0.0);
+    {
+        static const int row[17] = { 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2 };
+        static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
+        int j;
+        for (j = 0; j < 17; ++j) {
+            summands[column[j]] = summands[column[j]]
+                + EG_ABS(work->jacobian[j] * work->unknown[9 + row[j]]);
+        }
+    }
+    return heavy_top_r3xso3_size(summands, work);
+}
+
+/* Predict eta by the last step if this predicts positions better than 0: the turn of B changes W B^T eta by less than
+ * its size. Forces that meet in a light part nearly cancel there, and no longer do after a turn. Returns 0 if not;
+ * factors of earlier steps, which have their B, and tolerances, which have their eta, are then of no use. */
+static int heavy_top_r3xso3_predict_eta(const heavy_top_r3xso3_state *from, real *eta, heavy_top_r3xso3_workspace *work)
+{
+    static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
+    real displaced[6], size = K(0.0), changed = K(0.0);
+    int i;
+    heavy_top_r3xso3_displace(from->eta, displaced, work);
+    for (i = 0; i < 6; ++i) {
+        const real square = angular[i] ? work->squared_radius : K(1.0);
+        const real more = displaced[i] - from->displaced[i];
+        size = size + square * (from->displaced[i] * from->displaced[i]);
+        changed = changed + square * (more * more);
+    }
+    memcpy(eta, from->eta, sizeof from->eta);
+    if (changed <= size)
+        return 1;
+    memset(eta, 0, sizeof from->eta);
+    work->tolerance_steps_left = 0;
+    return 0;
 }
 
 /* Index of constraint row i at velocity level, w, among the equations of a step. */
@@ -1492,6 +1586,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_start(const heavy_top_r3xso3_par
     state->history = too_fast ? -1 : 0;
     state->predictor_order = 0;
     memset(state->eta, 0, sizeof state->eta);
+    memset(state->displaced, 0, sizeof state->displaced);
     (void)settings;
     return heavy_top_r3xso3_finite(state->a, 6) ? HEAVY_TOP_R3XSO3_OK : HEAVY_TOP_R3XSO3_NOT_FINITE;
 }
@@ -1668,7 +1763,8 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
         work->per_tolerance[i] = K(1.0) / (work->per_tolerance[i] + work->rounding_decay * work->rounding[i]
             + settings->rtol * EG_ABS(work->unknown[i]) + heavy_top_r3xso3_TINY);
     work->velocity_tolerance = (K(0.02) * settings->atol + K(1e-4) * settings->rtol
-        + K(16.0) * heavy_top_r3xso3_EPSILON) * work->speed[0];
+        + K(16.0) * heavy_top_r3xso3_EPSILON) * heavy_top_r3xso3_larger(work->speed[0],
+        heavy_top_r3xso3_summands_of_eta(work));
     work->tolerance_steps_left = from->history < 3 ? 1 : 4;
     work->tolerance_step = step;
 }
@@ -1862,8 +1958,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
                 + from->lam_before[3 + i]);
         x[6 + i] = step * work->lam[i];
     }
-    for (i = 0; i < 3; ++i)
-        x[9 + i] = from->eta[i];
+    factor = !heavy_top_r3xso3_predict_eta(from, x + 9, work) || factor;
     if (heavy_top_r3xso3_rotation_too_large(step, work))
         return HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
@@ -1991,6 +2086,7 @@ static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real
     memcpy(state->lam_before, state->lam, sizeof state->lam);
     memcpy(state->lam, work->lam, sizeof state->lam);
     memcpy(state->eta, work->unknown + 9, sizeof state->eta);
+    heavy_top_r3xso3_displace(state->eta, state->displaced, work);
     state->t = t;
 }
 

@@ -300,6 +300,7 @@ class GeneralizedAlpha(Family):
         if self._eta(sizes):
             fields += [
                 Field("eta", "multipliers of the velocity constraints", self._eta(sizes)),
+                Field("displaced", "mean velocity by eta in the last step", sizes.v),
                 Field("inverse_inertia", "1/M_ii at the start: change of positions per eta", sizes.v),
             ]
         if self.variant == SPATIAL:

@@ -231,13 +231,18 @@ def _power(size: float, digits: int) -> float:
 
 
 def _weighed_jacobian(unknowns: Unknowns, samples: SampledPartials) -> Array:
-    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves
-    positions."""
+    """Return the nonzeros (n, size) of B with columns times 1/M_ii at the first sample, by which eta moves positions.
+
+    Inertias count at least as half of the digits of the largest one: products of rows of B, whose condition is the one
+    of M, keep the digits of heavy parts.
+    """
     start, count = samples.packing.blocks.get("B", (0, 0))
     numbers, diagonal = _inertia_numbers(unknowns, samples.packing), np.zeros(unknowns.v)
     for component, number in enumerate(numbers):
         diagonal[component] = samples.numbers[0, number] if number >= 0 else 0.0
-    weights = np.divide(1.0, diagonal, out=np.zeros(unknowns.v), where=diagonal > 0.0)
+    sizes = samples.scale**2
+    least = np.sqrt(np.finfo(float).eps) * np.max(diagonal * sizes, initial=0.0)
+    weights = 1.0 / np.maximum(diagonal, (least if least > 0.0 else 1.0) / sizes)
     columns = [column for _, column in samples.packing.nonzeros["B"]]
     return np.asarray(samples.numbers[:, start : start + count] * weights[columns], dtype=float)
 

@@ -31,7 +31,14 @@ from eomgen.products.derivatives.jump_partials import EventPartials, JumpPartial
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start, rows_of
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
-from eomgen.products.derivatives.start import STAGES, WEIGHTS, StateDirections
+from eomgen.products.derivatives.start import (
+    STAGES,
+    WEIGHTS,
+    StateDirections,
+    follows_inertia,
+    nearest,
+    position_weights,
+)
 from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
 #: Deviation of the velocities of a first step, as a part of their change, above which the step is another method's;
@@ -360,8 +367,8 @@ class JumpRun(StartedRun[JumpPart]):
             by_p = begun.partials.P[:, nv + nz :]
             given = np.concatenate([dp, dt], axis=1)
             if nh:
-                dq = dq - _nearest(M, holonomic, holonomic @ dq + by_p[:, :nh] @ given)
-            dv = dv - _nearest(M, B, rates @ dq + B @ dv + by_p[:, nh:] @ given)
+                dq = dq - nearest(M, holonomic, holonomic @ dq + by_p[:, :nh] @ given)
+            dv = dv - nearest(M, B, rates @ dq + B @ dv + by_p[:, nh:] @ given)
             begun = self._accelerated(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
         vdot, dvdot, dzdot = begun.vdot, begun.dvdot, begun.dzdot
         _, alpha_m, alpha_f, *_ = self.coefficients
@@ -479,7 +486,7 @@ class JumpRun(StartedRun[JumpPart]):
         return Accelerated(vdot, lam, partials, solution[:, :nv], solution[:, nv:], -right[:, nv : nv + nz])
 
     def _inertia(self, states: States, p: Array, along: tuple[Array, Array]) -> tuple[Array, Array]:
-        """Return W = 1/M_ii at states, with changes."""
+        """Return W at states, with changes."""
         e, nv, count = self.equations, self.equations.nv, len(states.t)
         unit = np.arange(nv)
         many = States(*(np.repeat(block, nv + 1, axis=0) for block in states))
@@ -495,10 +502,10 @@ class JumpRun(StartedRun[JumpPart]):
             for block in (moving.Jq, moving.P, moving.Ja)
         )
         M = moving.Ja.reshape(count, nv + 1, -1, nv)[:, 0]
-        inertia = 1.0 / M[:, unit, unit]
+        weights = position_weights(M[:, :nv], np.array([unit == "rad/s" for unit in e.model.v_units]))
         del by_a
         diagonal = by_q[:, unit, unit] @ along[0] + by_p[:, unit, unit] @ along[1]
-        return inertia, -(inertia**2)[..., np.newaxis] * diagonal
+        return weights, -(weights**2 * follows_inertia(weights, M[:, :nv]))[..., np.newaxis] * diagonal
 
     # -- cut steps ---------------------------------------------------------------------------------------------------
 
@@ -680,10 +687,3 @@ class JumpRun(StartedRun[JumpPart]):
     def _switches(self) -> bool:
         """Whether parameters are modes that change along the run."""
         return bool(self.motion.stepper.layout["method"].get("events", {}).get("modes"))
-
-
-def _nearest(M: Array, B: Array, off: Array) -> Array:
-    """Return the least x in the metric of M with B x = off, (n, nv, columns)."""
-    by_row = np.linalg.solve(M, np.swapaxes(B, 1, 2))
-    result: Array = by_row @ np.linalg.solve(B @ by_row, off)
-    return result

@@ -46,6 +46,7 @@ from eomgen.products.derivatives.start import (
     LinearizedRest,
     StartDerivatives,
     StateDirections,
+    follows_inertia,
     inertia_partials,
     on_constraints,
 )
@@ -159,7 +160,7 @@ class StartSecondDerivatives:
         nv, W, size = self.equations.nv, self.W, len(self.asked[0].dp)
         dW = [one.dp[size:] for one in self.on]
         self.hessian += dW[0].T @ (2.0 * (of_inertia / W)[:, np.newaxis] * dW[1])
-        omega = of_inertia * W**2
+        omega = of_inertia * W**2 * follows_inertia(W, self.stages[0][0].matrix[:nv, :nv])
         values = self.stages[0][0].values
         units = {name: np.repeat(array, nv + 1, axis=0) if name != "p" else array for name, array in values.items()}
         units["v"], units["a"] = np.zeros((nv + 1, nv)), np.eye(nv + 1, nv)

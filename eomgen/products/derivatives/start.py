@@ -34,6 +34,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
 from eomgen.products.derivatives.equations import EquationPartials, Equations
 from eomgen.simulation.stepping.states import PrescribedInputs, States
+from eomgen.solvers.regular_inertia import regular_inertia
 
 #: Steps onto constraints, and ratio to the largest step below which later steps change no derivative.
 _STEPS, _LAST = 50, 1e-13
@@ -464,18 +465,37 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     if nh:
         if far:
             dq = moved_positions(equations, start.asked, times, given, dq, along.dp)
-        dq = dq - _nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
+        dq = dq - nearest(M, by_q[:nh], by_q[:nh] @ dq + by_p[:nh] @ along.dp)
     if far:
         behind = InitialState(start.q, start.asked.v, start.z)
         dv = moved_velocities(equations, behind, times, given, dq, dv, along.dp)
     rates = by_q[nh:] @ dq + by_v[nh:] @ dv + by_p[nh:] @ along.dp
-    dv = dv - _nearest(M, by_v[nh:], rates)
+    dv = dv - nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:
         return StateDirections(dq, dv, along.dz, along.dp)
     by_q, by_p = inertia_partials(start)
     diagonal = by_q @ dq + by_p @ along.dp  # change of M_ii
-    dW = -(inverse_inertia**2)[:, np.newaxis] * diagonal
+    dW = -(inverse_inertia**2 * follows_inertia(inverse_inertia, M))[:, np.newaxis] * diagonal
     return StateDirections(dq, dv, along.dz, np.concatenate([along.dp, dW]))
+
+
+def position_weights(M: Array, angular: NDArray[np.bool_]) -> Array:
+    """Return W = 1/M_ii (n, nv) of M (n, nv, nv) as runs limit it: inertias count at least as half of the digits of the
+    largest one, rotations by the radius of gyration of all parts."""
+    diagonal = np.diagonal(M, axis1=-2, axis2=-1)
+    moments, masses = (diagonal[:, of].sum(axis=1, keepdims=True) for of in (angular, ~angular))
+    both = (masses > 0.0) & (moments > 0.0)
+    sizes = np.where(angular & both, np.divide(moments, masses, out=np.ones_like(masses), where=both), 1.0)
+    least = np.sqrt(np.finfo(float).eps) * np.max(diagonal / sizes, axis=1, keepdims=True) * sizes
+    return np.asarray(1.0 / np.maximum(diagonal, least), dtype=np.float64)
+
+
+def follows_inertia(W: Array, M: Array) -> NDArray[np.bool_]:
+    """Return whether each W (..., nv) is 1/M_ii of M (..., nv, nv), to single precision; else it is limited by the
+    heaviest part, whose change moves positions less than half of the digits."""
+    near = 1.0 - np.sqrt(np.finfo(np.float32).eps)
+    result: NDArray[np.bool_] = W * np.diagonal(M, axis1=-2, axis2=-1) > near
+    return result
 
 
 def inertia_partials(start: LinearizedStart) -> tuple[Array, Array]:
@@ -498,8 +518,8 @@ def inertia_partials(start: LinearizedStart) -> tuple[Array, Array]:
     return by_q, np.concatenate([by_p, np.zeros((nv, equations.driven))], axis=1)
 
 
-def _nearest(M: Array, B: Array, off: Array) -> Array:
-    """Return the least x in the metric of M with B x = off."""
-    by_row = np.linalg.solve(M, B.T)
+def nearest(M: Array, B: Array, off: Array) -> Array:
+    """Return the least x (..., nv, columns) in the metric of M with B x = off."""
+    by_row = np.linalg.solve(regular_inertia(M, B, np.ones(M.shape[-1])), np.swapaxes(B, -1, -2))
     result: Array = by_row @ np.linalg.solve(B @ by_row, off)
     return result

@@ -25,6 +25,7 @@ from eomgen.lie.groups import group_named
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
 from eomgen.simulation.stepping.states import PrescribedInputs, States
+from eomgen.solvers.regular_inertia import regular_inertia
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,8 @@ class VariationalRun(TransitionRun):
                 at = last if number else first
                 B = partials.Jv[at][:, -nl:]
                 pushed = C @ middle[:, :, np.newaxis] * sign - (sign * moved.p - 0.5 * h * rate.rate)[:, :, np.newaxis]
-                by_inertia = np.linalg.solve(partials.Ja[at][:, :nv], np.swapaxes(B, 1, 2))
+                inertia = regular_inertia(partials.Ja[at][:, :nv], B, np.ones(nv))
+                by_inertia = np.linalg.solve(inertia, np.swapaxes(B, 1, 2))
                 impulses = -self.solved(B @ by_inertia, np.swapaxes(by_inertia, 1, 2) @ pushed, after.t)[:, :, 0]
                 values = {name: array if name == "p" else array[at] for name, array in ends.blocks.items()}
                 N, Np = equations.reaction_partials(values, impulses)

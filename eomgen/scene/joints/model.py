@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from eomgen.base.data import dataclass
+from eomgen.errors import Problem
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Symbol, Vector, infix
 from eomgen.formula.prescribed_motion import constant
@@ -266,3 +267,18 @@ class Joint:
             subject = f"joint {self.name}" if len(meanings) == 1 else f"the {meaning} of joint {self.name}"
             result.append(Limit(subject, names[stop.index], unit, stop.lower, stop.upper, stop.stiffness))
         return tuple(result)
+
+
+@dataclass(frozen=True)
+class LightJoint:
+    """A joint that moves no inertia, in a scene whose constraints may determine its motion.
+
+    Attributes
+    ----------
+    joint, body : names; in absolute coordinates the body is free
+    problem : to be reported if they do not
+    """
+
+    joint: str
+    body: str
+    problem: Problem

@@ -14,7 +14,8 @@ from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.inertia import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
-from eomgen.scene.joints.model import Joint
+from eomgen.scene.joints.model import Joint, LightJoint
+from eomgen.scene.reading.report import Report
 
 if TYPE_CHECKING:
     from eomgen.scene.reading.values import Values
@@ -253,12 +254,14 @@ def check_motion(
     values: Values,
     *,
     absolute: bool = False,
+    constrained: bool = False,
     allowed: Collection[str] = (),
-) -> list[str]:
+) -> tuple[list[str], list[LightJoint]]:
     """Require that some joint of a tree moves, and that the outermost moving joints move inertia.
 
     In ``absolute`` coordinates every moving body is free, and each free body with the bodies fixed to it needs mass and
-    inertia.
+    inertia. If a scene is ``constrained``, joints without inertia at the default parameters are returned instead:
+    [M B^T; B 0] may be regular.
 
     Parameters
     ----------
@@ -271,6 +274,8 @@ def check_motion(
     -------
     list of str
         Leaders of mimic joints that move such bodies alone.
+    list of LightJoint
+        Joints that need constraints.
     """
     if not any(joint.kind.moves or bodies[joint.child].beam is not None for joint in joints):
         values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
@@ -278,6 +283,7 @@ def check_motion(
     followers = _followers(joints)
     assemblies, carrying = _assemblies(joints)
     sound: set[tuple[object, ...]] = set()
+    determined: list[LightJoint] = []
 
     def needs_no_inertia(joint: Joint) -> bool:
         if not joint.kind.moves or values.report.concerns(key_of("joints", joint.name)):
@@ -308,9 +314,12 @@ def check_motion(
                 [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
             )
         rule = MovableInertia(kind, _directions(joint), parts, rotors, pitch, led, words, hint)
-        if values.require(key, rule, places.formulas) and not fixed:
+        later = Report(values.report.file, values.report.lines) if constrained else None
+        if values.require(key, rule, places.formulas, later) and not fixed:
             sound.add(alike)
-    return light
+        if later is not None:
+            determined += [LightJoint(joint.name, joint.child, problem) for _, problem in later.noted]
+    return light, determined
 
 
 def _parts(joint: Joint, fixed: Sequence[Joint], bodies: Mapping[str, Body], places: _Places) -> tuple[Part, ...]:

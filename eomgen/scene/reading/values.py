@@ -314,8 +314,12 @@ class Values:
         elif isinstance(formula, Operation) and self.is_tunable(formula):
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
 
-    def require(self, key: str, rule: Rule, formulas: Sequence[Formula]) -> bool:
+    def require(self, key: str, rule: Rule, formulas: Sequence[Formula], later: Report | None = None) -> bool:
         """Report values at the default parameters that break a rule; keep the rule if tunable parameters occur.
+
+        Parameters
+        ----------
+        later : report of faults that other equations may remedy; rules that are broken so are not kept
 
         Returns
         -------
@@ -333,9 +337,10 @@ class Values:
         broken = known and bool(rule.broken(numbers))
         if broken:
             fault, hint = rule.fault(numbers)
-            self.report.add(key, f"at s = {self.place:.6g}, {fault}" if key in self.varied else fault, hint)
+            report = self.report if later is None else later
+            report.add(key, f"at s = {self.place:.6g}, {fault}" if key in self.varied else fault, hint)
         tunable = self.is_tunable(*formulas)
-        if tunable:
+        if tunable and not (broken and later is not None):
             self.requirements.append(Requirement(self.report.where(key), tuple(formulas), rule))
         return known and not broken and not tunable
 

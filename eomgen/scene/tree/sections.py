@@ -25,7 +25,7 @@ from eomgen.scene.inertia import Inertia, impossible, not_physical, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joint_types import is_own
 from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
-from eomgen.scene.joints.model import Constraint, Joint, Reaction
+from eomgen.scene.joints.model import Constraint, Joint, LightJoint, Reaction
 from eomgen.scene.joints.moved_inertia import check_motion
 from eomgen.scene.joints.reading import read_joint, read_reaction
 from eomgen.scene.joints.tree import JointEdge, check_mimics, ordered
@@ -96,11 +96,13 @@ class TreeSections:
     joints : parents first
     complete : whether every body and every joint could be read
     unresisted : notes on motions without stiffness, damping or inertia
+    light : joints without inertia, whose motion constraints have to determine
     """
 
     joints: Sequence[Joint]
     complete: bool
     unresisted: Sequence[str]
+    light: Sequence[LightJoint] = ()
 
 
 def _reserved(name: str) -> tuple[str, str]:
@@ -232,26 +234,31 @@ class _Joints(Section):
         check_inertias(bodies.values(), document.section("bodies"), values)
         tree = [joints[link.name] for link in order]
         unresisted: Sequence[str] = ()
+        determined: Sequence[LightJoint] = ()
         if complete and len(order) == len(links) == len(bodies):
             free = not document.section("constraints") and not any(joint.drive for joint in tree)
             alone = document.coordinates == "joint" and free
             judged = {name for name in bodies if key_of("bodies", name, "mass") in values.judged} if alone else set()
             absolute = document.coordinates == "absolute"
-            light = check_motion(tree, bodies, values, absolute=absolute, allowed=judged)
+            constrained = bool(document.section("constraints")) and not absolute
+            light, determined = check_motion(
+                tree, bodies, values, absolute=absolute, constrained=constrained, allowed=judged
+            )
             if alone and not reading.report.noted:
                 inertias = body_inertias(bodies.values(), values)
                 unresisted = unresisted_motions(tree, inertias, sections, values, light)
             check_frames(tree, bodies, values)
-        reading.keep(TreeSections(tree, complete, unresisted))
+        reading.keep(TreeSections(tree, complete, unresisted, determined))
 
     def notes(self, reading: Reading) -> Iterable[str]:
         return reading.kept(TreeSections).unresisted
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
-        tree, bodies = reading.kept(TreeSections).joints, reading.items["bodies"]
+        kept, bodies = reading.kept(TreeSections), reading.items["bodies"]
         return {
-            "bodies": tuple(bodies[joint.child] for joint in tree if joint.child in bodies),
-            "joints": tuple(tree),
+            "bodies": tuple(bodies[joint.child] for joint in kept.joints if joint.child in bodies),
+            "joints": tuple(kept.joints),
+            "light": tuple(kept.light),
         }
 
 

@@ -20,6 +20,7 @@ from eomgen.formula.evaluate import evaluate_batch
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 from eomgen.results.finding import Finding
+from eomgen.solvers.regular_inertia import regular_inertia
 from eomgen.solvers.sparse_rows import SparseRows, largest_singular_value, smallest_singular_value
 from eomgen.system.terms import NONZEROS
 
@@ -228,7 +229,8 @@ def _by_whole_matrices(model: CompiledModel, t: Array, q: Array, p: Array) -> tu
     if not (np.all(np.isfinite(M)) and np.all(np.isfinite(B))):
         return None
     try:
-        weighed = np.swapaxes(np.linalg.solve(np.linalg.cholesky(M), np.swapaxes(B, -1, -2)), -1, -2)
+        L = np.linalg.cholesky(regular_inertia(M, B, np.ones(model.nv)))
+        weighed = np.swapaxes(np.linalg.solve(L, np.swapaxes(B, -1, -2)), -1, -2)
     except np.linalg.LinAlgError:
         return None
     lengths = np.linalg.norm(weighed, axis=-1).max(axis=0)

@@ -12,6 +12,7 @@ from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, bracket_matrix
 from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, Space, Value, column, spread
 from eomgen.scene.scene import Scene
+from eomgen.solvers.regular_inertia import regular_inertia
 
 FAMILY = "separated terms and energies"
 _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
@@ -29,7 +30,7 @@ def motion_claims(space: Space, engine: Engine, scene: object) -> list[Claim]:
     if {"mass", "energy"} <= there:
         claims.append(_mass(space, engine))
     if "mass" in there:
-        claims.append(_definite())
+        claims.append(_definite(constrained="constraint_jacobian" in there))
     if by_energy and {"mass", "coupling"} <= there:
         claims.append(_coupling(space))
     if by_energy and {"mass", "coupling", "base_motion", "energy"} <= there:
@@ -92,9 +93,11 @@ def _mass(space: Space, engine: Engine) -> Claim:
     )
 
 
-def _definite() -> Claim:
+def _definite(*, constrained: bool) -> Claim:
     def value(engine: Engine, state: Blocks) -> Array:
         M = engine("mass", state)["M"]
+        if constrained:
+            M = regular_inertia(M, engine("constraint_jacobian", state)["B"], np.ones(M.shape[-1]))
         scale = 1.0 / np.sqrt(np.maximum(np.abs(np.diagonal(M, axis1=-2, axis2=-1)), 1e-300))
         scaled = M * scale[..., np.newaxis] * scale[..., np.newaxis, :]
         skew = np.max(np.abs(scaled - np.swapaxes(scaled, -1, -2)), axis=(-2, -1))
