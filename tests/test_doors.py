@@ -42,7 +42,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
     "products.pictures": {"InlineAnimation", "Rainflow", "animate", "rainflow", "section_drawing"},
-    "products.statics": {"BucklingLoads", "EquilibriumPath", "PathRequest", "path_following"},
+    "products.statics": {"BucklingLoads", "EquilibriumPath", "PathRequest", "SteadyMotion", "path_following"},
     "products.robots": {"MJCF", "SDF", "URDF", "mjcf", "sdf"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),
@@ -224,15 +224,15 @@ DOORS: dict[str, set[str]] = {
     },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.linear": {
-        *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene"),
-        *("simulation", "solvers", "system"),
+        *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "products.statics", "results"),
+        *("scene", "simulation", "solvers", "system"),
     },
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.robots": {"base", "errors", "formula", "lie", "scene", "system"},
     "products.pictures": {
         *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
     },
-    "products.statics": {"analysis", "base", "cli", "compiled", "errors", "pipeline", "solvers"},
+    "products.statics": {"analysis", "base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
     "products.pages": {
         *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
         *("products.pictures", "products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),

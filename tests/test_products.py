@@ -90,6 +90,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
     ),
     "statics": (
         ("model.equilibrium_path", "a Model has no 'equilibrium_path'"),
+        ("model.steady_motion", "a Model has no 'steady_motion'"),
         ("model.buckling_loads", "a Model has no 'buckling_loads'"),
         ("cli('equilibrium', 'pendulum.toml', '--path', 'length=1:2')", "--path length=1:2"),
         ("cli('equilibrium', 'pendulum.toml', '--buckling', 'length')", "--buckling length"),

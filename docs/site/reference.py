@@ -47,7 +47,7 @@ RESULTS = {
     "Equilibrium": "eomgen.analysis.equilibrium",
     "EquilibriumPath": "eomgen.products.statics.equilibrium_path",
     "BucklingLoads": "eomgen.products.statics.path_following",
-    "SteadyMotion": "eomgen.analysis.steady_motion",
+    "SteadyMotion": "eomgen.products.statics.steady_motion",
     "Floquet": "eomgen.simulation.floquet",
     "Linearization": "eomgen.linear.linearization",
     "Modes": "eomgen.linear.modes",

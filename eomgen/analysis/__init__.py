@@ -1,4 +1,4 @@
-"""Analyses of a compiled model about one state: equilibria and steady motions."""
+"""Analyses of a compiled model about one state: equilibria."""
 
 __all__ = [
     "base_parameters",
@@ -7,6 +7,4 @@ __all__ = [
     "loaded_statics",
     "sparse_partials",
     "state_warnings",
-    "steady_motion",
-    "symmetries",
 ]

@@ -199,7 +199,6 @@ CORE: tuple[Verb, ...] = (
         heading="Housekeeping",
     ),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
-    Verb("steady_motion", methods=("eomgen.analysis.steady_motion:steady_motion",)),
     Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),
     Verb(
         "derivatives",

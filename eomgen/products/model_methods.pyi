@@ -3,7 +3,6 @@
 
 from eomgen.analysis.base_parameters import base_parameters as _base_parameters
 from eomgen.analysis.equilibrium import equilibrium as _equilibrium
-from eomgen.analysis.steady_motion import steady_motion as _steady_motion
 from eomgen.compiled.argument_derivatives import derivatives as _derivatives
 from eomgen.compiled.argument_derivatives import hessian as _hessian
 from eomgen.compiled.argument_derivatives import sparsity as _sparsity
@@ -19,6 +18,7 @@ from eomgen.products.pages.live import live as _live
 from eomgen.products.pages.report import report as _report
 from eomgen.products.statics.path_following import buckling_loads as _buckling_loads
 from eomgen.products.statics.path_following import equilibrium_path as _equilibrium_path
+from eomgen.products.statics.steady_motion import steady_motion as _steady_motion
 from eomgen.simulation.checkpoint import resume as _resume
 from eomgen.simulation.run_model import attach as _attach
 from eomgen.simulation.simulate import simulate as _simulate
@@ -27,7 +27,6 @@ from eomgen.simulation.start import start as _start
 class ModelMethods:
     base_parameters = _base_parameters
     equilibrium = _equilibrium
-    steady_motion = _steady_motion
     derivatives = _derivatives
     hessian = _hessian
     sparsity = _sparsity
@@ -43,6 +42,7 @@ class ModelMethods:
     report = _report
     buckling_loads = _buckling_loads
     equilibrium_path = _equilibrium_path
+    steady_motion = _steady_motion
     resume = _resume
     attach = _attach
     simulate = _simulate

@@ -29,7 +29,7 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "pictures": ("animate", "plot_sections", "rainflow"),
     "reliability": ("RandomVibration", "random", "random_vibration"),
     "robots": (".mjcf", ".sdf", ".urdf", ".world", ".xml", "MJCF", "SDF", "URDF"),
-    "statics": ("buckling_loads", "equilibrium_path"),
+    "statics": ("buckling_loads", "equilibrium_path", "steady_motion"),
     "studies": (
         "Extremes",
         "Identification",

@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis import base_parameters, steady_motion
+from eomgen.analysis import base_parameters
 from eomgen.base import journal
 from eomgen.base.csv_tables import _cells
 from eomgen.cli import options
@@ -37,6 +37,7 @@ from eomgen.products.linear.sampling import seconds
 from eomgen.products.linear.spectra import InputSpectrum, MeasuredRoad
 from eomgen.products.linear.state_space import StateSpace
 from eomgen.products.pictures import section_loads
+from eomgen.products.statics import steady_motion
 from eomgen.products.studies.identification import measurements, study
 from eomgen.products.studies.work_precision.running import tuning_grid
 from eomgen.products.waves.sea_states.components import discretized, divided, wave_number

@@ -34,6 +34,7 @@ PRODUCT = Product(
         ),
         "eomgen.preparations": ("eomgen.products.linear.calibration:CALIBRATION",),
     },
+    needs=("statics",),
     moved={
         "linear": "eomgen.products.linear",
         "simulation.floquet": "eomgen.products.linear.analyses.periodic_motions",

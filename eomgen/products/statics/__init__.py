@@ -1,4 +1,4 @@
-"""Statics: load paths with their critical points, and linear buckling loads."""
+"""Statics: load paths with their critical points, linear buckling loads, and steady motions."""
 
 from eomgen.base.products import LateRow, Product
 from eomgen.base.verbs import Verb
@@ -16,14 +16,19 @@ PRODUCT = Product(
                 ),
                 behind="completion",
             ),
+            Verb("steady_motion", methods=("eomgen.products.statics.steady_motion:steady_motion",), behind="save"),
         ),
         "eomgen.statics": (LateRow("path", "eomgen.products.statics.command:PathRequest"),),
     },
     moved={
         "analysis.path_following": "eomgen.products.statics.path_following",
         "analysis.equilibrium_path": "eomgen.products.statics.equilibrium_path",
+        **{
+            f"analysis.{name}": f"eomgen.products.statics.{name}"
+            for name in ("steady_conditions", "steady_motion", "steady_search", "symmetries")
+        },
         "solvers.critical_points": "eomgen.products.statics.critical_points",
     },
 )
 #: Open to the other parts of ``products`` as well.
-WITHIN = ["path_following"]
+WITHIN = ["path_following", "steady_motion", "symmetries"]

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from eomgen.analysis.driven_rest import drives
 from eomgen.analysis.sparse_partials import sparse_partials
-from eomgen.analysis.steady_motion import SteadyMotion
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
@@ -46,6 +45,7 @@ from eomgen.products.linear.multiblade import (
     largest_change,
 )
 from eomgen.products.linear.sampling import SampledPart, held_as_inputs
+from eomgen.products.statics.steady_motion import SteadyMotion
 from eomgen.solvers.bordered_newton import whole
 from eomgen.system.description import component_names
 from eomgen.system.terms import linear_terms, takes_nonzeros

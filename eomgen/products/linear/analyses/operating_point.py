@@ -18,14 +18,14 @@ from eomgen.analysis.equilibrium import Equilibrium, equilibrium, solved_equilib
 from eomgen.analysis.loaded_statics import loaded_statics
 from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.analysis.state_warnings import SceneMeasures as MeasuresOfScene
-from eomgen.analysis.steady_motion import SteadyMotion, motion_along
-from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import InitialState, initial_state
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.products.statics.steady_motion import SteadyMotion, motion_along
+from eomgen.products.statics.symmetries import KnownSymmetries
 from eomgen.solvers.bordered_newton import LoadedState
 from eomgen.solvers.equilibrium_path import PathEndError, StepLimits
 from eomgen.solvers.load_steps import by_load_steps

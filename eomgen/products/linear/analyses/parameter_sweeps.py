@@ -12,8 +12,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.analysis.state_warnings import SceneMeasures
-from eomgen.analysis.steady_motion import motion_along
-from eomgen.analysis.symmetries import KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
 from eomgen.base.progress import Progress
@@ -31,6 +29,8 @@ from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.products.linear.eigenvalue_loci import root_locus as followed_roots
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.multiblade import AT_ONE_AZIMUTH, Blades
+from eomgen.products.statics.steady_motion import motion_along
+from eomgen.products.statics.symmetries import KnownSymmetries
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel

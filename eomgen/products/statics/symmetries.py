@@ -24,8 +24,8 @@ from eomgen.lie.groups import group_named
 from eomgen.lie.product import bracket_matrix, moved_frames
 
 if TYPE_CHECKING:
-    from eomgen.analysis.steady_conditions import Conditions
     from eomgen.compiled.model import CompiledModel
+    from eomgen.products.statics.steady_conditions import Conditions
 
 #: Singular values below this part of the largest are zero.
 _NOTHING = 1e-8

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.analysis.steady_conditions import Conditions, ConditionValues
-from eomgen.analysis.symmetries import Fields, constant
 from eomgen.base.arrays import Array
 from eomgen.lie.product import update
+from eomgen.products.statics.steady_conditions import Conditions, ConditionValues
+from eomgen.products.statics.symmetries import Fields, constant
 from eomgen.solvers.regular_inertia import regular_inertia
 
 Mask = NDArray[np.bool_]

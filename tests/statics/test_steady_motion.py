@@ -13,7 +13,7 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
-from eomgen.analysis import steady_motion
+from eomgen.products.statics import steady_motion
 
 MASS, REACH, ACROSS, ALONG, G = 1.3, 0.25, 0.12, 0.03, 9.81  # of the top; ACROSS about the fixed point
 

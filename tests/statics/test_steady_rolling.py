@@ -12,9 +12,9 @@ import pytest
 
 import eomgen
 from eomgen import NumericalError
-from eomgen.analysis.steady_motion import SteadyMotion, _conditions
-from eomgen.analysis.symmetries import symmetries
 from eomgen.lie.numeric import rotated
+from eomgen.products.statics.steady_motion import SteadyMotion, _conditions
+from eomgen.products.statics.symmetries import symmetries
 from eomgen.system.terms import PURPOSES
 from tests.oracles.similarity import BINARY, UnitsOf, in_units
 

@@ -23,16 +23,6 @@ from numpy.typing import ArrayLike, NDArray
 from eomgen.analysis.driven_rest import driven_components, held_base, where_driven
 from eomgen.analysis.sparse_partials import check_continuous
 from eomgen.analysis.state_warnings import SceneMeasures, beams_beyond_linear_range, inertia_warning, off_axis_hint
-from eomgen.analysis.steady_conditions import Conditions
-from eomgen.analysis.steady_search import (
-    Linear,
-    PrescribedComponents,
-    SteadySearch,
-    linear_conditions,
-    motion_at,
-    search,
-)
-from eomgen.analysis.symmetries import Fields, KnownSymmetries
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import distinct, shown
@@ -41,6 +31,16 @@ from eomgen.compiled.arguments import check_finite, check_name, components, numb
 from eomgen.compiled.initial_state import initial_state
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
+from eomgen.products.statics.steady_conditions import Conditions
+from eomgen.products.statics.steady_search import (
+    Linear,
+    PrescribedComponents,
+    SteadySearch,
+    linear_conditions,
+    motion_at,
+    search,
+)
+from eomgen.products.statics.symmetries import Fields, KnownSymmetries
 from eomgen.system.terms import PURPOSES
 
 if TYPE_CHECKING:
