@@ -213,11 +213,10 @@ def _collada(data: bytes) -> Iterator[Painted]:
             triangles = part.triangleset() if hasattr(part, "triangleset") else part
             faces = np.asarray(triangles.vertex_index, dtype=np.intp)
             if faces.shape[-1] == len("xyz"):  # not lines
-                effect = getattr(triangles.material, "effect", None)
                 yield (
                     triangles.vertex @ axes.T,
                     faces[:, ::-1] if turned else faces,
-                    _colors(getattr(effect, "diffuse", None), len(faces)),
+                    _colors(getattr(getattr(triangles.material, "effect", None), "diffuse", None), len(faces)),
                 )
 
 

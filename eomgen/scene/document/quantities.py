@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 from eomgen.base.messages import key_of
 from eomgen.scene.document.schema import document_for
 from eomgen.scene.reading.key_metadata import ANY_UNIT, KeyMetadata, Table, Units, fields_of
-from eomgen.scene.signals.schema import State
 
 Data = Mapping[str, Any]
 Path = tuple[str | int, ...]
@@ -66,11 +65,10 @@ def quantities(data: Data, without: frozenset[str] = frozenset()) -> Iterator[Qu
             elif inner.shape == "table":
                 ahead += [(inner.model, value, place, kind)] * isinstance(value, Mapping)
             elif isinstance(value, Mapping | list | tuple):
-                short = inner.model.short
                 for name, one in value.items() if isinstance(value, Mapping) else enumerate(value):
                     if isinstance(one, Mapping):
                         ahead.append((inner.model, one, (*place, name), kind))
-                    elif short:  # the entry is the value of one key
+                    elif short := inner.model.short:  # the entry is the value of one key
                         whole, key = (*place, name), fields_of(inner.model)[short][0]
                         yield from _components(inner.model, {short: one}, short, key, kind, whole, whole)
 
@@ -84,7 +82,7 @@ def _components(
         units = str(entries.get("unit", ""))
     elif isinstance(units, tuple) and isinstance(entries.get("index"), int):
         units = units[entries["index"]]
-    elif issubclass(table, State) and field == "rate":
+    elif field == table.rate_of_entry:
         units = f"{entries.get('unit') or '1'}/s"
     if not units and meaning.names is None:
         return

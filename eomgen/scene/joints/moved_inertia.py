@@ -15,7 +15,6 @@ from eomgen.scene.bodies.model import Body
 from eomgen.scene.inertia import NO_INERTIA, dot, singular, steiner, times, turned
 from eomgen.scene.joint_types import AXIS, JOINTS, Connection
 from eomgen.scene.joints.model import Joint, LightJoint
-from eomgen.scene.reading.report import Report
 
 if TYPE_CHECKING:
     from eomgen.scene.reading.values import Values
@@ -314,7 +313,7 @@ def check_motion(
                 [item.mimic.multiplier for item in followers.get(joint.name, ()) if item.mimic is not None]
             )
         rule = MovableInertia(kind, _directions(joint), parts, rotors, pitch, led, words, hint)
-        later = Report(values.report.file, values.report.lines) if constrained else None
+        later = type(values.report)(values.report.file, values.report.lines) if constrained else None
         if values.require(key, rule, places.formulas, later) and not fixed:
             sound.add(alike)
         if later is not None:

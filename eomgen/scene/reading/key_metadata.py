@@ -29,6 +29,8 @@ Column = Literal["", "argument", "value"]
 class Table(BaseModel):
     """A table with known keys only; a text in place of the table is the value of the key ``short``, if any.
 
+    The value of the key ``rate_of_entry`` has the unit of the entry divided by s.
+
     Parameters
     ----------
     **data : object
@@ -36,6 +38,7 @@ class Table(BaseModel):
     """
 
     short: ClassVar[str] = ""
+    rate_of_entry: ClassVar[str] = ""
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, defer_build=True)
 
     @classmethod

@@ -34,6 +34,8 @@ class Definition(Table):
 class State(Table):
     """An internal state z, which its rate moves, or which takes new values at times of its own."""
 
+    rate_of_entry: ClassVar[str] = "rate"
+
     rate: Value | None = optional("its time derivative; required unless it is sampled", names=STATE)
     sample: Value | None = of_fixed_parameters("of a sampled state: time between two samples", unit="s")
     formula: Value | None = optional(
