@@ -132,7 +132,7 @@ def _refuse_undetermined(system: System, equations: ConstrainedSystem, q: Array,
     ]
     most = max((size for size, _ in moved), default=0.0)
     if most > REDUNDANT:
-        raise DescriptionError(list(dict.fromkeys(problem for size, problem in moved if size >= 0.5 * most)))
+        raise DescriptionError([*dict.fromkeys(problem for size, problem in moved if size >= 0.5 * most)])
 
 
 def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:

@@ -14,8 +14,7 @@ import pytest
 from eomgen.analysis import base_parameters
 from eomgen.base import journal
 from eomgen.base.csv_tables import _cells
-from eomgen.cli import options
-from eomgen.cli.equilibrium import PathRequest
+from eomgen.cli import equilibrium, options
 from eomgen.codegen import folder
 from eomgen.codegen.targets.c.naming import check_identifier
 from eomgen.compiled import arguments
@@ -95,19 +94,19 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "a.csv:3: this is not a CSV file: ',' expected after '\"'; try: plain cells between delimiters",
     ),
     "over without path": (
-        lambda: PathRequest.read(None, ("x",), None, None, None),
+        lambda: equilibrium._request(None, ("x",), None, None, None),
         "--over: it belongs to a path; try: --path load=0:10",
     ),
     "buckling and figure": (
-        lambda: PathRequest.read(None, (), "a.png", "load", None),
+        lambda: equilibrium._request(None, (), "a.png", "load", None),
         "--plot: it belongs to a path, or to an equilibrium alone; try: --path load=0:10",
     ),
     "figure of a path": (
-        lambda: PathRequest.read("load=0:10", (), "a.gif", None, None),
+        lambda: equilibrium._request("load=0:10", (), "a.gif", None, None),
         "--plot a.gif: a figure is a .png, .svg or .pdf file; try: --plot rest.png",
     ),
     "path and buckling": (
-        lambda: PathRequest.read("load=0:10", (), None, "load", None),
+        lambda: equilibrium._request("load=0:10", (), None, "load", None),
         "--buckling: it is asked for together with --path; try: one of them",
     ),
     "modes from 1": (
@@ -461,7 +460,7 @@ ACCEPTED: Sequence[Callable[[], object]] = (
     lambda: without_cross_terms(np.eye(2), np.array([[1.0], [0.0]])),
     lambda: MeasuredRoad(frequencies=np.array([1.0, 2.0]), density=np.array([1.0, 0.0])),
     lambda: Mesh((2,), 1.0),
-    lambda: PathRequest.read(None, (), "a.png", None, None) is None,
+    lambda: equilibrium._request(None, (), "a.png", None, None) is None,
 )
 
 

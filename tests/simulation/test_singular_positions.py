@@ -22,7 +22,7 @@ from tests.oracles.placed_loops import four_bar, parallelogram, windows
 
 SINGULAR = ", where branches of configurations cross"
 WAY = (
-    "try: rk4_partitioned, which passes such positions along the velocity; steps smaller than 0.002 s may come nearer"
+    "try: rk4_partitioned, which passes such positions along the velocity; steps smaller than 0.01 s may come nearer"
     " to it"
 )
 
@@ -96,10 +96,10 @@ def test_generalized_alpha_passes_with_its_order_or_says_why_it_stops(
 
 @pytest.mark.slow
 def test_a_stop_names_the_position_and_what_passes_it(model: eomgen.Model) -> None:
-    run = model.simulate(10.0, 2e-3, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
+    run = model.simulate(10.0, 1e-2, method="generalized_alpha", settings={"max_iterations": 2, "max_halvings": 0})
     assert not run.success and run.message.endswith(f"{SINGULAR}; {WAY}")
     named = float(run.message.partition("singular at t = ")[2].partition(" s")[0])
-    assert run.t[-1] <= named <= run.t[-1] + 4e-3
+    assert run.t[-1] <= named <= run.t[-1] + 2e-2
     flat = np.abs(np.sin(tops(np.array([0.0, named]))[-1]))
     assert flat < 0.05
     passed = model.simulate(10.0, 2e-3, method="rk4_partitioned")
