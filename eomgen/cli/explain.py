@@ -21,8 +21,6 @@ _CAUSES = Path(__file__).with_name("message_causes.toml")
 _CODE = re.compile(r"\[?([EW]\d{4})\]?", re.IGNORECASE)
 #: The place of a problem of a scene file, such as ``(joints.shoulder.axis)``.
 _PLACE = re.compile(r" \(([a-z]\w*(?:\.\w+|\[\d+\])*)\): ")
-#: Rooms with a subject that is in all sections of a scene file.
-_SUBJECTS = frozenset(("formula.units", "linear", "linear.control", "scene.document.units", "scene.formula"))
 #: Lines of a list of messages at most.
 _LISTED = 40
 
@@ -91,7 +89,7 @@ def _page_of_example(code: str) -> str:
 
 def page_of(row: Row) -> str:
     """Return the page of a message, from the folder docs: by the code, by the example, or by the room."""
-    example = "" if topic_name(row.room) in _SUBJECTS else _page_of_example(row.code)
+    example = "" if topic_name(row.room) in _every_page()["subjects"] else _page_of_example(row.code)
     return pages_of_codes().get(row.code) or example or pages()[topic_name(row.room)]
 
 

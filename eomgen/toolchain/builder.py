@@ -475,8 +475,7 @@ class Builder:
         def fill(running: RunningCompilers, folder: Path) -> None:
             for other, text in files.items():
                 (folder / other).write_text(text, encoding="utf-8")
-            output = folder / self.binary
-            command = compile_and_link(self.compiler, folder / name, flags, objects, output, running)
+            command = compile_and_link(self.compiler, folder / name, flags, objects, folder / self.binary, running)
             for other in files:
                 (folder / other).unlink()
             (folder / _COMMANDS).write_text(command, encoding="utf-8")
