@@ -15,9 +15,9 @@ _UNNAMED = (
     "eomgen.ensemble_notes",
     "eomgen.info",
     "eomgen.keys_elsewhere",
+    "eomgen.mode_figures",
     "eomgen.notes",
-    "eomgen.pictures",
-    "eomgen.statics",
+    "eomgen.scenery",
 )
 #: Attributes by which rows of registers are called by users.
 _KEYS = ("key", "name", "kind")
@@ -34,8 +34,10 @@ def names_of(product: Product) -> set[str]:
     called = {str(getattr(row, key)) for row in rows for key in _KEYS if isinstance(getattr(row, key, None), str)}
     verbs = tuple(row for row in rows if isinstance(row, Verb))
     methods = {name for owner in OWNERS for name, _, _ in methods_of(verbs, owner)}
+    parts = [(verb, named(part)) for row in verbs for verb, part in row.parts.items()]
+    options = {f"{verb} {option.opts[0]}" for verb, part in parts for option in getattr(part, "OPTIONS", ())}
     endings = {ending for row in rows for ending in getattr(row, "endings", ())}
-    return {*product.modules, *product.names, *called, *methods, *endings} - {""}
+    return {*product.modules, *product.names, *called, *methods, *options, *endings} - {""}
 
 
 def table() -> str:

@@ -42,7 +42,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
     "products.optimisers": {"CASADI", "casadi", "jax", "torch"},
     "products.maps": {"Surface", "surfaces"},
     "products.pictures": {"InlineAnimation", "Rainflow", "animate", "rainflow", "section_drawing"},
-    "products.statics": {"BucklingLoads", "EquilibriumPath", "PathRequest", "SteadyMotion", "path_following"},
+    "products.statics": {"BucklingLoads", "EquilibriumPath", "LoadPaths", "SteadyMotion", "path_following"},
     "products.robots": {"MJCF", "SDF", "URDF", "mjcf", "sdf"},
     "products.waves": {
         *("Hull", "Sea", "WaveField", "bound_waves", "crest", "hulls", "sea", "sea_states", "water", "wave_quantity"),

@@ -85,9 +85,9 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
     return tuple(row for row in objects if isinstance(row, kind))
 
 
-def object_of(group: str, key: str) -> Any:
-    """Return the object of a late row of a register by the row's name; None if no product gives the row."""
-    return next((named(row.target) for row in rows_of(group, LateRow) if row.key == key), None)
+def objects_of(group: str) -> tuple[Any, ...]:
+    """Return the objects of all late rows of a register."""
+    return tuple(named(row.target) for row in rows_of(group, LateRow))
 
 
 def placed(

@@ -52,6 +52,9 @@ class Verb:
         Whether the command takes a scene.
     solution_methods : tuple of str
         ``module:function`` of methods of ``Solution``, likewise; the first argument is the solution, ``solution``.
+    parts : mapping
+        Verb of the core -> ``module:class`` of the options and output that this row adds to the verb's command, a
+        ``RestPart`` or ``RunPart`` of ``eomgen.cli.parts``; of eomgen's own rows.
     entry : EntryPoint, optional
         Entry point of the row, of another distribution.
     """
@@ -64,6 +67,7 @@ class Verb:
     heading: str = "More"
     takes_scene: bool = True
     solution_methods: tuple[str, ...] = ()
+    parts: Mapping[str, str] = field(default_factory=dict)
     #: Entry point of a row of another distribution, set by the register.
     entry: EntryPoint | None = field(default=None, compare=False, repr=False)
 

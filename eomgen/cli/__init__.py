@@ -241,4 +241,4 @@ def _show_warning(
     click.echo(f"warning: {message}{code and f' [{code}]'}", err=True)
 
 
-__all__ = ["info", "info_part", "options", "printing", "running", "tables"]
+__all__ = ["info", "info_part", "options", "parts", "printing", "running", "tables"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from eomgen.base.messages import nearest, shown
+from eomgen.base.products import fault_of_absent
 
 #: Names of verbs in other tools.
 _VERBS: Mapping[str, str] = {
@@ -75,8 +76,14 @@ def of_verb(word: str, verbs: Mapping[str, Verb]) -> str:
 def what_of_usage(error: click.UsageError) -> str:
     """Return the fault in the arguments of a verb, without click's own hints."""
     if isinstance(error, click.NoSuchOption):
-        return f"no such option {shown(error.option_name)}"
+        because, _ = _absent(error) or ("", "")
+        return f"no such option {shown(error.option_name)}{because and ': '}{because}"
     return error.format_message().partition(". Choose from:")[0].rstrip(".")
+
+
+def _absent(error: click.NoSuchOption) -> tuple[str, str] | None:
+    """Return the fault of an option of a product that is not installed, and a remedy; None for another option."""
+    return None if error.ctx is None else fault_of_absent(f"{error.ctx.info_name} {error.option_name}")
 
 
 def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
@@ -89,6 +96,8 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
     """
     listing = f"{path} --help"
     if isinstance(error, click.NoSuchOption):
+        if absent := _absent(error):
+            return absent[1]
         other = _OPTIONS.get(error.option_name, "") or "".join((error.possibilities or ())[:1])
         return f"{other}; {listing} lists all" if other else listing
     if isinstance(error, click.MissingParameter) and error.param is not None:

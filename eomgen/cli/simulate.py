@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,8 @@ import click
 
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted, nearest, shown
-from eomgen.base.products import object_of
 from eomgen.cli.options import arguments_of, debug_option, folder_option, json_option, run_options, scene_options
+from eomgen.cli.parts import RunPart, parts_of, with_parts
 from eomgen.cli.printing import print_json, print_table, say, say_note
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
@@ -29,6 +28,7 @@ if TYPE_CHECKING:
 _option = arguments_of("eomgen.simulation.simulate:simulate")
 
 
+@with_parts
 @click.command()
 @folder_option
 @run_options
@@ -64,15 +64,16 @@ def simulate(
         target = make_folder(Path(folder))
         model, solution = run(described, options, once=not timing)
         times = _timed(model, solution, options["inputs"]) if timing and solution.success else None
-        beams = [nodes[0] for nodes in model.description.exact_beams]
-        drawings = {"folder": f"{target}", "beams": beams, "over": over} if plots else None
-        files = _written(solution, target, times, drawings, copy)
-    loads = _largest_loads(solution, beams)
+        parts: list[RunPart] = [part(solution, model) for part in parts_of("simulate")]
+        drawings = {"folder": f"{target}", "over": over} if plots else None
+        files = _written(solution, target, times, drawings, parts, copy)
     if as_json:
-        summary = _summary(solution, model, files) | ({"section_loads": loads} if loads else {})
+        summary = _summary(solution, model, files)
+        for part in parts:
+            summary |= part.data()
         print_json(summary | ({"timing": times.summary()} if times is not None else {}))
     else:
-        _print(solution, model, options["inputs"], times, loads)
+        _print(solution, model, options["inputs"], times, parts)
     for note in dict.fromkeys(solution.metadata["notes"]):
         if note not in solution.message and note not in described.notes:  # these are printed when the scene is read
             say_note(note)
@@ -93,16 +94,12 @@ def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTi
     return step_times(model, solution, inputs or None)
 
 
-def _largest_loads(solution: Solution, beams: list[str]) -> dict[str, dict[str, dict[str, float]]]:
-    largest = object_of("eomgen.pictures", "largest_section_loads") if beams else None
-    return largest(solution) if largest else {}
-
-
 def _written(
     solution: Solution,
     folder: Path,
     times: StepTimes | None,
     order: dict[str, Any] | None,
+    parts: Sequence[RunPart],
     copy: DrawingProcess | None,
 ) -> list[Path]:
     """Write a run in a folder, and return the files.
@@ -110,6 +107,7 @@ def _written(
     Parameters
     ----------
     order : of the figures; None for a run without figures
+    parts : of products, with further figures
     copy : of this process, which draws; if there is none, and if the copy fails, the figures are drawn here
     """
     from eomgen.base.files import write_text  # noqa: PLC0415
@@ -117,14 +115,14 @@ def _written(
     table = folder / "solution.csv"
     with _meanwhile(solution, table) as written:
         files = [solution.save(folder / "solution.npz")]
-        with _ordered(solution, order, copy):
+        with _ordered(order, parts, copy):
             files.append(table if written() else solution.save(table))
             files += _tables(solution, folder, times)
             names = None if copy is None else copy.files()
     if names is not None:
         files += [folder / name for name in names]
     elif order is not None:
-        files += [file for drawing in _drawings(solution, order) for file in drawing()]
+        files += [file for drawing in _drawings(solution, order, parts) for file in drawing()]
     files.append(folder / "summary.json")
     write_text(files[-1], json_text(_outcome(solution, files)) + "\n")
     return files
@@ -145,24 +143,16 @@ def _meanwhile(solution: Solution, table: Path) -> AbstractContextManager[Callab
 
 
 @contextmanager
-def _ordered(solution: Solution, order: dict[str, Any] | None, copy: DrawingProcess | None) -> Iterator[None]:
-    """Have the figures drawn by a copy of this process, if there is one; the loads of beams, which need the model, are
-    in a file meanwhile."""
+def _ordered(order: dict[str, Any] | None, parts: Sequence[RunPart], copy: DrawingProcess | None) -> Iterator[None]:
+    """Have the figures drawn by a copy of this process, if there is one; all that they need of the model is in files
+    meanwhile."""
     if order is None or copy is None:
         yield
         return
-    store = object_of("eomgen.pictures", "stored_section_loads") if order["beams"] else None
-    if store is None:
-        copy.order(order)
+    with ExitStack() as stack:
+        stored = [stack.enter_context(part.storage(Path(order["folder"]))) for part in parts]
+        copy.order({**order, "stored": stored})
         yield
-        return
-    loads = Path(order["folder"]) / f".loads.{os.urandom(8).hex()}.npz"
-    try:
-        store(solution, loads)
-        copy.order({**order, "loads": f"{loads}"})
-        yield
-    finally:
-        loads.unlink(missing_ok=True)
 
 
 def _tables(solution: Solution, folder: Path, times: StepTimes | None) -> list[Path]:
@@ -177,18 +167,22 @@ def _drawings_of_stored() -> Drawings:
     """Import the readers of solutions, and return the drawings of a run that is stored in a folder."""
     from eomgen.results.solution import Solution  # noqa: PLC0415
 
-    return lambda order: _drawings(Solution.load(Path(order["folder"]) / "solution.npz"), order)
+    def drawings(order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
+        solution = Solution.load(Path(order["folder"]) / "solution.npz")
+        return _drawings(solution, order, [part(solution) for part in parts_of("simulate")])
+
+    return drawings
 
 
-def _drawings(solution: Solution, order: Mapping[str, Any]) -> list[Callable[[], list[Path]]]:
-    """Return calls that draw the files of a run: in a folder, over a column, and of beams."""
+def _drawings(solution: Solution, order: Mapping[str, Any], parts: Sequence[RunPart]) -> list[Callable[[], list[Path]]]:
+    """Return calls that draw the files of a run: in a folder, over a column, and of the parts."""
     from eomgen.results.plots import draw_over, drawings  # noqa: PLC0415  # matplotlib comes with it
 
     folder, over = Path(order["folder"]), order["over"]
     calls = drawings(solution, folder)
     calls += [partial(draw_over, solution, folder, over)] if over is not None else []
-    drawing = object_of("eomgen.pictures", "section_drawing") if order["beams"] else None
-    return [*calls, drawing(solution, folder, order.get("loads"))] if drawing else calls
+    stored = order.get("stored", [None] * len(parts))
+    return calls + [call for part, file in zip(parts, stored, strict=True) for call in part.drawings(folder, file)]
 
 
 def _outcome(solution: Solution, files: list[Path]) -> dict[str, Any]:
@@ -214,14 +208,14 @@ def _print(
     model: Model,
     inputs: dict[str, float],
     times: StepTimes | None,
-    loads: dict[str, dict[str, dict[str, float]]],
+    parts: Sequence[RunPart],
 ) -> None:
     rows = [
         *_rows_of_run(solution),
         *_rows_of_values(solution, model, inputs),
         *_rows_of_steps(solution, times),
         *_rows_of_accuracy(solution),
-        *_rows_of_loads(loads),
+        *(row for part in parts for row in part.rows()),
         ("energy balance", str(solution.metadata["energy_balance"])),
         *_rows_at_end(solution, model),
     ]
@@ -285,17 +279,6 @@ def _rows_of_accuracy(solution: Solution) -> list[tuple[str, str]]:
         rows.append(("", str(error.largest_output)))
     if error.unresolved:
         rows.append(("not in it", error.unresolved))
-    return rows
-
-
-def _rows_of_loads(loads: dict[str, dict[str, dict[str, float]]]) -> list[tuple[str, str]]:
-    """Return the largest section loads of each beam."""
-    rows: list[tuple[str, str]] = []
-    for beam, largest in loads.items():
-        for quantity, unit in (("moment", "N m"), ("force", "N")):
-            load = largest[quantity]
-            size = f"{load['size']:.6g} {unit} at x = {load['x']:.4g} m, t = {load['t']:.6g} s"
-            rows.append((f"largest section {quantity} of {beam}", size))
     return rows
 
 

@@ -1,4 +1,4 @@
-"""Poses of the bodies of a run by name, with the scenery of a picture if pictures are installed."""
+"""Poses of the bodies of a run by name, with the scenery of a picture that products add."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import NamedResults, UnknownName
-from eomgen.base.products import object_of
+from eomgen.base.products import objects_of
 from eomgen.errors import Problem
 from eomgen.system.description import BASE
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 
 class PosesAndScenery(NamedTuple):
-    """Poses and scenery of a run: pose of each body (nt, 7), and the data of a picture, which are empty if pictures
-    are not installed."""
+    """Poses and scenery of a run: pose of each body (nt, 7), and the data of a picture, which are empty if no
+    product adds any."""
 
     poses: Mapping[str, Array]
     scenery: Mapping[str, Any]
@@ -57,6 +57,8 @@ def poses_and_scenery(
     ----------
     inputs : callable, optional
         From times (nt,) to the inputs there, which move roads; without it such roads are left out.
+
+    Products add data of a picture by functions in the register ``eomgen.scenery``.
     """
     parts = [slice(start, start + BATCH) for start in range(0, len(t), BATCH)]
     model = model.having(("poses",))
@@ -64,5 +66,5 @@ def poses_and_scenery(
     poses = {name: pose[:, index] for index, name in enumerate(model.bodies)}
     if "base" in model.functions:
         poses[BASE] = np.concatenate([model.base(t[part], parameters=p)[:, :7] for part in parts])
-    scenery = object_of("eomgen.pictures", "scenery")
-    return PosesAndScenery(poses, scenery(model, poses, t, p, inputs) if scenery else {})
+    items = (item for add in objects_of("eomgen.scenery") for item in add(model, poses, t, p, inputs).items())
+    return PosesAndScenery(poses, dict(items))

@@ -24,6 +24,7 @@ from eomgen.products.linear import plots
 from eomgen.products.linear.control.margins import Margins
 from eomgen.products.linear.control.notebook import plot_margins
 from eomgen.products.pictures import section_loads, shapes
+from eomgen.products.pictures.command import SectionsOfRun
 from eomgen.products.reliability.vibration import result as vibration
 from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.statics.equilibrium_path import Critical, EquilibriumPath
@@ -124,9 +125,12 @@ def test_figures_of_sections_have_six_instants_beside_maps(
 def test_a_copy_that_draws_finds_the_loads_of_beams_in_a_file(rng: np.random.Generator, tmp_path: Path) -> None:
     solution, orders = solution_of(rng), list[dict[str, Any]]()
     copy: Any = SimpleNamespace(order=orders.append)
-    order = {"folder": f"{tmp_path}", "beams": ["rope", "mast"], "over": None}
-    with simulate._ordered(solution, order, copy):
-        loads = section_loads.stored_drawn_loads(Path(orders[0].pop("loads")))
+    order = {"folder": f"{tmp_path}", "over": None}
+    model: Any = SimpleNamespace(description=SimpleNamespace(exact_beams=[("rope",), ("mast",)]))
+    with simulate._ordered(order, [SectionsOfRun(solution, model), SectionsOfRun(solution)], copy):
+        (stored, nothing) = orders[0].pop("stored")
+        loads = section_loads.stored_drawn_loads(Path(stored))
+    assert nothing is None
     assert orders == [order]
     assert list(loads) == ["rope", "mast"]
     for name, known in solution.section_loads.items():

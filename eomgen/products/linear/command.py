@@ -13,7 +13,7 @@ import click
 from eomgen.base.data import dataclass
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import counted
-from eomgen.base.products import object_of
+from eomgen.base.products import objects_of
 from eomgen.base.progress import waiting
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import (
@@ -451,8 +451,8 @@ class _Request:
         shapes = modes.shapes[:, shown].real
         if lin.multiblade is not None:
             shapes = lin.multiblade.components @ shapes
-        draw = object_of("eomgen.pictures", "modes")
-        return [draw(self.model, lin.reference.q, lin.reference.t, p, shapes, titles, path)] if draw else []
+        figures = objects_of("eomgen.mode_figures")
+        return [draw(self.model, lin.reference.q, lin.reference.t, p, shapes, titles, path) for draw in figures]
 
 
 def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:

@@ -15,11 +15,13 @@ PRODUCT = Product(
                 behind="plot",
                 heading="Build and run",
                 solution_methods=("eomgen.products.pictures.animation:animate",),
+                parts={"equilibrium": "eomgen.products.pictures.command:RestPicture"},
             ),
             Verb(
                 "plot_sections",
                 behind="completion",
                 solution_methods=("eomgen.products.pictures.section_loads:plot_sections",),
+                parts={"simulate": "eomgen.products.pictures.command:SectionsOfRun"},
             ),
             Verb(
                 "rainflow",
@@ -27,16 +29,8 @@ PRODUCT = Product(
                 solution_methods=("eomgen.products.pictures.rainflow:rainflow",),
             ),
         ),
-        "eomgen.pictures": (
-            LateRow("scenery", "eomgen.products.pictures.scenery:scenery_at_poses"),
-            LateRow("modes", "eomgen.products.pictures.shapes:draw_modes"),
-            LateRow("rest", "eomgen.products.pictures.command:draw_rest_with_loads"),
-            LateRow("beams_at_rest", "eomgen.products.pictures.section_loads:beams_at_rest"),
-            LateRow("printed_beams", "eomgen.products.pictures.command:print_beams"),
-            LateRow("largest_section_loads", "eomgen.products.pictures.section_loads:largest_section_loads"),
-            LateRow("stored_section_loads", "eomgen.products.pictures.section_loads:store_drawn_loads"),
-            LateRow("section_drawing", "eomgen.products.pictures.section_loads:section_drawing"),
-        ),
+        "eomgen.mode_figures": (LateRow("shapes", "eomgen.products.pictures.shapes:draw_modes"),),
+        "eomgen.scenery": (LateRow("scenery", "eomgen.products.pictures.scenery:scenery_at_poses"),),
     },
     moved={
         f"results.{name}": f"eomgen.products.pictures.{name}"

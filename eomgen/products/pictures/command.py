@@ -1,14 +1,19 @@
-"""``eomgen animate``: an HTML animation of a scene or of a stored solution; figures and tables for ``equilibrium``."""
+"""``eomgen animate``: an HTML animation of a scene or of a stored solution; parts of ``eomgen equilibrium`` and
+``eomgen simulate`` with figures and tables."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from eomgen.cli.options import debug_option, file_to_write, run_options, scene_options
+from eomgen.cli.parts import AddedOption, RestPart, RunPart
 from eomgen.cli.printing import number_list, print_table, say
 from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
@@ -67,14 +72,110 @@ def _stored(path: str) -> Solution:
     return Solution.load(path)
 
 
-def draw_rest_with_loads(model: Model, result: Equilibrium, parameters: Any, initial: Any, path: Path) -> Path:
-    """Draw the shape at rest over the initial one, with supports and forces that are numbers."""
-    from eomgen.products.pictures.shapes import arrows, draw_rest  # noqa: PLC0415  # matplotlib comes with it
-    from eomgen.scene.forces.forces import Force  # noqa: PLC0415
+_FIGURES = (".png", ".svg", ".pdf")
 
-    forces = [item for item in getattr(model.scene, "elements", ()) if isinstance(item, Force)]
-    loads = arrows([item for item in forces if item.axes == "world"], model, parameters)
-    return draw_rest(model, result.q, result.t, parameters, path, initial=initial, loads=loads)
+
+class RestPicture(RestPart):
+    """``--plot`` of ``eomgen equilibrium``, and displacements and section loads of beams at rest."""
+
+    OPTIONS = (
+        AddedOption(
+            "--plot",
+            "figure",
+            behind="--out",
+            default=None,
+            metavar="FILE.png",
+            callback=file_to_write,
+            help="Draw the shape at rest, or the path.",
+        ),
+    )
+
+    def __init__(self, options: Mapping[str, Any]) -> None:
+        figure = options["figure"]
+        if figure is not None and Path(figure).suffix not in _FIGURES:
+            raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot rest.png"))
+        self.files = [] if figure is None else [Path(figure)]
+
+    def draw(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> None:
+        """Draw the shape at rest over the initial one, with supports and forces that are numbers."""
+        if not self.files:
+            return
+        from eomgen.products.pictures.shapes import arrows, draw_rest  # noqa: PLC0415  # matplotlib comes with it
+        from eomgen.scene.forces.forces import Force  # noqa: PLC0415
+
+        forces = [item for item in getattr(model.scene, "elements", ()) if isinstance(item, Force)]
+        p = model.parameter_array(given["parameters"])
+        loads = arrows([item for item in forces if item.axes == "world"], model, p)
+        draw_rest(model, result.q, result.t, p, self.files[0], initial=given["initial"], loads=loads)
+
+    def data(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return displacements and section loads of beams."""
+        if not model.description.exact_beams:
+            return {"beams": {}}
+        import numpy as np  # noqa: PLC0415
+
+        from eomgen.products.pictures.section_loads import beams_at_rest  # noqa: PLC0415
+
+        p = model.parameter_array(given["parameters"])
+        still = {"a": np.zeros(model.nv), "z": result.z, "multipliers": result.multipliers, "parameters": p}
+        loads = model.section_loads(result.q, result.v, result.t, given["u"], **still)
+        return {"beams": beams_at_rest(model, given["initial"], result.q, result.t, p, loads)}
+
+    def show(self, data: Mapping[str, Any]) -> None:
+        """Print displacements and section loads of beams."""
+        if data["beams"]:
+            print_beams(data["beams"])
+
+
+class SectionsOfRun(RunPart):
+    """Figures and largest values of section loads along beams in ``eomgen simulate``."""
+
+    def __init__(self, solution: Solution, model: Model | None = None) -> None:
+        self.solution = solution
+        self.beams = model is not None and bool(model.description.exact_beams)
+
+    @cached_property
+    def _largest(self) -> dict[str, dict[str, dict[str, float]]]:
+        from eomgen.products.pictures.section_loads import largest_section_loads  # noqa: PLC0415
+
+        return largest_section_loads(self.solution) if self.beams else {}
+
+    def data(self) -> dict[str, Any]:
+        """Return the largest section loads of each beam."""
+        return {"section_loads": self._largest} if self._largest else {}
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return the largest section loads of each beam, in words."""
+        rows: list[tuple[str, str]] = []
+        for beam, largest in self._largest.items():
+            for quantity, unit in (("moment", "N m"), ("force", "N")):
+                load = largest[quantity]
+                size = f"{load['size']:.6g} {unit} at x = {load['x']:.4g} m, t = {load['t']:.6g} s"
+                rows.append((f"largest section {quantity} of {beam}", size))
+        return rows
+
+    @contextmanager
+    def storage(self, folder: Path) -> Iterator[str | None]:
+        """Give the path of a file of loads while figures are drawn."""
+        if not self.beams:
+            yield None
+            return
+        from eomgen.products.pictures.section_loads import store_drawn_loads  # noqa: PLC0415
+
+        loads = folder / f".loads.{os.urandom(8).hex()}.npz"
+        try:
+            store_drawn_loads(self.solution, loads)
+            yield f"{loads}"
+        finally:
+            loads.unlink(missing_ok=True)
+
+    def drawings(self, folder: Path, stored: str | None = None) -> list[Callable[[], list[Path]]]:
+        """Return the call that draws the section loads of beams."""
+        if stored is None and not self.beams:
+            return []
+        from eomgen.products.pictures.section_loads import section_drawing  # noqa: PLC0415
+
+        return [section_drawing(self.solution, folder, stored)]
 
 
 def print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:

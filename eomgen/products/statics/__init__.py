@@ -1,6 +1,6 @@
 """Statics: load paths with their critical points, linear buckling loads, and steady motions."""
 
-from eomgen.base.products import LateRow, Product
+from eomgen.base.products import Product
 from eomgen.base.verbs import Verb
 
 __all__ = []
@@ -15,10 +15,10 @@ PRODUCT = Product(
                     "eomgen.products.statics.path_following:buckling_loads",
                 ),
                 behind="completion",
+                parts={"equilibrium": "eomgen.products.statics.command:LoadPaths"},
             ),
             Verb("steady_motion", methods=("eomgen.products.statics.steady_motion:steady_motion",), behind="save"),
         ),
-        "eomgen.statics": (LateRow("path", "eomgen.products.statics.command:PathRequest"),),
     },
     moved={
         "analysis.path_following": "eomgen.products.statics.path_following",

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass
 from eomgen.base.json_text import json_text
 from eomgen.base.progress import waiting
 from eomgen.cli import INTERRUPTED
+from eomgen.cli.parts import AddedOption, RestPart
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.errors import NumericalError, Problem, UsageError
 
@@ -19,41 +19,56 @@ if TYPE_CHECKING:
     from eomgen.products.statics.path_following import BucklingLoads
 
 
-@dataclass(frozen=True)
-class PathRequest:
-    """Request of ``--path``, ``--over``, ``--plot``, ``--buckling`` and ``--out``."""
+class LoadPaths(RestPart):
+    """``--path``, ``--over`` and ``--buckling`` of ``eomgen equilibrium``, with ``--plot`` and ``--out``."""
 
-    along: tuple[str, float, float] | None
-    over: tuple[str, ...]
-    figure: str | None
-    buckling: tuple[str, float] | None
-    out: str | None
+    OPTIONS = (
+        AddedOption(
+            "--path",
+            "along",
+            behind="--out",
+            default=None,
+            metavar="NAME=FROM:TO",
+            help="Follow equilibria while a parameter goes to a value.",
+        ),
+        AddedOption(
+            "--over",
+            behind="--path",
+            multiple=True,
+            metavar="COLUMN",
+            help="Column to draw the parameter over; may be repeated.",
+        ),
+        AddedOption(
+            "--buckling",
+            behind="--all",
+            default=None,
+            metavar="NAME[=AT]",
+            help="Linear buckling loads about a preload.",
+        ),
+    )
 
-    @classmethod
-    def read(
-        cls, along: str | None, over: tuple[str, ...], figure: str | None, buckling: str | None, out: str | None
-    ) -> PathRequest:
-        """Return the request. Raises UsageError for words that cannot be read."""
+    def __init__(self, options: Mapping[str, Any]) -> None:
+        along, buckling, figure = options["along"], options["buckling"], options.get("figure")
+        self.over, self.out, self.answers = options["over"], options["path"], along is not None or buckling is not None
+        self.figure: str | None = figure
+        if along is None and self.over:
+            raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
+        if along is None and buckling is not None and figure:
+            fault = "it belongs to a path, or to an equilibrium alone"
+            raise UsageError(Problem("--plot", fault, "--path load=0:10"))
         if along is not None and buckling is not None:
             raise UsageError(Problem("--buckling", "it is asked for together with --path", "one of them"))
         endings = (".csv", ".json") if along is not None else (".json",)
-        if out is not None and Path(out).suffix not in endings:
+        if self.answers and self.out is not None and Path(self.out).suffix not in endings:
             fault = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"
-            raise UsageError(Problem(f"--out {out}", fault, f"--out result{endings[0]}"))
-        return cls(
-            None if along is None else _range(along),
-            over,
-            figure,
-            None if buckling is None else _preload(buckling),
-            out,
-        )
+            raise UsageError(Problem(f"--out {self.out}", fault, f"--out result{endings[0]}"))
+        self.along = None if along is None else _range(along)
+        self.buckling = None if buckling is None else _preload(buckling)
 
-    def answer(
-        self, model: Model, initial: Mapping[str, Any], parameters: Any, time: float, inputs: Any, as_json: bool
-    ) -> int:
+    def answer(self, model: Model, given: Mapping[str, Any], as_json: bool) -> int:
         """Print and write the requested path or buckling loads. Raises NumericalError if a path does not arrive, after
         the path is written."""
-        given = {"initial": initial or None, "parameters": parameters, "t": time, "u": inputs}
+        given = {**given, "initial": given["initial"] or None}
         if self.buckling is not None:
             with waiting(f"{model.name}: buckling loads"):
                 result = model.buckling_loads(*self.buckling, **given)
