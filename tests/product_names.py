@@ -12,6 +12,7 @@ from eomgen.base.verbs import OWNERS, Verb, methods_of
 COMMAND = "python -m tests.product_names eomgen/products/offered.py"
 #: Registers whose rows have no names for users.
 _UNNAMED = (
+    "eomgen.attributes",
     "eomgen.ensemble_notes",
     "eomgen.info",
     "eomgen.keys_elsewhere",

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.base.calls import ATTRIBUTES, UnknownAttribute, UnknownName, checked_call, meant_term, of_models
+from eomgen.base.calls import UnknownAttribute, UnknownName, attributes_elsewhere, checked_call, meant_term, of_models
 from eomgen.products.linear.state_space import StateSpace
 from eomgen.system.terms import TERMS, nearest_term
 from tests.models.cache import shared_cache
@@ -142,12 +142,15 @@ def test_attributes_that_there_are_not(owner: Callable[[], object], name: str, t
 
 
 def test_names_of_other_tools_are_answered_with_sentences() -> None:
-    for owner, answers in ATTRIBUTES.items():
+    for owner, answers in attributes_elsewhere().items():
         own = getattr(eomgen, owner, None)
         for name, answer in answers.items():
             assert name.isidentifier() and not hasattr(own, name), f"{owner}.{name}"
             assert isinstance(answer, str) and answer, f"{owner}.{name}"
-    assert {name for name in ATTRIBUTES["HamiltonianSolution"] if name.startswith("err")} == {"error", "errors"}
+    assert {name for name in attributes_elsewhere()["HamiltonianSolution"] if name.startswith("err")} == {
+        "error",
+        "errors",
+    }
 
 
 def test_the_package_itself_names_where_runs_are() -> None:

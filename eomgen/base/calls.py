@@ -15,18 +15,18 @@ import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import FrozenInstanceError
+from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from eomgen.base.data import wrap_method
 from eomgen.base.messages import nearest, shown
-from eomgen.base.products import fault_of_absent
+from eomgen.base.products import fault_of_absent, public_names, rows_of
 from eomgen.base.verbs import OWNERS, methods
 from eomgen.errors import Problem, UsageError
 
 _OF_MOTIONS = "simulate(...).{0}, of a motion; a model has initial_{0}"
 _RUN = "simulate(t_end, step=...)"
 _STEPS = "step(n=...) or advance(t)"
-_MODES = "modes(), which has eigenvalues, frequency and damping_ratio"
 _CSV = 'save("run.csv")'
 _STATES = 'q, v and z; solution["q.joint"] is one column'
 _PARAMETERS = "simulate(..., parameters={...}); between steps start(...).set_parameter(name, value)"
@@ -58,23 +58,8 @@ TERMS_ELSEWHERE: Mapping[str, str] = {
     "b": "base_motion",
 }
 
+#: Names of attributes in other programs, and the remedy, by class; "" is the package.
 ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
-    "HamiltonianModel": {
-        **dict.fromkeys(("run", "solve", "sim", "integrate", "propagate"), _RUN),
-        **dict.fromkeys(("H", "hamiltonian"), "energy(q, p)"),
-        **dict.fromkeys(("grad", "dH", "rates", "rhs", "forces"), "gradient(q, p), which gives dH/dq and dH/dp"),
-        **dict.fromkeys(("hessian", "hess", "hvp"), "hessian_product(q, p, dq, dp)"),
-        **dict.fromkeys(("sample", "hmc"), "eomgen.sampling.sample(...), of a file with a [mesh]"),
-    },
-    "HamiltonianSolution": {
-        **dict.fromkeys(("time", "times"), "t"),
-        **dict.fromkeys(("x", "y", "state", "data"), "q and p, or columns(), by name"),
-        **dict.fromkeys(("H", "E", "hamiltonian"), 'energy["total"]'),
-        **dict.fromkeys(("plot", "draw"), "columns() with matplotlib; eomgen simulate FILE --out DIR draws them"),
-        **dict.fromkeys(("to_csv", "to_file", "write"), _CSV),
-        **dict.fromkeys(("errors", "error"), "error_estimate, of the motion, or energy_error"),
-        **dict.fromkeys(("nfev", "steps"), 'stats["gradients"] or stats["steps"]'),
-    },
     "Model": {
         **dict.fromkeys(("step", "advance"), "start(step=...), whose step(u) takes one step"),
         **dict.fromkeys(("run", "solve", "sim", "integrate_motion", "propagate"), _RUN),
@@ -93,15 +78,9 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
             ("nle", "nonlinear_effects", "qfrc_bias"), "coupling(q, v) - force(q, v), since forces hold gravity"
         ),
         **dict.fromkeys(("gravity", "g", "generalized_gravity"), "force(q, v), which holds gravity; at rest v = 0"),
-        **dict.fromkeys(("eigenvalues", "modes", "poles", "frequencies"), "linearize().modes()"),
-        **dict.fromkeys(("A", "B", "state_space", "ss"), "linearize().state_space()"),
-        **dict.fromkeys(("plot", "animate"), "simulate(...).plot() or .animate(path)"),
+        "plot": "simulate(...).plot()",
         "export": "save(path), simulate(...).save(path), or eomgen.generate(scene, folder) for C",
         **dict.fromkeys(("generate", "to_c", "codegen"), "eomgen.generate(scene, folder)"),
-        **{
-            name: f"eomgen.{name}(scene, ...)"
-            for name in ("compare", "extremes", "fmu", "identify", "tradeoff", "tune")
-        },
     },
     "Solution": {
         **dict.fromkeys(("y", "x", "X", "Y", "states", "state"), _STATES),
@@ -119,7 +98,6 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("keys", "names"), "columns(), which has all columns by name"),
         **dict.fromkeys(("status", "ok", "converged"), "success and message"),
         **dict.fromkeys(("sol", "interpolate"), "at(t)"),
-        **dict.fromkeys(("animation", "show"), "animate(path)"),
     },
     "Simulator": {
         **dict.fromkeys(("simulate", "run", "integrate", "step_to", "solve"), _STEPS),
@@ -132,42 +110,14 @@ ATTRIBUTES: Mapping[str, Mapping[str, str]] = {
         **dict.fromkeys(("qdd", "qddot", "vdot", "qacc"), "a"),
         **dict.fromkeys(("result", "results", "history", "trajectory"), "record() at each row, then solution()"),
     },
-    "Linearization": {
-        **{name: f"state_space().{name}" for name in ("A", "B", "C", "D")},
-        **dict.fromkeys(("eigenvalues", "poles", "eigs", "eigenvectors", "frequencies", "damping"), _MODES),
-        **dict.fromkeys(("bode", "bode_plot"), "plot_response(...), or frequency_response(omega, input, output)"),
-        **dict.fromkeys(("ss", "to_ss", "statespace"), "state_space()"),
-        **{name: f"{name}0" for name in ("M", "K")},
-    },
-    "Modes": {
-        **dict.fromkeys(("frequencies", "freq", "f", "hz"), "frequency, Hz, or angular_frequency, rad/s"),
-        **dict.fromkeys(("omega", "wn", "natural_frequencies", "angular_frequencies"), "angular_frequency, rad/s"),
-        **dict.fromkeys(("damping", "zeta", "damping_ratios"), "damping_ratio"),
-        **dict.fromkeys(("vectors", "eigenvectors", "mode_shapes", "phi"), "shapes, with rows by coordinates"),
-        **dict.fromkeys(("values", "poles", "eigs", "roots"), "eigenvalues"),
-    },
-    "StateSpace": {
-        **dict.fromkeys(("poles", "eigs", "modes"), "eigenvalues; a linearization has modes()"),
-        **dict.fromkeys(("a", "b", "c", "d"), "A, B, C and D"),
-        **dict.fromkeys(("bode", "freqresp", "response"), "frequency_response(omega, input, output)"),
-        **dict.fromkeys(("dt", "Ts"), "sample"),
-        **dict.fromkeys(("c2d", "discretize", "sampled"), "eomgen.control.lqr and place, which take a sample"),
-    },
-    "Regulator": {
-        **dict.fromkeys(("K", "G", "gain_matrix", "L"), "gains"),
-        **dict.fromkeys(("P", "S", "X", "cost", "solution"), "cost_left"),
-        **dict.fromkeys(("poles", "E", "eigs"), "eigenvalues, of the closed loop"),
-    },
     "SceneBuilder": {
         **dict.fromkeys(("to_scene", "finish", "make", "compile", "create"), "build(), which returns the Scene"),
     },
     "": {
         **dict.fromkeys(("Simulator", "start"), "eomgen.build(scene).start(...)"),
-        **dict.fromkeys(("load_urdf", "load_scene", "read", "load_toml", "from_urdf", "open"), "load"),
-        **dict.fromkeys(("buildModelFromUrdf", "buildModelFromMJCF", "parse_urdf", "urdf"), 'load("robot.urdf")'),
+        **dict.fromkeys(("load_scene", "read", "load_toml", "open"), "load"),
         **dict.fromkeys(("run", "solve"), "eomgen.build(scene).simulate(...)"),
         **dict.fromkeys(("compile", "make"), "build"),
-        **{name: f"eomgen.control.{name}" for name in ("lqr", "place", "kalman")},
     },
 }
 
@@ -464,10 +414,22 @@ def meant_term(name: str) -> str:
     return TERMS_ELSEWHERE.get(name.lower(), "")
 
 
+@cache
+def attributes_elsewhere() -> Mapping[str, Mapping[str, str]]:
+    """Return the rows of ``ATTRIBUTES`` and of all products by class."""
+    result: dict[str, dict[str, str]] = {}
+    for rows in (ATTRIBUTES, *rows_of("eomgen.attributes", dict)):
+        for kind, words in rows.items():
+            result.setdefault(kind, {}).update(words)
+    return result
+
+
 def attribute_hint(name: str, known: Iterable[str], kind: str = "") -> str:
     """Return the remedy for an attribute that does not exist; ``kind`` names the class without the attribute."""
-    if other := ATTRIBUTES.get(kind, {}).get(name):
+    if other := attributes_elsewhere().get(kind, {}).get(name):
         return other
+    if kind == "Model" and name in public_names():
+        return f"eomgen.{name}(scene, ...)"
     if name in of_models() and kind != "Model":
         scene = {"SceneBuilder": "builder.build()"}.get(kind, "scene")
         return f"eomgen.build({scene}).{name}(...), of the compiled model"

@@ -18,6 +18,7 @@ from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, print_table, say
 from eomgen.errors import FileError, Problem, UsageError
+from eomgen.scene.sources.register import own_endings
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
@@ -70,7 +71,7 @@ def files_of(folder: Traversable, above: str = "") -> Iterator[tuple[str, Traver
 
 def scenes_of(folder: Traversable) -> list[str]:
     """Return the files of a folder that verbs take, and the programs, below the folder."""
-    return [name for name, _ in files_of(folder) if name.endswith((".toml", ".urdf", ".py"))]
+    return [name for name, _ in files_of(folder) if name.endswith((*own_endings(), ".py"))]
 
 
 def _completed(context: click.Context, parameter: click.Parameter, start: str) -> list[CompletionItem]:
@@ -111,7 +112,7 @@ def _check_empty(target: Path) -> None:
 
 def _say_next(folder: Path, files: Iterable[str]) -> None:
     """Say the next command after a folder was made."""
-    scenes = [file for file in files if file.endswith((".toml", ".urdf", ".xml", ".sdf"))]
+    scenes = [file for file in files if file.endswith(own_endings())]
     programs = [file for file in files if file.endswith(".py")]
     if scenes:
         scene, out = (shlex.quote(str(folder / name)) for name in (scenes[0], "out"))

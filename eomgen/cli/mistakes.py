@@ -11,6 +11,7 @@ import click
 
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
+from eomgen.scene.sources.register import one_of_each, own_endings
 
 #: Names of verbs in other tools.
 _VERBS: Mapping[str, str] = {
@@ -55,7 +56,6 @@ if TYPE_CHECKING:
 
 #: Examples of arguments and options that are missing.
 _EXAMPLES: Mapping[str, str] = {
-    "scene": "the path of a .toml, .urdf, .xml or .sdf file",
     "folder": "--out results",
     "path": "--out page.html",
     "sources": "the path of a scene, or the folder of a run",
@@ -67,7 +67,7 @@ _EXAMPLES: Mapping[str, str] = {
 
 def of_verb(word: str, verbs: Mapping[str, Verb]) -> str:
     """Return the remedy for a word that is not a verb; ``verbs`` are the rows of the register by name."""
-    if word.endswith((".toml", ".urdf", ".xml", ".sdf")):
+    if word.endswith(own_endings()):
         others = [name for name, verb in verbs.items() if verb.takes_scene][:7]
         return f"eomgen info {shown(word)[1:-1]}, or another verb before the scene: {', '.join(others)}"
     return _VERBS.get(word.lower()) or nearest(word, list(verbs))
@@ -101,7 +101,8 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
         other = _OPTIONS.get(error.option_name, "") or "".join((error.possibilities or ())[:1])
         return f"{other}; {listing} lists all" if other else listing
     if isinstance(error, click.MissingParameter) and error.param is not None:
-        example = _EXAMPLES.get(error.param.name or "", "")
+        name = error.param.name or ""
+        example = f"the path of {one_of_each()}" if name == "scene" else _EXAMPLES.get(name, "")
         return f"{example}; {listing} lists all" if example else listing
     if isinstance(error, click.BadParameter) and error.param is not None:
         example = _of_value(error.param, error.format_message())
@@ -145,6 +146,6 @@ def _of_extra(word: str, error: click.UsageError, path: str, words: Sequence[str
         return f"--terms {','.join(names)}, with commas"
     if option == "--json" and place == (before or 0) + 1:
         return f"--json > {word}"
-    if word.endswith((".toml", ".urdf", ".xml", ".sdf")):
+    if word.endswith(own_endings()):
         return "one scene, and a command for each other one"
     return "--set name=value without blanks, and one scene"

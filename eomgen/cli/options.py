@@ -18,7 +18,7 @@ from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
-from eomgen.scene.sources.register import all_options, formats_with
+from eomgen.scene.sources.register import all_options, formats_with, own_sources
 from eomgen.scene.sources.source import Option, Source
 from eomgen.toolchain.profiles import PROFILES, STANDARD_PROFILE
 
@@ -187,7 +187,8 @@ def reading_options(without: Sequence[str] = ()) -> Callable[[Command], Command]
                 command = _source_option(source, option)(command)
         text = "Refuse elements that an importer would leave out with a note."
         command = click.option("--strict", is_flag=True, help=text)(command)
-        text = "Show the options for files of other tools (URDF, SDF, MJCF ...), and exit."
+        others = ", ".join(source.name for source in own_sources() if not source.scenes)
+        text = f"Show the options for files of other tools ({others} ...), and exit."
         return click.option(
             "--help-files", is_flag=True, is_eager=True, expose_value=False, help=text, callback=_show_file_options
         )(command)

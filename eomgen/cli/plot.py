@@ -9,6 +9,7 @@ import click
 from eomgen.cli.options import completed_files, debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, say
 from eomgen.errors import Problem, UsageError
+from eomgen.scene.sources.register import own_endings
 
 
 @click.command()
@@ -58,5 +59,5 @@ def _file(path: Path) -> Path:
         fault, hint = "there is no such file or folder", "the folder of a run of eomgen simulate, or its solution.npz"
     else:
         fault, hint = "a stored solution is needed, a file .npz", f"eomgen simulate {path} --out DIR, which draws, too"
-        hint = hint if path.suffix in (".toml", ".urdf", ".xml", ".sdf") else "the solution.npz of eomgen simulate"
+        hint = hint if path.suffix in own_endings() else "the solution.npz of eomgen simulate"
     raise UsageError(Problem(str(path), fault, hint))

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from eomgen.integrators.families.literature import Paper, papers_of
 from eomgen.integrators.families.register import AUTO, STANDARD, method_compiled, method_names
 from eomgen.pipeline.pipeline import load
-
-#: Endings of scene files.
-_FILES = (".toml", ".urdf", ".xml", ".sdf")
+from eomgen.scene.sources.register import own_endings
 
 
 def papers_of_methods(names: Sequence[str]) -> list[Paper]:
@@ -35,7 +33,7 @@ def names_of_methods(start: str) -> list[str]:
 
 def _method(name: str) -> str:
     """Return a name, or the method of a scene file."""
-    if not name.endswith(_FILES):
+    if not name.endswith(own_endings()):
         return name
     method = load(name).simulation.method
     return STANDARD if method == AUTO else method

@@ -121,10 +121,6 @@ class FileKind(OtherFileKind):
     schemas: Mapping[str, tuple[str, Callable[[], str]]] = field(default_factory=dict)
 
 
-#: Formats of mechanical scenes alone; files in TOML say their kind.
-_OF_SCENES = (".urdf", ".sdf", ".xml")
-
-
 def file_kinds() -> tuple[FileKind, ...]:
     """Return the kinds of files of all products."""
     return rows_of(KINDS, FileKind)
@@ -151,8 +147,8 @@ def other_document(described: object, options: Mapping[str, Any] | None = None) 
     """
     if is_scene(described):
         return None
-    if isinstance(described, str | os.PathLike) and str(described).lower().endswith(_OF_SCENES):
-        return None
+    if isinstance(described, str | os.PathLike) and not str(described).lower().endswith(".toml"):
+        return None  # files in TOML say their kind
     for kind in file_kinds():
         document = kind.read(described, options)
         if document is not None:

@@ -57,7 +57,7 @@ class Stored:
 #: Options of ``load`` as ``build`` reads a file.
 _DEFAULTS: Mapping[str, Any] = {"strict": False, "coordinates": None, "task_frames": ()}
 #: Endings of files of code, which folders have not.
-_OF_FILES = (".c", ".h", ".toml", ".urdf", ".xml", ".zip", ".py", ".so", ".m")
+_OF_FILES = (".c", ".h", ".zip", ".py", ".so", ".m")
 
 
 @checked_call('eomgen.load("scene.toml")')
@@ -377,8 +377,10 @@ def _check_folder(folder: str | Path) -> None:
     if not isinstance(folder, str | os.PathLike):
         fault = f"the path of a folder is needed, not {type(folder).__name__}"
         raise UsageError(Problem("folder", fault, "generate(scene, folder), the scene first"))
+    from eomgen.scene.sources.register import own_endings  # noqa: PLC0415
+
     path = Path(folder)
-    if path.suffix.lower() in _OF_FILES and not path.is_dir():
+    if path.suffix.lower() in (*_OF_FILES, *own_endings()) and not path.is_dir():
         fault = f"{path.name} is the name of a file, and a folder of several files is written"
         raise UsageError(Problem(str(folder), fault, f"the folder {path.with_suffix('').name}"))
 

@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from eomgen.scene.scene import Scene
     from eomgen.system.description import Description, Shape
 
-#: Endings of the files that eomgen itself reads; other distributions read further files, and may change.
-_OWN = (".toml", ".urdf", ".sdf", ".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".dae", ".glb")
+#: Endings of further files that eomgen itself reads; other distributions read further files, and may change.
+_OWN = (".csv", ".txt", ".dat", ".tsv", ".c", ".stl", ".obj", ".dae", ".glb")
 #: Bytes of a scene in a record at most: larger scenes take about as long to read from a record.
 _LARGEST = 4_000_000
 #: Bytes of a body with its joint, of a point and of a force element at least: the text of a scene that is too large is
@@ -136,7 +136,10 @@ def store(
     files : mapping
         Digest of each file by absolute path, ``ABSENT`` for a missing file, empty for a file that changed meanwhile.
     """
-    if not all(files.values()) or not all(file.lower().endswith(_OWN) for file in files):
+    from eomgen.scene.sources.register import recorded_endings  # noqa: PLC0415  # a stored scene needs no reader
+
+    known = (*recorded_endings(), *_OWN)
+    if not all(files.values()) or not all(file.lower().endswith(known) for file in files):
         return
     if sum(len(getattr(scene, part)) * size for part, size in _LEAST.items()) > _LARGEST:
         return

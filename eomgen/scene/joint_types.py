@@ -105,7 +105,6 @@ class Connection:
         first
     meanings : of coordinates that are plain numbers, if "angle" and "travel" do not distinguish the coordinates
     drive : the coordinate that a constraint of the type may prescribe
-    urdf : names of the type in URDF
     light : hint for a joint that carries no inertia, with ``{}`` for the body
     equations : numbers of holonomic and velocity rows of a constraint that no chain describes
     needs : axes of the two frames used by the rows of such a constraint
@@ -117,7 +116,6 @@ class Connection:
     chain: tuple[ElementaryMotion, ...] = ()
     meanings: tuple[str, ...] = ()
     drive: Literal["", "angle", "travel"] = ""
-    urdf: tuple[str, ...] = ()
     light: str = "mass or inertia for the body {}, rotor_inertia, or a fixed joint (URDF: lock)"
     equations: tuple[int, int] | None = None
     needs: tuple[Need, Need] | None = None
@@ -251,22 +249,20 @@ class Connection:
 
 #: Keys of the body that touches a plane, or a surface.
 _SURFACE = ("radius", "shape", "semi_axes", "tube_radius", "surface")
-#: Types of URDF come first, in the order of URDF: hints have this order.
+#: Types of robot descriptions come first, in their order: hints have this order.
 _ROWS = (
-    Connection("revolute", (_turn(),), drive="angle", urdf=("revolute", "continuous")),
-    Connection("prismatic", (_travel(),), drive="travel", urdf=("prismatic",)),
-    Connection("fixed", urdf=("fixed",)),
+    Connection("revolute", (_turn(),), drive="angle"),
+    Connection("prismatic", (_travel(),), drive="travel"),
+    Connection("fixed"),
     Connection(
         "free",
         (_FREE,),
-        urdf=("floating",),
         light="mass and inertia = [xx, yy, zz] for the body {}, or three prismatic joints for a point mass",
     ),
     Connection(
         "planar",
         (ElementaryMotion("travel", (SECOND_AXIS, THIRD_AXIS), (1, 2)), _turn()),
         meanings=("angle", "x", "y"),
-        urdf=("planar",),
     ),
     Connection("helical", (ElementaryMotion("screw", (AXIS,)),)),
     Connection("cylindrical", (_travel(1), _turn()), drive="travel"),
@@ -362,8 +358,8 @@ def joint_types_of_others() -> Mapping[str, Connection]:
     return rows
 
 
-#: Attributes of types that constraints, URDF or drives have.
-_OF_THE_CORE = ("drive", "urdf", "equations", "needs", "keys", "rod")
+#: Attributes of types that constraints or drives have.
+_OF_THE_CORE = ("drive", "equations", "needs", "keys", "rod")
 
 
 def fault_of(row: Connection) -> str:

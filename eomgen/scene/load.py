@@ -89,10 +89,9 @@ def named_method(data: Mapping[str, Any]) -> object:
 def _expanded(path: str | Path) -> Path:
     """Return a path with ``~`` in words. Raises UsageError for a text that is not a path."""
     if "\n" in str(path):
-        ending = ".urdf" if str(path).lstrip().startswith("<") else ".toml"
         fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines"
-        hint = f"the path of a {ending} file that holds the text"
-        raise UsageError(Problem("path", fault, hint + ("" if ending == ".urdf" else ", or load(tomllib.loads(text))")))
+        other = "" if str(path).lstrip().startswith("<") else ", or load(tomllib.loads(text))"
+        raise UsageError(Problem("path", fault, f"the path of a file that holds the text{other}"))
     try:
         return Path(path).expanduser()
     except RuntimeError:  # no home folder: the path is used unchanged

@@ -36,7 +36,7 @@ def bad(param: click.Parameter, given: str) -> click.BadParameter:
         (click.NoSuchOption("--zzz"), f"{PATH} --help"),
         (
             click.MissingParameter(param=click.Argument(["scene"])),
-            f"the path of a .toml, .urdf, .xml or .sdf file{LISTED}",
+            f"the path of a .toml scene, a .urdf file, an .xml file of MuJoCo or an .sdf file{LISTED}",
         ),
         (click.MissingParameter(param=click.Option(["--folder"])), f"--out results{LISTED}"),
         (

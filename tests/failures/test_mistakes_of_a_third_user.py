@@ -57,9 +57,9 @@ def regulator(**options: Any) -> Any:
         (
             lambda: eomgen.load(SCENE),
             "path: the path of a file is needed, and 'format = 1\\nname = \"arm\"\\n\\n[parameters]\\nlengt...' is a "
-            "text of several lines; try: the path of a .toml file that holds the text, or load(tomllib.loads(text))",
+            "text of several lines; try: the path of a file that holds the text, or load(tomllib.loads(text))",
         ),
-        (lambda: eomgen.load(ROBOT), "is a text of several lines; try: the path of a .urdf file that holds the text"),
+        (lambda: eomgen.load(ROBOT), "is a text of several lines; try: the path of a file that holds the text"),
         (lambda: eomgen.load("run.npz"), "try: eomgen.Solution.load('run.npz'), if it is a solution"),
         (
             lambda: eomgen.load("package://two/robot.urdf"),

@@ -8,6 +8,7 @@ __all__ = []
 PRODUCT = Product(
     modules={"fields": "eomgen.products.fields.posteriors", "sampling": "eomgen.products.fields.sampling"},
     rows={
+        "eomgen.attributes": ("eomgen.products.fields.other_words:ATTRIBUTES",),
         "eomgen.file_kinds": ("eomgen.products.fields.file_kind:HAMILTONIAN_FILES",),
         "eomgen.verbs": (
             Verb(

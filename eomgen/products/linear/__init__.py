@@ -9,6 +9,7 @@ PRODUCT = Product(
     modules={"control": "eomgen.products.linear.control", "spectra": "eomgen.products.linear.spectra"},
     names={"with_controller": "eomgen.products.linear.controllers:with_controller"},
     rows={
+        "eomgen.attributes": ("eomgen.products.linear.other_words:ATTRIBUTES",),
         "eomgen.verbs": (
             Verb(
                 "linearize",

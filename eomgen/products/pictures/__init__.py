@@ -7,6 +7,7 @@ __all__ = []
 
 PRODUCT = Product(
     rows={
+        "eomgen.attributes": ("eomgen.products.pictures.other_words:ATTRIBUTES",),
         "eomgen.verbs": (
             Verb(
                 "animate",

@@ -6,6 +6,7 @@ __all__ = []
 
 PRODUCT = Product(
     rows={
+        "eomgen.attributes": ("eomgen.products.robots.other_words:ATTRIBUTES",),
         "eomgen.sources": (
             "eomgen.products.robots.urdf.source:URDF",
             "eomgen.products.robots.mjcf.source:MJCF",

@@ -16,13 +16,6 @@ from eomgen.scene.sources.source import LARGEST_FILE, ConvertedScene, Option, So
 
 #: The group of entry points for sources of other distributions: objects of the class ``Source``.
 GROUP = "eomgen.sources"
-#: Names of options in other tools.
-_ELSEWHERE: Mapping[str, str] = {
-    **dict.fromkeys(
-        ("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"; of SDF weld="base_link"'
-    ),
-    **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
-}
 
 
 def _read_toml(text: str, **options: Any) -> ConvertedScene:
@@ -31,7 +24,7 @@ def _read_toml(text: str, **options: Any) -> ConvertedScene:
     return read_toml(text, **options)
 
 
-TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True)
+TOML = Source("TOML", (".toml",), "a .toml scene", _read_toml, scenes=True, recorded=True)
 
 
 @cache
@@ -64,9 +57,26 @@ def source_of(path: Path) -> Source | None:
     return (own[0] if own else None) or next((source for source in sources() if ending in source.endings), None)
 
 
+def own_endings() -> tuple[str, ...]:
+    """Return the endings of eomgen's own sources."""
+    return tuple(ending for source in own_sources() for ending in source.endings)
+
+
 def endings_like(path: Path) -> set[str]:
     """Return the endings of eomgen's own sources, and the ending of a file."""
-    return {path.suffix.lower(), *(ending for source in own_sources() for ending in source.endings)}
+    return {path.suffix.lower(), *own_endings()}
+
+
+def recorded_endings() -> tuple[str, ...]:
+    """Return the endings of files of which a reading can be kept."""
+    others = {ending for source in own_sources() if not source.recorded for ending in source.endings}
+    return tuple(ending for ending in own_endings() if ending not in others)
+
+
+def one_of_each() -> str:
+    """Return a file of each of eomgen's own sources, for hints."""
+    *others, last = [source.article for source in own_sources()]
+    return f"{', '.join(others)} or {last}" if others else last
 
 
 def readable(path: Path) -> str:
@@ -121,7 +131,8 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         known = {option.name: (other, option) for other in sources() for option in other.options}
     if unknown := [name for name in given if name not in known]:
         names = ["path", "strict", "coordinates", "task_frames", *known]
-        hint = nearest(unknown[0], names, _ELSEWHERE)
+        meant = {word: hint for one in own_sources() for word, hint in one.words.items()}
+        hint = nearest(unknown[0], names, meant)
         raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", hint))
     own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]

@@ -117,10 +117,14 @@ class Source:
     options : tuple of Option
     elsewhere : mapping
         Endings of files that another program converts to this kind, and a hint.
+    words : mapping
+        Names of options in other tools, and a hint.
     scenes : bool
         Whether the files of the source are scene files: with units, and with further includes.
     root : str
         Of XML formats that share an ending: the beginning of the name of the outermost element, which decides.
+    recorded : bool
+        Whether the files that were read decide a reading, so that later processes may use a record of the reading.
     located : bool
         Whether ``read`` takes the ``path`` of the file as well, for the files that it names.
     """
@@ -131,8 +135,10 @@ class Source:
     read: Callable[..., ConvertedScene]
     options: tuple[Option, ...] = ()
     elsewhere: Mapping[str, str] = field(default_factory=dict)
+    words: Mapping[str, str] = field(default_factory=dict)
     scenes: bool = False
     root: str = ""
+    recorded: bool = False
     located: bool = False
 
     def convert(self, text: str, path: Path, **options: Any) -> ConvertedScene:

@@ -83,5 +83,6 @@ SDF = Source(
         (".yaml", ".yml"), "[include.NAME] of each model in a scene file: directives of Drake are not read"
     ),
     root="sdf",
+    recorded=True,
     located=True,
 )

@@ -26,7 +26,7 @@ from eomgen.products.robots.urdf.notes import (
     notes_of_what_has_no_effect,
     stops_of,
 )
-from eomgen.products.robots.urdf.reading import Joint, LoopJoint, Robot, read_robot
+from eomgen.products.robots.urdf.reading import JOINT_TYPES, Joint, LoopJoint, Robot, read_robot
 from eomgen.products.robots.urdf.transmissions import Transmissions, actuation, effort_inputs, read_transmissions
 from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.joint_types import JOINTS
@@ -83,7 +83,7 @@ def held_and_following(
         for role, one in (("mimic another", joint), ("be mimicked", leader)):
             if one.components > 1:
                 fault = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
-                *most, last = (name for row in JOINTS.values() if row.v_size == 1 for name in row.urdf)
+                *most, last = (name for name, kind in JOINT_TYPES.items() if JOINTS[kind].v_size == 1)
                 report.add_at(joint.mimic.line, key, fault, f"a {', '.join(most)} or {last} joint")
         leaders[joint.name] = leader.name
     _check_circles(robot, leaders, report)

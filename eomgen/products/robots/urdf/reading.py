@@ -19,13 +19,20 @@ from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.urdf.visuals import NotDrawnError, VisualReader, Visuals
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
-from eomgen.scene.joint_types import JOINTS, TYPES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
 
 #: Types of joints by name in the format.
-JOINT_TYPES = {name: row.name for row in TYPES.values() for name in row.urdf}
+JOINT_TYPES = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+    "floating": "free",
+    "planar": "planar",
+}
 #: Types of constraints by the types of loop joints.
 LOOP_TYPES = {
     "spherical": "spherical",

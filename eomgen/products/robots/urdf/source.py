@@ -79,4 +79,11 @@ URDF = Source(
         ),
     ),
     {".xacro": "xacro first, to make a .urdf of it"},
+    {
+        **dict.fromkeys(
+            ("fixed_base", "use_fixed_base", "fix_base"), 'root="fixed", or root="free"; of SDF weld="base_link"'
+        ),
+        **dict.fromkeys(("free_flyer", "root_joint", "floating_base", "floating"), 'root="free"'),
+    },
+    recorded=True,
 )

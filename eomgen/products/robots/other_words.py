@@ -1,0 +1,10 @@
+"""Names of attributes in other programs, and the remedy, by class, for messages."""
+
+from __future__ import annotations
+
+ATTRIBUTES: dict[str, dict[str, str]] = {
+    "": {
+        **dict.fromkeys(("load_urdf", "from_urdf"), "load"),
+        **dict.fromkeys(("buildModelFromUrdf", "buildModelFromMJCF", "parse_urdf", "urdf"), 'load("robot.urdf")'),
+    },
+}
