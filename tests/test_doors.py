@@ -363,7 +363,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linearise",
     ),
     "products.linear": (
-        "campbell_plot freedom notebook spectra",
+        "campbell_plot freedom notebook other_words spectra",
         "multiblade plots state_space",
         "modes sampling",
         "augmentation floquet random_response second_order_modes",
@@ -521,6 +521,7 @@ LATE: dict[str, dict[str, str]] = {
         "scene.scene": "the class of scenes; a cached model needs none",
         "scene.sources.register": "the sources; a scene of a record is not read",
     },
+    "pipeline.readings": {"scene.sources.register": "the sources; a scene of a record is not read"},
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.libraries": {
         "codegen": "a library of the cache needs no Jinja",

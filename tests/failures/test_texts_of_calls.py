@@ -14,7 +14,7 @@ import pytest
 from eomgen.analysis import base_parameters
 from eomgen.base import journal
 from eomgen.base.csv_tables import _cells
-from eomgen.cli import equilibrium, options
+from eomgen.cli import options
 from eomgen.codegen import folder
 from eomgen.codegen.targets.c.naming import check_identifier
 from eomgen.compiled import arguments
@@ -36,7 +36,9 @@ from eomgen.products.linear.sampling import seconds
 from eomgen.products.linear.spectra import InputSpectrum, MeasuredRoad
 from eomgen.products.linear.state_space import StateSpace
 from eomgen.products.pictures import section_loads
+from eomgen.products.pictures.command import RestPicture
 from eomgen.products.statics import steady_motion
+from eomgen.products.statics.command import LoadPaths
 from eomgen.products.studies.identification import measurements, study
 from eomgen.products.studies.work_precision.running import tuning_grid
 from eomgen.products.waves.sea_states.components import discretized, divided, wave_number
@@ -50,6 +52,11 @@ from eomgen.results.events import Events
 from eomgen.simulation import checkpoint, run_model
 from eomgen.simulation.stepping import controllers
 from eomgen.simulation.stepping.time_grid import time_grid
+
+
+def rest_options(**given: object) -> dict[str, Any]:
+    """Return options of ``eomgen equilibrium``."""
+    return {"along": None, "over": (), "figure": None, "buckling": None, "path": None, **given}
 
 
 def oscillator(feedthrough: float = 0.0) -> StateSpace:
@@ -94,19 +101,19 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
         "a.csv:3: this is not a CSV file: ',' expected after '\"'; try: plain cells between delimiters",
     ),
     "over without path": (
-        lambda: equilibrium._request(None, ("x",), None, None, None),
+        lambda: LoadPaths(rest_options(over=("x",))),
         "--over: it belongs to a path; try: --path load=0:10",
     ),
     "buckling and figure": (
-        lambda: equilibrium._request(None, (), "a.png", "load", None),
+        lambda: LoadPaths(rest_options(figure="a.png", buckling="load")),
         "--plot: it belongs to a path, or to an equilibrium alone; try: --path load=0:10",
     ),
     "figure of a path": (
-        lambda: equilibrium._request("load=0:10", (), "a.gif", None, None),
+        lambda: RestPicture(rest_options(along="load=0:10", figure="a.gif")),
         "--plot a.gif: a figure is a .png, .svg or .pdf file; try: --plot rest.png",
     ),
     "path and buckling": (
-        lambda: equilibrium._request("load=0:10", (), None, "load", None),
+        lambda: LoadPaths(rest_options(along="load=0:10", buckling="load")),
         "--buckling: it is asked for together with --path; try: one of them",
     ),
     "modes from 1": (
@@ -460,7 +467,7 @@ ACCEPTED: Sequence[Callable[[], object]] = (
     lambda: without_cross_terms(np.eye(2), np.array([[1.0], [0.0]])),
     lambda: MeasuredRoad(frequencies=np.array([1.0, 2.0]), density=np.array([1.0, 0.0])),
     lambda: Mesh((2,), 1.0),
-    lambda: equilibrium._request(None, (), "a.png", None, None) is None,
+    lambda: LoadPaths(rest_options(figure="a.png")).answers,
 )
 
 
