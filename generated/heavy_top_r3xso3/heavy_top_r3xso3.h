@@ -254,6 +254,7 @@ typedef struct heavy_top_r3xso3_workspace {
     /* nonzeros of B at the start of the step, columns times inverse_inertia */
     eomgen_real jacobian[17];
     eomgen_real squared_radius; /* of gyration, of all parts: a length that compares with 1 rad */
+    int eta_turns;              /* 1: the turn of B changes W B^T eta by more than its size in a step */
     /* nonzeros of the partial derivatives, then their products with T */
     eomgen_real numbers[108];
     eomgen_real tangents[9];

@@ -1162,7 +1162,7 @@ static void heavy_top_r3xso3_measure(const heavy_top_r3xso3_parameters *p, real 
         work->unit[i] = work->per_unit[i] = K(1.0);
     memset(work->rounding, 0, sizeof work->rounding);
     work->rounding_decay = K(0.0);
-    work->tolerance_steps_left = 0;
+    work->tolerance_steps_left = work->eta_turns = 0;
     work->multiplier_rounding = work->rounding_rate = work->impulse_rate = work->force_rate = K(0.0);
     work->units_valid = 1;
     memset(work->vdot, 0, sizeof work->vdot);
@@ -1244,9 +1244,7 @@ static void heavy_top_r3xso3_weigh_jacobian(heavy_top_r3xso3_workspace *work)
 /* displaced := W B_n^T eta. */
 static void heavy_top_r3xso3_displace(const real *eta, real *displaced, const heavy_top_r3xso3_workspace *work)
 {
-    int i;
-    for (i = 0; i < 6; ++i)
-        displaced[i] = K(0.0);
+    memset(displaced, 0, 6 * sizeof *displaced);
     {
         static const int row[17] = { 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2 };
         static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
@@ -1261,9 +1259,7 @@ static void heavy_top_r3xso3_displace(const real *eta, real *displaced, const he
 static real heavy_top_r3xso3_summands_of_eta(const heavy_top_r3xso3_workspace *work)
 {
     real summands[6];
-    int i;
-    for (i = 0; i < 6; ++i)
-        summands[i] = K(0.0);
+    memset(summands, 0, sizeof summands);
     {
         static const int row[17] = { 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 1, 2, 2, 2, 2, 2, 2 };
         static const int column[17] = { 0, 1, 2, 3, 4, 5, 0, 2, 3, 4, 5, 0, 1, 2, 3, 4, 5 };
@@ -1276,27 +1272,29 @@ static real heavy_top_r3xso3_summands_of_eta(const heavy_top_r3xso3_workspace *w
     return heavy_top_r3xso3_size(summands, work);
 }
 
-/* Predict eta by the last step if this predicts positions better than 0: the turn of B changes W B^T eta by less than
- * its size. Forces that meet in a light part nearly cancel there, and no longer do after a turn. Returns 0 if not;
- * factors of earlier steps, which have their B, and tolerances, which have their eta, are then of no use. */
+/* Predict eta by the last step. Returns 1, and predicts 0, if the turn of B changes W B^T eta by more than its size:
+ * forces that meet in a light part nearly cancel, and no longer do after a turn. Factors of earlier steps, which have
+ * their B, and tolerances, which have their eta, are then of no use. Turns begin to matter over many steps: they are
+ * compared in steps with new tolerances, and in each step once they matter. */
 static int heavy_top_r3xso3_predict_eta(const heavy_top_r3xso3_state *from, real *eta, heavy_top_r3xso3_workspace *work)
 {
     static const int angular[6] = { 1, 1, 1, 0, 0, 0 };
     real displaced[6], size = K(0.0), changed = K(0.0);
     int i;
+    memcpy(eta, from->eta, sizeof from->eta);
+    if (!work->eta_turns && work->tolerance_steps_left > 0)
+        return 0;
     heavy_top_r3xso3_displace(from->eta, displaced, work);
     for (i = 0; i < 6; ++i) {
         const real square = angular[i] ? work->squared_radius : K(1.0);
-        const real more = displaced[i] - from->displaced[i];
-        size = size + square * (from->displaced[i] * from->displaced[i]);
+        const real old = from->displaced[i], more = displaced[i] - old;
+        size = size + square * (old * old);
         changed = changed + square * (more * more);
     }
-    memcpy(eta, from->eta, sizeof from->eta);
-    if (changed <= size)
-        return 1;
-    memset(eta, 0, sizeof from->eta);
-    work->tolerance_steps_left = 0;
-    return 0;
+    work->eta_turns = !(changed <= size);
+    if (work->eta_turns)
+        memset(eta, 0, sizeof from->eta);
+    return work->eta_turns;
 }
 
 /* Index of constraint row i at velocity level, w, among the equations of a step. */
@@ -1765,7 +1763,8 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     work->velocity_tolerance = (K(0.02) * settings->atol + K(1e-4) * settings->rtol
         + K(16.0) * heavy_top_r3xso3_EPSILON) * heavy_top_r3xso3_larger(work->speed[0],
         heavy_top_r3xso3_summands_of_eta(work));
-    work->tolerance_steps_left = from->history < 3 ? 1 : 4;
+    if (work->tolerance_steps_left <= 0) /* whatever the step: the turn of B is compared then */
+        work->tolerance_steps_left = from->history < 3 || work->eta_turns ? 1 : 4;
     work->tolerance_step = step;
 }
 
@@ -1958,7 +1957,7 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
                 + from->lam_before[3 + i]);
         x[6 + i] = step * work->lam[i];
     }
-    factor = !heavy_top_r3xso3_predict_eta(from, x + 9, work) || factor;
+    factor = heavy_top_r3xso3_predict_eta(from, x + 9, work) || factor;
     if (heavy_top_r3xso3_rotation_too_large(step, work))
         return HEAVY_TOP_R3XSO3_ROTATION_TOO_LARGE;
     for (iteration = 0; iteration < settings->max_iterations; ++iteration) {
@@ -2086,7 +2085,8 @@ static void heavy_top_r3xso3_accept(const heavy_top_r3xso3_coefficients *c, real
     memcpy(state->lam_before, state->lam, sizeof state->lam);
     memcpy(state->lam, work->lam, sizeof state->lam);
     memcpy(state->eta, work->unknown + 9, sizeof state->eta);
-    heavy_top_r3xso3_displace(state->eta, state->displaced, work);
+    if (work->tolerance_steps_left <= 0)
+        heavy_top_r3xso3_displace(state->eta, state->displaced, work);
     state->t = t;
 }
 
