@@ -1763,7 +1763,7 @@ static void heavy_top_r3xso3_tolerances(const heavy_top_r3xso3_settings *setting
     work->velocity_tolerance = (K(0.02) * settings->atol + K(1e-4) * settings->rtol
         + K(16.0) * heavy_top_r3xso3_EPSILON) * heavy_top_r3xso3_larger(work->speed[0],
         heavy_top_r3xso3_summands_of_eta(work));
-    if (work->tolerance_steps_left <= 0) /* whatever the step: the turn of B is compared then */
+    if (work->tolerance_steps_left <= 0) /* at any step: the turn of B is compared then */
         work->tolerance_steps_left = from->history < 3 || work->eta_turns ? 1 : 4;
     work->tolerance_step = step;
 }
