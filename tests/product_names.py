@@ -13,12 +13,18 @@ COMMAND = "python -m tests.product_names eomgen/products/offered.py"
 #: Registers whose rows have no names for users.
 _UNNAMED = (
     "eomgen.attributes",
+    "eomgen.checks",
     "eomgen.ensemble_notes",
     "eomgen.info",
     "eomgen.keys_elsewhere",
     "eomgen.mode_figures",
     "eomgen.notes",
     "eomgen.scenery",
+    "eomgen.searches",
+    "eomgen.starts",
+    "eomgen.state_warnings",
+    "eomgen.unresolved_motions",
+    "eomgen.unseen_laws",
 )
 #: Attributes by which rows of registers are called by users.
 _KEYS = ("key", "name", "kind")
@@ -44,7 +50,8 @@ def names_of(product: Product) -> set[str]:
 def table() -> str:
     """Return the lines of the table in ``eomgen.products.offered``."""
     lines = []
-    for name, product in products().items():
+    offering = {name: product for name, product in products().items() if names_of(product)}
+    for name, product in offering.items():
         listed = ", ".join(f'"{word}"' for word in sorted(names_of(product)))
         line = f'    "{name}": ({listed},),' if "," not in listed else f'    "{name}": ({listed}),'
         if len(line) > 120:

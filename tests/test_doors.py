@@ -232,6 +232,10 @@ DOORS: dict[str, set[str]] = {
     "products.pictures": {
         *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
     },
+    "products.doubts": {
+        *("analysis", "base", "compiled", "errors", "formula", "integrators", "lie", "results", "scene", "simulation"),
+        *("system", "toolchain"),
+    },
     "products.statics": {"analysis", "base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
     "products.pages": {
         *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
@@ -562,7 +566,11 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.checkpoint": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
-    "simulation.judgement.remarks": {"simulation.judgement.diagnosis": "few runs have states of few values"},
+    "products.doubts.remarks": {"simulation.judgement.diagnosis": "few runs have states of few values"},
+    "products.doubts.examinations": {
+        "products.doubts": "a run is judged when its solution is asked for it",
+        "simulation.accuracy": "likewise",
+    },
     "simulation.judgement.finished_run": {
         "analysis.state_warnings": "a run is judged when its solution is asked for it",
         "simulation.accuracy": "likewise",

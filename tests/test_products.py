@@ -29,6 +29,7 @@ USES: Mapping[str, tuple[tuple[str, str], ...]] = {
         ("cli('compare', 'pendulum.toml', 'pendulum.toml')", "eomgen: there is no verb 'compare'"),
     ),
     "derivatives": (("model.sensitivities", "a Model has no 'sensitivities'"),),
+    "doubts": (),
     "ensembles": (
         ("model.simulate_many", "a Model has no 'simulate_many'"),
         ("cli('ensemble', 'pendulum.toml')", "eomgen: there is no verb 'ensemble'"),
@@ -165,6 +166,8 @@ print(json.dumps({
     "products": list(products()),
     "public": [name for name in eomgen.__all__ if getattr(eomgen, name) is None],
     "success": run.success,
+    "notes": run.metadata["notes"],
+    "checked": [finding.name for finding in model.simulate(10.0, 0.25, parameters={"shake": 0.0}).findings],
     "motion": run.q[-1].tolist(),
     "poses": list(run.poses),
     "stored": list(eomgen.Solution.load(run.save("run.npz")).poses),
@@ -224,6 +227,8 @@ def test_the_core_works_without_products(deleted: list[str], tmp_path: Path, cac
     assert set(result["products"]) == set(products()) - set(gone)
     assert result["success"] and result["info"] == 1 and "Configuration" in result["shown"]
     assert "  simulate " in result["help"] and "bodies" in result["schema"] and not result["public"]
+    assert ("checks: not installed" in result["notes"]) == ("doubts" in gone)
+    assert "discretisation_error" in result["checked"]
     assert result["poses"] == result["stored"] == ["link", "base"] and result["rest"]
     owners = [name for name in gone for _ in USES[name]]
     for message, (_, fault), owner in zip(result["messages"], uses, owners, strict=True):

@@ -75,7 +75,7 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     work = 'eomgen.load("scene.toml")'
     first = start(work, tmp_path / "cache")
     # not importlib.metadata, by which pydantic looks for plugins, nor modules for random processes and for mistakes
-    check(first, 181, 13, ["pydantic", "tomllib"])
+    check(first, 183, 13, ["pydantic", "tomllib"])
     check(start(work, tmp_path / "cache"), 70, 1, [])
 
 
@@ -97,7 +97,7 @@ def test_a_first_reading_imports_what_the_file_mentions(tmp_path: Path) -> None:
     """No class of pydantic, no force element and no product of other sections."""
     (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
     counted = start(f"eomgen.load('arm.urdf')\n{_SCHEMAS.format(schemas=[*SCHEMAS])}", tmp_path / "cache")
-    check(counted, 174, 5, ["pydantic"])
+    check(counted, 176, 5, ["pydantic"])
 
 
 def test_a_model_of_a_loaded_scene_is_the_one_of_its_record(tmp_path: Path) -> None:
@@ -120,10 +120,10 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     first = start(step, tmp_path / "cache")
     assert {"sympy", "scipy", "matplotlib", "pint", "setuptools"}.isdisjoint(first[2])
-    check(start(work, tmp_path / "cache"), 119, 1, [])
-    check(start(step, tmp_path / "cache"), 163, 10, [])
+    check(start(work, tmp_path / "cache"), 120, 1, [])
+    check(start(step, tmp_path / "cache"), 164, 10, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
-    check(start(loaded, tmp_path / "cache"), 171, 10, [])
+    check(start(loaded, tmp_path / "cache"), 172, 10, [])
 
 
 @pytest.mark.slow
@@ -137,7 +137,7 @@ def test_a_changed_number_needs_neither_printer_nor_compiler(tmp_path: Path) -> 
         changed = ARM_URDF.replace('mass value="1"', f'mass value="{mass}"')
         (tmp_path / "arm.urdf").write_text(changed, encoding="utf-8")
         counted = start(look if mass != "1" else work, tmp_path / "cache")
-    check(counted, 335, 16, ["pydantic", "tempfile"])
+    check(counted, 336, 16, ["pydantic", "tempfile"])
 
 
 @pytest.mark.slow
@@ -151,7 +151,7 @@ with contextlib.redirect_stdout(io.StringIO()):
     main(["simulate", "scene.toml", "--out", "out", "--t-end", "0.01", "--profile", "quick"])
 """
     start(work, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 215, 16, ["click", "csv", "zipfile"])
+    check(start(work, tmp_path / "cache"), 224, 16, ["click", "csv", "zipfile"])
 
 
 @pytest.mark.slow

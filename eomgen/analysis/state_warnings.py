@@ -1,5 +1,5 @@
-"""Warnings about states of a model: springs and tyres turned inside out, beams that are coarse or bent too far, ways
-longer than the scene, unbalance, and an inertia matrix that is not positive definite.
+"""Warnings about states of a model: the register of warnings of equilibria, beams that are bent too far, unbalance, and
+an inertia matrix that is not positive definite.
 
 Curvature w'' is linear in the deflection w. A bent axis has w''/(1 - w'^2)^(1/2), so strain energy is wrong by
 a part of w'^2, and the kinematics of order = 2 by as much. Half the mean square of the slope is also the shortening of
@@ -9,37 +9,27 @@ the axis, as a part of its length, so beyond 1 no beam is like that.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
+from eomgen.base.products import rows_of
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Formula, Symbol
-from eomgen.lie import numeric
-from eomgen.lie.groups import SE3
+from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated
 from eomgen.solvers.regular_inertia import inertia_with_rows
-from eomgen.system.description import BASE, WORLD, Wheel
+from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
+    from eomgen.base.limits import Limit
     from eomgen.compiled.model import CompiledModel
 
 
-#: Limit of the distance of a spring's ends, relative to the distance at start and rest, below which the ends count as
-#: passing one another.
-_PASSED = 0.05
-#: Ratio of a displacement to the size of the scene above which a note is written.
-_LONGER = 1.1
-#: Signs that make the inverse of a quaternion.
-_BACK = np.array([1.0, -1.0, -1.0, -1.0])
-_LISTED = 4
-#: Estimated error of a beam's displacements that is worth a note.
-_COARSE = 0.01
 #: Rest is the same to this part of the scene's length, or rad.
 SAME = 1e-6
 
@@ -99,151 +89,57 @@ class SceneMeasures:
         return {name: (values[:, :4], values[:, 4:]) for name, values in pose_of.items()}
 
 
+class Rest:
+    """A static equilibrium, from which warnings follow.
+
+    Parameters
+    ----------
+    path : sequence of (nq,)
+        Configurations from the start to the equilibrium.
+    u : inputs
+    """
+
+    def __init__(self, measures: SceneMeasures, path: Sequence[Array], u: Inputs) -> None:
+        self.measures, self.path, self.u = measures, path, u
+
+    @cached_property
+    def poses(self) -> dict[str, tuple[Array, Array]]:
+        """Quaternion and position of all bodies along the path."""
+        return self.measures.poses(np.array(self.path))
+
+
+@dataclass(frozen=True)
+class StateWarning:
+    """A kind of warning of a static equilibrium: a row of the register.
+
+    Attributes
+    ----------
+    name : of the row
+    evaluate : from the equilibrium to sentences, none if there is no doubt
+    alone : whether the warning is left out if there is another one
+    limits : thresholds that ``evaluate`` compares with, for the documentation
+    """
+
+    name: str
+    evaluate: Callable[[Rest], list[str]]
+    alone: bool = False
+    limits: tuple[Limit, ...] = ()
+
+
+#: The group of rows that products add.
+GROUP = "eomgen.state_warnings"
+
+
 def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs) -> list[str]:
     """Return warnings about an equilibrium at the end of a path of configurations; none without poses."""
+    sentences: list[str] = []
     if "poses" not in measures.model.functions or len(path) < 2:
-        return []
-    poses = measures.poses(np.array(path))
-    notes = [*_springs(measures, poses), *_tyres(measures, poses, u), *_coarse_beams(measures, poses)]
-    return notes or _far(measures, poses, measures.length(path[0]))
-
-
-def _positions(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
-    """Return body and world position (rows, 3) of each point."""
-    points = measures.model.description.drawing.points
-    if not points:
-        return {}
-    turns, origins = (np.array([poses[point.body][part] for point in points]) for part in (0, 1))
-    local = np.array([measures.vector(point.position) for point in points])
-    positions = origins + rotated(turns, local[:, np.newaxis])
-    return {point.name: (point.body, position) for point, position in zip(points, positions, strict=True)}
-
-
-def _springs(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
-    """Return a note on springs that are inside out, and a note on springs whose ends have moved farther than their
-    distance."""
-    springs = measures.model.description.drawing.lines
-    if not springs:
-        return []
-    points = _positions(measures, poses)
-    ends = [[points[name] for name in (spring.first, spring.second)] for spring in springs]
-    turns = np.array([[poses[body][0] * _BACK for body, _ in pair] for pair in ends])
-    vectors = np.array([end - start for (_, start), (_, end) in ends])
-    in_bodies = rotated(turns, vectors[:, np.newaxis])  # (springs, 2, rows, 3)
-    apart = np.linalg.norm(in_bodies[:, 0, 0], axis=-1)
-    travel = np.min(np.linalg.norm(in_bodies[:, :, -1] - in_bodies[:, :, 0], axis=-1), axis=1)
-    turned = np.all(_passed_one_another(in_bodies), axis=1)
-    passed = [spring.name for spring, inside_out in zip(springs, turned, strict=True) if inside_out]
-    moved = [
-        f"{spring.name} ({far:.4g} m, {near:.4g} m apart)"
-        for spring, inside_out, far, near in zip(springs, turned, travel.tolist(), apart.tolist(), strict=True)
-        if far > near > 0.0 and not inside_out
-    ]
-    notes = []
-    if passed:
-        notes.append(
-            f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)} {_few(passed)}"
-        )
-    if moved:
-        notes.append(
-            f"moved farther than they were apart at the start: the ends of spring{'s' * (len(moved) > 1)} {_few(moved)}"
-        )
-    return notes
-
-
-def _few(items: Sequence[str]) -> str:
-    return ", ".join(items[:_LISTED]) + (f" and {len(items) - _LISTED} more" if len(items) > _LISTED else "")
-
-
-def _passed_one_another(vectors: Array) -> NDArray[np.bool_]:
-    """Return whether springs, from end to end (..., rows, 3) along the path, have turned round by way of next to no
-    length, (...)."""
-    before, way = vectors[..., :-1, :], np.diff(vectors, axis=-2)
-    square = np.sum(way * way, axis=-1)
-    share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
-    shortest = np.min(np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1), axis=-1)
-    first, last = vectors[..., 0, :], vectors[..., -1, :]
-    ends = np.minimum(np.linalg.norm(first, axis=-1), np.linalg.norm(last, axis=-1))
-    turned: NDArray[np.bool_] = (np.sum(first * last, axis=-1) < 0.0) & (shortest < _PASSED * ends)
-    return turned
-
-
-def _tyres(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]], u: Inputs) -> list[str]:
-    """Return a note on each wheel with a centre below the road now, but not at the start."""
-    model = measures.model
-    sunk: list[str] = []
-    tyres = model.description.drawing.wheels
-    if not tyres:
-        return []
-    points = _positions(measures, poses)
-    of_scene = dict(zip(model.inputs, model.input_values(measures.t, parameters=measures.p).tolist(), strict=True))
-    given: Mapping[str, Any] = u if isinstance(u, Mapping) else {}
-    inputs = of_scene | {name: float(np.asarray(value)) for name, value in given.items()}
-    inputs |= {} if u is None or isinstance(u, Mapping) else dict(zip(model.inputs, np.ravel(u).tolist(), strict=True))
-    for tyre in tyres:
-        center = points[tyre.center][1]
-        try:
-            before, after = (_clearance(measures, tyre, center[row], inputs) for row in (0, -1))
-        except ArithmeticError:  # a road given by a curve has no value but in the compiled model
-            continue
-        if before > 0.0 > after:
-            sunk.append(tyre.name)
-    return (
-        [f"inside out, for their centres are below the road: tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"] if sunk else []
-    )
-
-
-def _clearance(measures: SceneMeasures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
-    """Return the height of a wheel's centre over the road. Raises ArithmeticError."""
-
-    def value_of(symbol: Symbol) -> float:
-        if symbol.kind == "position":
-            return float(center[symbol.index])
-        if symbol.kind == "time":
-            return measures.t
-        return inputs[symbol.name] if symbol.kind == "input" else measures.values[symbol.name]
-
-    return float(center[2]) - evaluate(tyre.road, value_of)
-
-
-def _coarse_beams(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> list[str]:
-    """Return a note on each beam with too few elements: within an element deflections are linear in the load.
-
-    The displacement of the end of a cantilever under a force is off by half the mean square of the deflections within
-    the elements, relative to the lengths of elements: to a factor of 3 from 1 to 8 elements if the estimate is below a
-    half. Beyond that the estimate is up to 60 times too large, and the note states no size.
-    """
-    notes = []
-    for beam in measures.model.description.element_stiffness:
-        at_rest = np.array([np.concatenate([poses[node][0][-1], poses[node][1][-1]]) for node in beam.nodes])
-        relative = numeric.compose(SE3, numeric.inverse(SE3, at_rest[:-1]), at_rest[1:])
-        relative[relative[:, 0] < 0.0, :4] *= -1.0
-        changes = numeric.log(SE3, relative) - np.array(beam.twists)
-        forces = np.einsum("eij,ej->ei", beam.matrices(measures.values), changes)
-        within = beam.bending_within(measures.values, forces)
-        error = 0.5 * float(np.average(within**2, weights=beam.lengths))
-        if error > _COARSE:
-            worst = int(np.argmax(within))
-            off = f"some {100.0 * error:.1g} %" if error < 0.5 else "an unknown part of their size"
-            notes.append(
-                f"too few elements in the beam {beam.nodes[0]}: element {worst + 1} bends by"
-                f" {100.0 * within[worst]:.0f} % of its length within itself, displacements are off by {off}"
-            )
-    return notes
-
-
-def _far(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]], length: float) -> list[str]:
-    """Return a note on the body that has gone farthest, if that is farther than the scene is large at the start."""
-    ways = {name: float(np.linalg.norm(position[-1] - position[0])) for name, (_, position) in poses.items()}
-    at_start = np.array([position[0] for name, (_, position) in poses.items() if name != WORLD])
-    at_start = np.concatenate([at_start, *(position[:1] for _, position in _positions(measures, poses).values())])
-    large = max(float(np.linalg.norm(np.ptp(at_start, axis=0))), length)
-    name = max(ways, key=lambda name: ways[name])
-    if not ways[name] > _LONGER * large:
-        return []
-    return [
-        f"farther from the start than the whole scene is large, {large:.4g} m: the body {name}, by {ways[name]:.4g} m"
-    ]
+        return sentences
+    rest = Rest(measures, path, u)
+    for row in rows_of(GROUP, StateWarning):
+        if not (row.alone and sentences):
+            sentences.extend(row.evaluate(rest))
+    return sentences
 
 
 #: Distance of a centre of mass from its axis, relative to the scene's length, below which the centre lies on the axis.
@@ -399,25 +295,6 @@ def beams_beyond_linear_range(model: CompiledModel, q: Array, p: Array) -> Seque
         if not _definite(model, alone, p):
             causes.append(factor.name)
     return tuple(causes or (factor.name for factor in factors))
-
-
-def linear_range_exceeded(model: CompiledModel, t: Array, q: Array, p: Array) -> str:
-    """Return a clause on beams of order 1 that deform too far in some row of a run, with a remedy; empty if none
-    does.
-
-    Examined rows are the rows with the largest deformation of each beam, the last row, and up to 200 rows between.
-    """
-    first = {item.name for item in model.description.coordinates if item.linear}
-    parts = [factor.q for factor in model.factors if factor.name in first]
-    if not parts:
-        return ""
-    rows = {int(np.argmax(np.linalg.norm(q[:, part], axis=1))) for part in parts} | {len(t) - 1}
-    for row in sorted(rows | set(range(0, len(t), len(t) // 200 + 1))):
-        if beams := beams_beyond_linear_range(model, q[row], p):
-            named = f"beam{'s' * (len(beams) > 1)} {', '.join(beams)}"
-            sentence = f"at t = {t[row]:.6g} s the deflection of {named} is beyond the range of order = 1"
-            return f"{sentence}: the inertia matrix is not positive definite; try: order = 2"
-    return ""
 
 
 def _definite(model: CompiledModel, q: Array, p: Array) -> bool:

@@ -15,9 +15,10 @@ from contextlib import contextmanager
 from dataclasses import MISSING, asdict, field, fields
 from functools import cache, partial
 from types import FunctionType
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, Self, TypeVar, cast
 
 __all__ = [
+    "EvaluatesOnce",
     "asdict",
     "dataclass",
     "field",
@@ -29,6 +30,7 @@ __all__ = [
     "wrap_method",
 ]
 
+_Quantity = TypeVar("_Quantity")
 #: Attributes that ``dataclasses.dataclass`` makes, by the option that asks for the attribute; empty for any options.
 _MADE = {
     "": ("__dataclass_fields__", "__dataclass_params__", "__match_args__", "__init__"),
@@ -241,6 +243,17 @@ else:
     def dataclass(kind: type | None = None, /, **options: Any) -> Any:
         """Make a dataclass as ``dataclasses.dataclass`` does, with the same options except ``slots``."""
         return _deferred(kind, options) if kind is not None else lambda kind: _deferred(kind, options)
+
+
+class EvaluatesOnce:
+    """Base of facts from which rows of a register follow: several rows share a quantity that a product defines."""
+
+    def once(self, quantity: Callable[[Self], _Quantity]) -> _Quantity:
+        """Return ``quantity(self)``, which is evaluated at the first request."""
+        known: dict[object, _Quantity] = self.__dict__.setdefault("_evaluated", {})
+        if quantity not in known:
+            known[quantity] = quantity(self)
+        return known[quantity]
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from functools import cache
 from importlib import import_module
 from importlib.machinery import ModuleSpec
 from importlib.util import find_spec
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
@@ -36,7 +37,7 @@ class Product:
         Public name of ``eomgen`` -> ``module:name``.
     rows : mapping
         Group of a register, as of the entry points of other distributions -> rows: objects, or texts ``module:name``
-        of objects, which are imported when the register is read.
+        of objects or of tuples of objects, which are imported when the register is read.
     needs : tuple of str
         Products whose modules this product imports.
     moved : mapping
@@ -79,10 +80,12 @@ def products() -> dict[str, Product]:
 
 @cache
 def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
-    """Return the rows of all products in a register; rows of another class than ``kind`` are left out."""
+    """Return the rows of all products in a register, tables of rows opened; rows of another class than ``kind`` are
+    left out."""
     rows = (row for product in products().values() for row in product.rows.get(group, ()))
     objects = (named(row) if isinstance(row, str) else row for row in rows)
-    return tuple(row for row in objects if isinstance(row, kind))
+    tables = (row if type(row) is tuple else (row,) for row in objects)
+    return tuple(row for row in chain.from_iterable(tables) if isinstance(row, kind))
 
 
 def objects_of(group: str) -> tuple[Any, ...]:

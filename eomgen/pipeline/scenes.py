@@ -75,7 +75,7 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
 def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     """Return an error of constraints with the place of the first named one, which is the farthest from being met, with
     lengths and curves of the named ones, and with doubts on units."""
-    from eomgen.scene.document.out_of_scale import numbers_of_constraints  # noqa: PLC0415  # of few scenes
+    from eomgen.scene.joints.constraint_numbers import numbers_of_constraints  # noqa: PLC0415  # of few scenes
 
     doubts = [note.partition("; ")[0] for note in scene.notes if "without a unit" in note or "radians" in note]
     named = [

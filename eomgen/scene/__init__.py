@@ -4,6 +4,7 @@ __all__ = [
     "bodies",
     "builder",
     "control",
+    "design_poses",
     "document",
     "forces",
     "formula",

@@ -111,7 +111,7 @@ class Outcome(FinishedRun):
 
     @cached_property
     def metadata(self) -> dict[str, Any]:
-        from eomgen.simulation.judgement.start_checks import starts_beyond_limits  # noqa: PLC0415  # on request
+        from eomgen.simulation.judgement.starts import starts_beyond_limits  # noqa: PLC0415  # on request
 
         run, beginning, events = self.run, self.beginning, self.events
         model = run.model
@@ -119,8 +119,7 @@ class Outcome(FinishedRun):
         if beginning is not None:
             of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
             notes = [note for note in notes if note not in of_scene]
-            notes += self._notes("start_beyond_limits", "start_on_impact", "chosen_method")
-            notes += [*beginning.notes, *self._notes("exchanged_times", "doubtful_call")]
+            notes += [*self._notes("start"), *beginning.notes, *self._notes("call"), *self._verdict.unchecked]
         profile = self.stepper.library.profile
         return {
             **run_metadata(run),
@@ -132,8 +131,8 @@ class Outcome(FinishedRun):
             "energy_balance": str(self.balance),
         }
 
-    def _notes(self, *names: str) -> list[str]:
-        return [str(finding) for name in names for finding in self._verdict.of(name)]
+    def _notes(self, place: str) -> list[str]:
+        return [*map(str, self._verdict.noted(place))]
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
 from eomgen.results.solution import Solution
 from eomgen.simulation.checkpoint import SimulatorState
 from eomgen.simulation.judgement.diagnosis import failed_step
-from eomgen.simulation.judgement.start_checks import deep_tyres
+from eomgen.simulation.judgement.starts import doubts_of_start
 from eomgen.simulation.motions import Motions, Target, read_target, refuse_as_inputs
 from eomgen.simulation.outcome import RecordedRow, recorded_solution
 from eomgen.simulation.stepping.chunks import CompiledSteps, between
@@ -353,7 +353,7 @@ class Simulator:
         begun = replace(self._run, parameters=p, grid=grid)
         given, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
         signals = begun.signals if begun.takes_rows else None
-        notes += [*angles_of_several_turns(self.model, state), *deep_tyres(self.model, time, given.q, p, signals)]
+        notes += [*angles_of_several_turns(self.model, state), *doubts_of_start(self.model, time, given.q, p, signals)]
         before = self._stepper.parameters.copy()
         self._stepper.parameters[: len(p)] = p
         try:

@@ -15,7 +15,7 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.simulation.automatic_method import method_of
-from eomgen.simulation.judgement.start_checks import deep_tyres
+from eomgen.simulation.judgement.starts import doubts_of_start
 from eomgen.simulation.motions import Motions, Target, refuse_as_inputs
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
 from eomgen.simulation.simulator import Simulator
@@ -134,6 +134,6 @@ def start(
     simulator.moved_from(moves.reached)
     notes = [*corrections, *doubts, *([note] if note else []), *angles_of_several_turns(model, initial)]
     if not at_rest:
-        notes += deep_tyres(model, t, state.q, p, run.signals if run.takes_rows else None)
+        notes += doubts_of_start(model, t, state.q, p, run.signals if run.takes_rows else None)
     simulator.begin(t, state, notes)
     return simulator

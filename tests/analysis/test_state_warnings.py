@@ -10,7 +10,6 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis import state_warnings
 from eomgen.analysis.state_warnings import (
     LargestBending,
     SceneMeasures,
@@ -18,10 +17,11 @@ from eomgen.analysis.state_warnings import (
     equilibrium_notes,
     inertia_warning,
     largest_bending,
-    linear_range_exceeded,
     off_axis_hint,
 )
 from eomgen.formula.nodes import Number, Symbol
+from eomgen.products.doubts import rests
+from eomgen.products.doubts.accuracy import linear_range_exceeded
 from eomgen.system.description import Wheel
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
@@ -99,7 +99,7 @@ def test_springs_are_seen_from_both_of_their_bodies() -> None:
 
 def test_few_names_are_listed() -> None:
     names = [f"s{k}" for k in range(6)]
-    assert [state_warnings._few(names[:count]) for count in (1, 4, 5, 6)] == [
+    assert [rests._few(names[:count]) for count in (1, 4, 5, 6)] == [
         "s0", "s0, s1, s2, s3", "s0, s1, s2, s3 and 1 more", "s0, s1, s2, s3 and 2 more",
     ]  # fmt: skip  # two lines
 
@@ -264,7 +264,7 @@ def test_tyres_start_deep_from_a_quarter_of_their_radius(depth: float, told: boo
 
 def test_meetings_and_passages_agree() -> None:
     """The notes of equilibria look along all of a path: the same test as of runs, row by row."""
-    told: Callable[..., bool] = state_warnings._passed_one_another
+    told: Callable[..., bool] = rests._passed_one_another
     assert told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]]))
     assert not told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.1, 0.0, 0.0]]))
     assert not told(np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))

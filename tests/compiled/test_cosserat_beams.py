@@ -20,7 +20,7 @@ from eomgen.codegen.scheduling import rerolling, scheduler
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.integrators.families.register import method_named
 from eomgen.integrators.stepper_data import method_data
-from eomgen.simulation.judgement.remarks import turned_elements
+from eomgen.simulation.judgement.beams import turned_elements
 from tests.mechanics.test_cosserat_beams import elastica
 from tests.models.cache import shared_cache
 from tests.models.cosserat import ROLL_UP, beam_scene

@@ -11,8 +11,8 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
+from eomgen.products.doubts import start_checks
 from eomgen.scene.load import load_toml
-from eomgen.simulation.judgement import start_checks
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.cancellation import cancellation, largest_cancellation
 from eomgen.system.system import System

@@ -13,9 +13,9 @@ import pytest
 import eomgen
 from eomgen.formula.nodes import Number
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.scene.document import doubtful_elements as elements
-from eomgen.scene.document import out_of_scale as scale
-from eomgen.scene.document.out_of_scale import _Arm
+from eomgen.products.doubts import out_of_scale as scale
+from eomgen.products.doubts.out_of_scale import _Arm
+from eomgen.scene.document.notes import initial_places
 from eomgen.scene.load import from_data
 
 VALUES = cast(Any, SimpleNamespace(value=lambda formula: formula.value, parameters={}))
@@ -210,7 +210,7 @@ def test_places_at_the_start_follow_from_joints() -> None:
         joint("revolute", (0.0,), "base", "driven", drive=("t",)),
         joint("revolute", (0.0,), "ball", "beyond"),
     ]
-    found = elements.initial_places(cast(Any, chain), VALUES)
+    found = initial_places(cast(Any, chain), VALUES)
     assert set(found) == {"arm", "slide", "bird", "puck"}
     turn = np.array([[math.cos(0.5), -math.sin(0.5), 0.0], [math.sin(0.5), math.cos(0.5), 0.0], [0.0, 0.0, 1.0]])
     np.testing.assert_allclose(found["arm"][0], turn, atol=1e-15)

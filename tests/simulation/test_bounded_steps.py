@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 import eomgen
 from eomgen.base.message_codes import code_of_finding
 from eomgen.cli import main
+from eomgen.products.doubts import unseen_laws
 from eomgen.simulation import simulate
-from eomgen.simulation.accuracy import unseen_laws
 from eomgen.simulation.stepping.stepper import Stepper
 from tests.simulation.test_laws_between_steps import LAWS, off, sliders
 

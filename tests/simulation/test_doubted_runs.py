@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.simulation.judgement import doubts
-from eomgen.simulation.judgement.doubts import noticed_error
+from eomgen.simulation.judgement import stated_errors
+from eomgen.simulation.judgement.stated_errors import noticed_error
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
@@ -53,7 +53,7 @@ def test_an_output_that_is_wrong_is_warned_of(disc: eomgen.Model) -> None:
     run = disc.simulate(20.0, 0.1)
     exact = disc.simulate(20.0, 0.1, method="taylor", tolerance=1e-12)
     wrong = np.abs(run.outputs["rim"] - exact.outputs["rim"]).max() / np.ptp(exact.outputs["rim"][:, 0])
-    assert run.error.relative < 0.01 < doubts.DOUBTFUL_ERROR < wrong
+    assert run.error.relative < 0.01 < stated_errors.DOUBTFUL_ERROR < wrong
     assert run.error.largest_output is not None
     assert f"; the estimated error is {run.error.largest_output}; try: a step much smaller than 0.1 s" in run.message
     assert noticed_error(run.error) is run.error.largest_output
@@ -144,7 +144,7 @@ effort = "torque"
 
 
 def test_the_error_of_a_quantum_is_not_cured_by_a_smaller_step(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(doubts, "DOUBTFUL_ERROR", 1e-4)
+    monkeypatch.setattr(stated_errors, "DOUBTFUL_ERROR", 1e-4)
     model = eomgen.build(tomllib.loads(SERVO), profile="quick")
     run = model.simulate(4.0, 5e-4)
     finer = model.simulate(4.0, 2.5e-4)

@@ -18,15 +18,16 @@ from eomgen.analysis.state_warnings import LargestBending
 from eomgen.base.limits import Limit
 from eomgen.base.message_codes import code_of_finding
 from eomgen.errors import Problem, UsageError
+from eomgen.products.doubts import accuracy, momentum, remarks, start_checks
+from eomgen.products.doubts.momentum import Drift
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.richardson import FastestRates, Rate
-from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
-from eomgen.simulation.judgement import doubts, remarks, start_checks
-from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun
+from eomgen.simulation.judgement import beams, stated_errors
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun, UnseenLaw
 from eomgen.simulation.judgement.instability import Growth
-from eomgen.simulation.judgement.invariants import Drift, EnergyBalance, Violation
+from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
 from tests.docs.parts import whole
 from tests.models.scenes import pendulum
@@ -94,10 +95,6 @@ def bounded(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
     run.run = replace(run.run, bounded_for="it is found", settings={**run.run.settings, "largest_step": 2.0})
 
 
-def partly_examined(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
-    patch.setattr(FinishedRun, "examined", 0.05)
-
-
 FOUND = Finding(text="it is found", hint="another one", value=2.0, time=0.05)
 STILL, FAST = Rate.none(), Rate(1e6, 0.05, "v.hinge")
 DECAYING, GROWING = FastestRates(FAST, STILL, STILL, FAST), FastestRates(STILL, FAST, FAST, STILL)
@@ -112,26 +109,26 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "discretisation_error": (having(error=LARGE),),
     "unresolved_coordinate": (having(error=replace(LARGE, relative=0.0, increment_at=np.ones((1, 1)))),),
     "energy_balance": (having(balance=EnergyBalance(0.7, gain=0.7)),),
-    "momentum_drift": (returning(doubts, "momentum_drift", Drift("momentum along x", 0.3)),),
+    "momentum_drift": (returning(accuracy, "momentum_drift", Drift("momentum along x", 0.3)),),
     "constraint_violation": (having(violation=Violation(1e-5, "the constraint pin is off", 0.05)),),
-    "multiplier_rounding": (returning(doubts, "_rounding", 0.5),),
-    "linear_range": (statistics(halvings=3), returning(doubts, "linear_range_exceeded", str(FOUND))),
+    "multiplier_rounding": (returning(accuracy, "_rounding", 0.5),),
+    "linear_range": (statistics(halvings=3), returning(accuracy, "linear_range_exceeded", str(FOUND))),
     "singular_position": (
         statistics(halvings=3),
-        returning(doubts, "nearest_singular", SimpleNamespace(part=2.0, time=0.05, text="it is found")),
+        returning(accuracy, "nearest_singular", SimpleNamespace(part=2.0, time=0.05, text="it is found")),
     ),
     "large_deflection": (having(bending=LargestBending("boom", 0.05, 2.0)),),
-    "turned_element": (returning(remarks, "turned_elements", FOUND),),
+    "turned_element": (returning(beams, "turned_elements", FOUND),),
     "unbounded_growth": (returning(remarks, "unbounded_growth", FOUND),),
     "unknown_error": (having(error=ErrorEstimate(reason="it is unknown", remedy="another one")),),
     "unresolved_motion": (having(error=replace(LARGE, relative=0.0, unresolved=str(FOUND))),),
     "missed_event": (
-        having(unseen_events=None, error=replace(LARGE, relative=0.0, passed_over="the event stop comes twice")),
-        having(unseen_events=FOUND),
+        having(error=replace(LARGE, relative=0.0, passed_over="the event stop comes twice")),
+        returning(remarks, "unseen_event", FOUND),
     ),
     "fast_law": (returning(remarks, "fast_laws", FOUND),),
     "unseen_law": (having(passed_over=UnseenLaw(FOUND, "the formula f", 0.01)),),
-    "partly_examined": (partly_examined,),
+    "partly_examined": (returning(remarks, "examined_share", 0.05),),
     "bounded_steps": (bounded,),
     "passed_spring": (returning(remarks, "passed_springs", FOUND),),
     "undefined_output": (returning(remarks, "undefined_outputs", FOUND),),
@@ -269,6 +266,6 @@ def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
 
 def test_limits_of_modules_belong_to_rows() -> None:
     listed = {id(limit) for check in CHECKS for limit in check.limits}
-    for module in (doubts, remarks, start_checks):
+    for module in (stated_errors, beams, accuracy, momentum, remarks, start_checks):
         for name, value in vars(module).items():
             assert not isinstance(value, Limit) or id(value) in listed, f"{module.__name__}.{name} is in no row"

@@ -21,9 +21,9 @@ from eomgen.cli import main
 from eomgen.formula.features import Feature, features, may_be_fast, summands
 from eomgen.formula.nodes import Formula, Number
 from eomgen.lie.product import Factor
+from eomgen.products.doubts import fast_motions
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import TIME, SceneNames
-from eomgen.simulation.judgement import fast_motions
 
 #: Findings that say that a run may be wrong.
 DOUBTS = {

@@ -9,8 +9,8 @@ import pytest
 
 import eomgen
 from eomgen.pipeline.pipeline import built_for_run
-from eomgen.simulation.judgement import invariants
-from eomgen.simulation.judgement.invariants import momentum_drift
+from eomgen.products.doubts import momentum
+from eomgen.products.doubts.momentum import momentum_drift
 from tests.models.cosserat import beam_scene
 from tests.models.scenes import flyer, jointed_chain, pendulum
 
@@ -69,7 +69,7 @@ def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch:
     coarse = model.simulate(20.0, 0.2)
     which = r"(angular )?momentum (along|about) [xyz], which no force changes, drifts by \S+ % of the momenta at work"
     assert re.search(which, coarse.message)
-    monkeypatch.setattr(invariants, "REPORTED_MOMENTUM", 0.0)
+    monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     drifts = []
     for step in (0.02, 0.01):
         run = model.simulate(1.0, step)
@@ -83,7 +83,7 @@ def test_the_momentum_of_several_bodies_together_is_kept(kind: str, monkeypatch:
 def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(invariants, "REPORTED_MOMENTUM", 0.0)
+    monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     model = two_bodies("pinned")
     run = model.simulate(2.0, 0.02)
     said = momentum_drift(model, (run.t, run.q, run.v, run.z), model.parameter_array(), None, run.multipliers)
@@ -92,7 +92,7 @@ def test_a_constraint_to_the_base_leaves_the_momentum_about_the_axis_through_it(
 
 @pytest.mark.slow
 def test_what_forces_change_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(invariants, "REPORTED_MOMENTUM", 0.0)
+    monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     assert part(flyer(), flyer().simulate(1.0, 0.02, method="rk4")) < 1e-6  # it falls, and its parts push one another
     falling = tumbling(9.81)
     assert part(falling, falling.simulate(1.0, 0.01, method="rk4")) < 1e-6
@@ -131,7 +131,7 @@ def test_momentum_that_grows_in_a_jointed_chain_of_any_length_is_told(count: int
 
 @pytest.mark.slow
 def test_runs_of_a_long_jointed_chain_have_what_tells_a_drift(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(invariants, "REPORTED_MOMENTUM", 0.0)
+    monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     model = built_for_run(jointed_chain(60, tied=False), profile="instant")
     assert "mass" not in model.terms
     run = model.simulate(0.01, 1e-3, error_estimate=False)

@@ -12,7 +12,7 @@ import pytest
 
 import eomgen
 from eomgen.errors import UsageError
-from eomgen.simulation.judgement import remarks
+from eomgen.products.doubts import remarks
 
 
 @cache

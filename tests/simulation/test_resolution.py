@@ -94,9 +94,9 @@ def test_friction_that_steps_leave_at_once_is_no_doubt(step: float) -> None:
 def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     model = eomgen.build(belt(2e-4, 1e-5, driven=False), method="rk4", profile="quick")
     run = model.simulate(0.5, 5e-3, error_estimate=False)
-    for name in ("richardson.fastest_rates", "unseen_laws.unseen_law", "unseen_events.unseen_events"):
-        monkeypatch.setattr(f"eomgen.simulation.accuracy.{name}", None)
-    monkeypatch.setattr("eomgen.simulation.judgement.remarks.fast_laws", None)
+    monkeypatch.setattr("eomgen.simulation.accuracy.richardson.fastest_rates", None)
+    for name in ("unseen_laws.unseen_law", "unseen_events.unseen_events", "remarks.fast_laws"):
+        monkeypatch.setattr(f"eomgen.products.doubts.{name}", None)
     assert run.success and not {finding.name for finding in run.findings} & {"unresolved_damping", "fast_law"}
     assert str(run.error) == (
         "not known: it was switched off, and with it the search for laws of time that are faster than the steps and"

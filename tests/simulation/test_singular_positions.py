@@ -8,14 +8,13 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.integrators.families.register import method_named
+from eomgen.products.doubts.accuracy import nearest_singular, way_through
 from eomgen.simulation.judgement.singular_positions import (
     NEARLY,
     _by_nonzeros,
     _by_whole_matrices,
-    nearest_singular,
     singular_ahead,
     way_past,
-    way_through,
 )
 from tests.models.scenes import jointed_chain, zigzag
 from tests.oracles.placed_loops import four_bar, parallelogram, windows

@@ -14,10 +14,11 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from eomgen.products.doubts import accuracy, remarks
+from eomgen.products.doubts.fast_motions import _chosen, _Law
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.simulation.accuracy.richardson import FastestRates, Rate
-from eomgen.simulation.judgement import doubts, failures, instability, invariants, remarks
-from eomgen.simulation.judgement.fast_motions import _chosen, _Law
+from eomgen.simulation.judgement import beams, failures, instability, invariants, stated_errors
 from eomgen.simulation.judgement.finished_run import FinishedRun
 from eomgen.simulation.judgement.invariants import EnergyBalance, Violation, energy_balance
 from eomgen.simulation.stepping.time_grid import TimeGrid
@@ -47,7 +48,7 @@ def about(*cases: tuple[float, Callable[[float], object]]) -> pytest.MarkDecorat
 
 
 def noticed(**values: Any) -> object:
-    return doubts.noticed_error(replace(ESTIMATE, **values))
+    return stated_errors.noticed_error(replace(ESTIMATE, **values))
 
 
 def off_by(violation: float, check: Callable[[FinishedRun], Any]) -> bool:
@@ -64,11 +65,11 @@ METHOD = SimpleNamespace(method=SimpleNamespace(chooses_steps=False), model=Simp
     (0.1 / 1.5, lambda x: noticed(relative=0.0, largest_output=largest(x))),
     (0.3, lambda x: noticed(relative=0.0, largest_velocity=largest(x))),
     (0.03, lambda x: noticed(relative=x, largest=largest(x), order=0.0)),
-    (0.01, lambda x: [*doubts._energy_balance(with_balance(x))]),
-    (0.49, lambda x: doubts._energy_gained(run_of(balance=EnergyBalance(x, gain=x), conservative=True))),
-    (0.01, lambda x: [*doubts._multiplier_rounding(rounding(x))]),
+    (0.01, lambda x: [*stated_errors._energy_balance(with_balance(x))]),
+    (0.49, lambda x: stated_errors._energy_gained(run_of(balance=EnergyBalance(x, gain=x), conservative=True))),
+    (0.01, lambda x: [*accuracy._multiplier_rounding(rounding(x))]),
     (1e-3, lambda x: off_by(x, failures._broken_constraint)),
-    (1e-3, lambda x: not off_by(x, doubts._constraint_violation)),
+    (1e-3, lambda x: not off_by(x, stated_errors._constraint_violation)),
     (8.0, lambda x: remarks._improbable_variables(cast(Any, variables()), np.array([0.0, -x]))),
     (2.0, lambda x: [*remarks._unresolved_damping(fast_run(Rate(x / 0.5, 0.25, "v.hinge")))]),
     (1.0, lambda x: [*remarks._passed_growth(fast_run(Rate(x / 0.5, 0.25, "v.hinge")))]),
@@ -83,7 +84,7 @@ def test_a_number_at_its_threshold_says_nothing_and_the_next_one_does(
 
 
 def halved(relative: float) -> int:
-    return doubts._halvings(run_of(statistics={"halvings": 2}, error=replace(ESTIMATE, relative=relative)))
+    return stated_errors._halvings(run_of(statistics={"halvings": 2}, error=replace(ESTIMATE, relative=relative)))
 
 
 def with_balance(error: float) -> FinishedRun:
@@ -109,7 +110,7 @@ def fast_run(rate: Rate) -> FinishedRun:
 def test_rows_that_miss_pulses_of_power_excuse_gained_energy() -> None:
     gained = EnergyBalance(0.6, gain=0.6)
     excused = [
-        doubts._energy_gained(run_of(balance=gained, conservative=conservative, rows_are_sparse=sparse))
+        stated_errors._energy_gained(run_of(balance=gained, conservative=conservative, rows_are_sparse=sparse))
         for conservative in (True, False)
         for sparse in (True, False)
     ]
@@ -119,10 +120,10 @@ def test_rows_that_miss_pulses_of_power_excuse_gained_energy() -> None:
 def test_the_estimated_error_of_a_run_says_since_when_it_is_large() -> None:
     error = replace(ESTIMATE, largest=largest(0.2))
     run = run_of(error=error, run=run_with_states(), single=False, longest_part=0.01, statistics={}, settings={})
-    (found,) = doubts._discretisation_error(run)
+    (found,) = stated_errors._discretisation_error(run)
     assert found.text.endswith(", above 10 % from t = 1 s on") and found.time == 0.5 and found.value == 0.2
     assert found.hint == "a step smaller than 0.0022 s"  # 0.01 sqrt(0.01/0.2)
-    (found,) = doubts._discretisation_error(run_of(**{**vars(run), "error": replace(error, relative=0.08)}))
+    (found,) = stated_errors._discretisation_error(run_of(**{**vars(run), "error": replace(error, relative=0.08)}))
     assert "above" not in found.text
 
 
@@ -144,7 +145,7 @@ def test_the_step_in_a_hint_follows_the_order_up_to_half_the_motion(share: float
     error = replace(ESTIMATE, relative=share, largest=largest(share))
     run = run_of(error=error, run=run_with_states(), single=False, longest_part=0.01, statistics={})
     assert error.largest is not None
-    assert doubts._refinement(run, error.largest) == hint
+    assert stated_errors._refinement(run, error.largest) == hint
 
 
 @pytest.mark.parametrize(("error", "quanta"), [(5.9, True), (6.0, False), (0.0, False)])
@@ -153,7 +154,7 @@ def test_errors_of_few_quanta_are_rounding_of_sampled_states(error: float, quant
     model = SimpleNamespace(z_names=("z.level",), description=SimpleNamespace(states=(state,)))
     estimate = replace(ESTIMATE, z_at=np.array([[0.5 * error]]))
     run = run_of(error=estimate, run=SimpleNamespace(model=model))
-    assert doubts._rounded_states(run) == (["level"] if quanta else [])
+    assert stated_errors._rounded_states(run) == (["level"] if quanta else [])
 
 
 @pytest.mark.parametrize(
@@ -174,8 +175,8 @@ def test_errors_are_parts_of_the_own_motion_of_small_coordinates(travel: float, 
         rows_are_sparse=False,
         reach=np.array([reach]),
     )
-    found = doubts.unresolved_coordinates(run)
-    assert found == ([doubts.UnresolvedComponent("q.hinge", travel, 0.125, " rad")] if told else [])
+    found = accuracy.unresolved_coordinates(run)
+    assert found == ([accuracy.UnresolvedComponent("q.hinge", travel, 0.125, " rad")] if told else [])
 
 
 @pytest.mark.parametrize(
@@ -243,7 +244,7 @@ def turning(*angles: float, gap: float = 0.0) -> Any:
 )
 def test_elements_that_pass_half_a_turn_are_told_by_number_and_row(angles: tuple[float, ...], told: bool) -> None:
     model, t = turning(0.5, *angles), np.array([0.0, 0.1, 0.2])
-    found = remarks.turned_elements(model, t, np.zeros((3, 1)), np.zeros(0))
+    found = beams.turned_elements(model, t, np.zeros((3, 1)), np.zeros(0))
     assert (found is not None) == told
     if found is not None:
         assert found.time == 0.2 and found.hint == "elements = 4, which turn less each"

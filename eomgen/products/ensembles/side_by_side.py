@@ -25,7 +25,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.integrators.events import STOPPED
 from eomgen.products.ensembles.lane_code import stepper_in_lanes
 from eomgen.results.solution import Solution
-from eomgen.simulation.judgement.remarks import turned_elements
+from eomgen.simulation.judgement.beams import turned_elements
 from eomgen.simulation.stepping.inputs import HeldRows, InputSignals, LawOverTime, read_signals
 from eomgen.simulation.stepping.run import Run, scene_inputs
 from eomgen.simulation.stepping.settings import chosen_stepper, followed_laws

@@ -6,22 +6,19 @@ from collections.abc import Callable, Mapping, Sequence
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
-from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown, unmentioned
+from eomgen.base.messages import NAME_RULE, is_legal, key_of, nearest, shown
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.words import RESERVED
-from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
 from eomgen.scene.control.sections import check_controllers
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.frames import check_two_bodies
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.section import Reading, Section, UnusedEntries
+from eomgen.scene.section import Reading, Section
 from eomgen.scene.signals.sections import CURVES
 from eomgen.scene.tree.beam_attachments import check_places
 from eomgen.scene.tree.sections import TreeSections
-from eomgen.system.events import mode_parameter
-from eomgen.system.motions import motion_parameters
 
 if TYPE_CHECKING:
     from eomgen.scene.document.schema import Document
@@ -135,62 +132,6 @@ def _check_simulation(document: Document, reading: Reading) -> None:
         report.add(
             "simulation.alpha", "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)", "one of them"
         )
-
-
-def unused_names(document: Document, reading: Reading) -> list[str]:
-    """Return a note on each kind of names that no formula mentions: parameters, inputs, curves, definitions, entries
-    of other sections for formulas alone; and one on each such mode and controller."""
-    notes = []
-    values = reading.values
-    mentioned = values.mentioned
-    by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
-    every = [
-        UnusedEntries(
-            kind,
-            f"{kind}s",
-            [
-                name
-                for name in document.section(f"{kind}s")
-                if (kind, name) not in mentioned and name not in by_parameters
-            ],
-        )
-        for kind in ("parameter", "input", "curve")
-    ]
-    notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unmentioned(*item))]
-    for name in document.section("modes"):
-        if ("parameter", mode_parameter(name)) not in values.mentioned:
-            notes.append(f"the mode {name} changes nothing: no formula mentions it")
-    read = {name for kind, name in values.mentioned if kind in ("controller", "state")}
-    for name, controller in document.section("controllers").items():
-        alone = {name: controller}
-        if read.isdisjoint([*outputs_of_controllers(alone), *states_of_controllers(alone)]):
-            notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
-    return notes
-
-
-def efforts_on_drives(document: Document) -> list[str]:
-    """Return a note on each effort on a joint whose motion is prescribed by a drive."""
-    return [
-        f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
-        f" only drive_effort.{effort.joint}"
-        for name, effort in document.section("efforts").items()
-        if effort.joint in document.section("joints") and document.section("joints")[effort.joint].drive is not None
-    ]
-
-
-def loads_without_size(document: Document) -> list[str]:
-    """Return a note on each force without a size, and on each effort on a joint of several components that names
-    none."""
-    notes, joints = [], document.section("joints")
-    for name, force in document.section("forces").items():
-        if not {"force", "torque"} & force.model_fields_set:
-            notes.append(f"{key_of('forces', name)}: a load without force and torque has no effect")
-    for name, effort in document.section("efforts").items():
-        kind = JOINTS.get(joints[effort.joint].type) if effort.joint in joints else None
-        if kind is not None and kind.v_size > 1 and "index" not in effort.model_fields_set:
-            first = f"without an index the effort acts on v.{effort.joint}[0] of {kind.v_size} components"
-            notes.append(f"{key_of('efforts', name)}: {first}; angular ones come first")
-    return notes
 
 
 #: Checks across sections, in order: before sections are read that observe a motion, and at the end.

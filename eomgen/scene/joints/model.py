@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Literal
 
 from eomgen.base.data import dataclass
@@ -105,6 +105,12 @@ class Constraint:
     def has_effort(self) -> bool:
         """Whether there is one effort: of a drive, or along the value of the equation."""
         return self.prescribed is not None or self.equation is not None
+
+    def given_lengths(self) -> Iterator[tuple[str, Formula]]:
+        """Yield the lengths that the scene gives, m, each with its key."""
+        given = [("length", self.length), ("radius", self.radius), ("tube_radius", self.tube_radius)]
+        given += [(f"semi_axes[{k}]", part) for k, part in enumerate(self.semi_axes)]
+        yield from ((name, formula) for name, formula in given if formula != ZERO)
 
     @property
     def moving(self) -> tuple[Symbol, ...]:

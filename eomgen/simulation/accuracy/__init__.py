@@ -1,5 +1,5 @@
 """Discretisation error of a run: comparison runs, and the error estimate from their differences."""
 
-__all__ = ["motion_size"]
+__all__ = ["comparison_runs", "motion_size", "richardson", "step_path"]
 #: Open to the other parts of ``simulation``.
-WITHIN = ["error_estimation", "motion_size", "richardson", "step_path", "unseen_events", "unseen_laws"]
+WITHIN = ["error_estimation", "richardson"]

@@ -1,6 +1,15 @@
 """Checks of a finished run, and remedies: energies, constraints, growth, fast motions, failures."""
 
 #: Open to the other parts of ``simulation``.
-WITHIN = ["diagnosis", "finished_run", "register", "start_checks"]
+WITHIN = ["diagnosis", "finished_run", "register", "starts"]
 
-__all__ = ["remarks", "turned_elements"]
+__all__ = [
+    "beams",
+    "diagnosis",
+    "failures",
+    "finished_run",
+    "instability",
+    "singular_positions",
+    "starts",
+    "stated_errors",
+]

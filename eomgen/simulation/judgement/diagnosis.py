@@ -29,7 +29,7 @@ from eomgen.integrators.families.register import Method
 from eomgen.lie import product
 from eomgen.lie.numeric import rotated
 from eomgen.simulation.judgement.instability import Growth
-from eomgen.simulation.judgement.start_checks import upright_tyres
+from eomgen.simulation.judgement.starts import upright_tyres
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.stepping.states import States

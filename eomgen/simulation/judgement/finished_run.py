@@ -4,7 +4,6 @@ the facts that the check needs, such as an error estimate.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -13,9 +12,11 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import EvaluatesOnce, dataclass, replace
+from eomgen.base.products import objects_of
 from eomgen.base.progress import Progress
 from eomgen.compiled.initial_state import InitialState
+from eomgen.formula.nodes import Formula
 from eomgen.integrators.events import STOPPED
 from eomgen.lie.product import Factor
 from eomgen.results.error_estimate import ErrorEstimate
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from eomgen.analysis.state_warnings import LargestBending
     from eomgen.base.limits import Limit
     from eomgen.simulation.accuracy.richardson import FastestRates
-    from eomgen.simulation.accuracy.unseen_laws import UnseenLaw
     from eomgen.simulation.judgement.instability import Growth
     from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
 
@@ -85,6 +85,38 @@ class RunStart(NamedTuple):
     notes: Sequence[str] = ()
 
 
+class UnseenLaw(NamedTuple):
+    """A law that the steps of a run do not resolve.
+
+    Attributes
+    ----------
+    finding : on its effect, with the remedy
+    law : in words
+    step : s, that resolves it; 0 if the equations have no solution there, so that methods with adaptive steps stop
+    holds : whether the law holds a velocity or an internal state at a level, so that its effect grows with time
+    """
+
+    finding: Finding
+    law: str
+    step: float
+    holds: bool = False
+
+
+def laws_between_steps(run: Run) -> list[Formula]:
+    """Return the formulas of a run that may act between its steps."""
+    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
+    given = tuple(run.signals.given)
+    laws = known.get(given)
+    if laws is None:
+        laws = known[given] = run.model.description.fast_laws(given)
+    return laws
+
+
+#: Registers of functions of a run: a law that acts between its steps, a sentence on a fast motion that its steps do not
+#: resolve, and a clause on searches that are left out with the error estimate.
+UNSEEN_LAWS, UNRESOLVED_MOTIONS, LEFT_OUT = "eomgen.unseen_laws", "eomgen.unresolved_motions", "eomgen.searches"
+
+
 class NamesCheckpoint(Protocol):
     """Interface of ``checkpoint.CheckpointWriter``."""
 
@@ -94,7 +126,7 @@ class NamesCheckpoint(Protocol):
     def problem(self) -> str: ...
 
 
-class FinishedRun:
+class FinishedRun(EvaluatesOnce):
     """A run and the facts that its checks need; the functions for a fact are imported when it is asked for.
 
     Parameters
@@ -186,11 +218,11 @@ class FinishedRun:
     @cached_property
     def error(self) -> ErrorEstimate:
         from eomgen.simulation.accuracy.error_estimation import ErrorEstimation, no_estimate  # noqa: PLC0415  # on request
-        from eomgen.simulation.judgement.fast_motions import unresolved_motion  # noqa: PLC0415  # likewise
 
         run, trajectory = self.run, self.trajectory
         if not self.estimated:
-            return no_estimate(run, f"it was switched off{self._left_out}")
+            left_out = "".join(searches(self) for searches in objects_of(LEFT_OUT))
+            return no_estimate(run, f"it was switched off{left_out}")
         statistics = self.statistics
         estimate = ErrorEstimation(self._progress).of(
             run,
@@ -205,28 +237,7 @@ class FinishedRun:
         )
         if not estimate.available:
             return estimate
-        taken = statistics.get("own_steps") or statistics.get("expansions") or max(trajectory.steps, 1)
-        average = (float(self.states.t[-1]) - run.grid.start) / taken
-        fast = unresolved_motion(run, trajectory.rows, average, self.events, self.changes, self.jumps)
-        return replace(estimate, unresolved=fast)
-
-    @property
-    def _left_out(self) -> str:
-        """The searches within steps that are left out with the estimate, in words."""
-        from eomgen.simulation.accuracy.unseen_laws import laws_between_steps  # noqa: PLC0415  # on request
-        from eomgen.simulation.judgement.fast_motions import varies_with_time  # noqa: PLC0415  # likewise
-
-        model = self.run.model
-        moves = model.nz or (model.nv and model.library.layout["facts"]["velocity_forces"])
-        searches = {
-            "laws that act between the steps": bool(laws_between_steps(self.run)),
-            "laws of time that are faster than the steps": varies_with_time(self.run),
-            "pairs of events": self.events is not None,
-            "rates that the steps do not resolve": bool(moves) and not self.run.method.chooses_steps,
-        }
-        *names, last = ["", *(name for name, made in searches.items() if made)]
-        names = [*filter(None, (", ".join(names[1:]), last))]
-        return f", and with it the search for {' and '.join(names)}" if names else ""
+        return replace(estimate, unresolved="".join(motion(self) for motion in objects_of(UNRESOLVED_MOTIONS)))
 
     @cached_property
     def last_run(self) -> Run:
@@ -312,19 +323,7 @@ class FinishedRun:
     @property
     def _works_between_rows(self) -> bool:
         """Whether narrow forces may work between rows alone, so that no row shows their power."""
-        from eomgen.simulation.accuracy.unseen_laws import laws_between_steps  # noqa: PLC0415  # on request
-
         return self.rows_are_sparse and bool(laws_between_steps(self.run))
-
-    @cached_property
-    def between_rows(self) -> tuple[Array, Array]:
-        """q and z at the rows and, if known, at the ends of the steps between rows."""
-        from eomgen.simulation.accuracy.step_path import step_rows  # noqa: PLC0415  # on request
-
-        rows = self.trajectory.rows
-        taken = step_rows(self.run, self.stepper.library, rows, self.present, self.statistics)
-        states = self.states if taken is None else states_of(np.concatenate([rows, taken.rows]), self.run.model)
-        return states.q, states.z
 
     @cached_property
     def reach(self) -> Array:
@@ -345,36 +344,9 @@ class FinishedRun:
 
     @cached_property
     def passed_over(self) -> UnseenLaw | None:
-        """A law that acts between the steps; None if errors are not estimated."""
-        if not self.estimated:
-            return None
-        from eomgen.simulation.accuracy.unseen_laws import unseen_law  # noqa: PLC0415  # on request
-
-        library, rows, inputs = self.stepper.library, self.trajectory.rows, self.prescribed.u
-        ends, changes = self.parts.ends, self.changes
-        known = library, rows, self.present, self.statistics, ends, changes, inputs
-        return unseen_law(self.run, *known, lambda: self.error.relative if self.error.available else math.inf)
-
-    @property
-    def examined(self) -> float:
-        """The share of the run in which laws between the steps were looked for."""
-        from eomgen.simulation.accuracy.step_path import repeated_share  # noqa: PLC0415  # on request
-        from eomgen.simulation.accuracy.unseen_laws import laws_between_steps  # noqa: PLC0415  # likewise
-
-        if not self.run.method.chooses_steps or not laws_between_steps(self.run):
-            return 1.0
-        return repeated_share(self.run, self.trajectory.rows, self.statistics)
-
-    @cached_property
-    def unseen_events(self) -> Finding | None:
-        """An event of which pairs of roots lie within single steps; None if errors are not estimated."""
-        from eomgen.simulation.accuracy.unseen_events import unseen_events  # noqa: PLC0415  # on request
-
-        if self.events is None or not self.estimated:
-            return None
-        library, rows, known = self.stepper.library, self.trajectory.rows, self.stepper.layout["method"]["events"]
-        counts, changes = self.events.counts, self.changes
-        return unseen_events(self.run, library, rows, self.present, self.statistics, known["rows"], counts, changes)
+        """A law that acts between the steps; None if errors are not estimated, or if no product looks for such laws."""
+        laws = (law(self) for law in objects_of(UNSEEN_LAWS)) if self.estimated else ()
+        return next(filter(None, laws), None)
 
     @cached_property
     def violation(self) -> Violation | None:
@@ -464,6 +436,10 @@ class Check:
         Whether findings of the severity ``failure`` fail a run.
     limits : tuple of Limit
         Thresholds that ``evaluate`` compares with, for the documentation.
+    behind : str
+        Name of the preceding check, for a check of a product; empty for the one before in the product.
+    noted : str
+        Place of the findings among the notes of the metadata: ``start`` or ``call``; empty for none.
     """
 
     name: str
@@ -477,3 +453,5 @@ class Check:
     said: bool = True
     fails: Callable[[FinishedRun], bool] = lambda run: True
     limits: tuple[Limit, ...] = ()
+    behind: str = ""
+    noted: str = ""

@@ -1,13 +1,7 @@
-"""Invariants of a motion over the samples of a run: the energy balance, momentum in directions without an external
-force, holonomic constraints, and unit quaternions.
+"""Invariants of a motion over the samples of a run: the energy balance, holonomic constraints, and unit quaternions.
 
 If no force has power the total energy is constant, and two rows are enough. Otherwise the work between rows is the
 integral of the power at the rows; its error is estimated by leaving out every second row.
-
-The rows of M v that belong to a free root are the momentum of its whole tree, and the same rows of Q - B^T lam are the
-external wrench on it: internal forces do no work in a rigid motion. A component of the momentum in the world along
-which there is no wrench in any row is kept (Marsden and Ratiu, Introduction to Mechanics and Symmetry (1999), section
-11.4): of one free tree, or of all of them together, as bodies in absolute coordinates are.
 """
 
 from __future__ import annotations
@@ -21,15 +15,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
-from eomgen.compiled.equations import nonzeros
-from eomgen.lie import numeric
-from eomgen.lie.groups import group_named
-from eomgen.lie.product import Factor
-from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.simulation.stepping.inputs import InputSignals
 
 
 REPORTED_ENERGY = Limit(
@@ -184,143 +172,6 @@ def _is_pulse(off: Array) -> bool:
     """Return whether few intervals make an imbalance (n,)."""
     jumps = np.abs(off[1:] - off[:-1])
     return bool(_FEW * jumps.sum() ** 2 < len(jumps) * (jumps**2).sum())
-
-
-REPORTED_MOMENTUM = Limit(
-    0.05, "1", "drift of a momentum in parts of the momenta of the bodies", "a choice: half of a large error"
-)
-#: Wrenches below this part of the largest generalized force are rounding, and so is the sum of such wrenches over a
-#: run.
-_ROUNDING = 1e-9
-#: Part of the mass by which inertia in different directions may differ; more is the added mass of water.
-_SAME_MASS = 1e-6
-#: Rows that are looked at, spread over all of the run.
-_MOMENTUM_ROWS = 50
-_NAMES = (*(f"angular momentum about {axis}" for axis in "xyz"), *(f"momentum along {axis}" for axis in "xyz"))
-
-
-class Drift(NamedTuple):
-    """A component of the momentum that drifts although no external force acts along it.
-
-    Attributes
-    ----------
-    name : in words
-    share : drift as a part of the momenta of the bodies
-    """
-
-    name: str
-    share: float
-
-    def __str__(self) -> str:
-        return f"the {self.name}, which no force changes, drifts by {100.0 * self.share:.2g} % of the momenta at work"
-
-
-def momentum_drift(
-    model: CompiledModel,
-    states: tuple[Array, Array, Array, Array],
-    p: Array,
-    signals: InputSignals | None = None,
-    multipliers: Array | None = None,
-) -> Drift | None:
-    """Return the largest drift of a momentum that no external force changes; None if every one is kept.
-
-    Parameters
-    ----------
-    states : t (rows,) in s, q (rows, nq), v (rows, nv), z (rows, nz)
-    p : (np,) parameters
-    signals : signals of the inputs; None: the scene's formulas
-    multipliers : (rows, number of constraints) if there are constraints
-    """
-    (roots, one_frame), (t, q, v, z) = _floating(model), states
-    if not roots or len(t) < 2 or "force" not in model.terms or (model.multipliers and multipliers is None):
-        return None
-    chosen = np.unique(np.linspace(0, len(t) - 1, min(len(t), _MOMENTUM_ROWS)).astype(int))
-    t, q, v, z = t[chosen], q[chosen], v[chosen], z[chosen]
-    u = None if signals is None else signals.rows(t)
-    M = nonzeros(model, "mass", q, parameters=p)
-    forces = model.force(q, v, t, u, z=z, parameters=p)
-    if multipliers is not None:
-        forces = forces - _constraint_forces(model, q, t, p, multipliers[chosen])
-    if M is None:
-        return None
-    momenta, sizes = M.applied(v, model.nv), M.magnitudes().applied(np.abs(v), model.nv)
-    if not (np.all(np.isfinite(M.values)) and np.all(np.isfinite(forces))):
-        return None
-    every = np.array([_of_root(root, q, momenta, sizes, forces) for root in roots])
-    together = every.sum(axis=0)[np.newaxis] if one_frame and len(roots) > 1 else every[:0]
-    rounding = _ROUNDING * np.abs(forces).max(initial=0.0)
-    drift = np.array([_drifts(parts, rounding, t[-1] - t[0]) for parts in (*every, *together)]).max(axis=0)
-    worst = int(np.argmax(drift))
-    if not drift[worst] > REPORTED_MOMENTUM or any(_in_water(M.block(root.v)) for root in roots):
-        return None
-    return Drift(_NAMES[worst], float(drift[worst]))
-
-
-def _constraint_forces(model: CompiledModel, q: Array, t: Array, p: Array, multipliers: Array) -> Array:
-    """Return B^T lam, (rows, nv); NaN if the model has no B, 0 without constraints."""
-    if not model.multipliers:
-        return np.zeros((len(t), model.nv))
-    B = nonzeros(model, "constraint_jacobian", q, t, parameters=p)
-    return np.full((len(t), model.nv), math.nan) if B is None else B.transposed().applied(multipliers, model.nv)
-
-
-def _in_water(M: Array) -> bool:
-    """Return whether the inertia of a free root, (rows, 6, 6), includes added mass: the water takes momentum.
-
-    The inertia of bodies alone against translation is their mass in all directions.
-    """
-    translation = M[:, 3:, 3:]
-    mass = np.trace(translation, axis1=1, axis2=2) / 3.0
-    off = np.abs(translation - mass[:, np.newaxis, np.newaxis] * np.eye(3)).max(axis=(1, 2))
-    return bool(np.any(off > _SAME_MASS * np.abs(mass)))
-
-
-def _of_root(root: Factor, q: Array, momenta: Array, sizes: Array, forces: Array) -> Array:
-    """Return momentum, wrench and the magnitude of the momentum of a free root and its tree, (3, rows, 6), in the
-    world, from values along all components of v."""
-    group = group_named(root.group, root.v_size)
-    turned = np.swapaxes(numeric.adjoint(group, numeric.inverse(group, q[:, root.q])), -1, -2)
-    momentum, wrench = ((turned @ values[:, root.v, np.newaxis])[..., 0] for values in (momenta, forces))
-    size = (np.abs(turned) @ sizes[:, root.v, np.newaxis])[..., 0]
-    return np.array([momentum, wrench, size])
-
-
-def _drifts(parts: Array, rounding: float, span: float) -> Array:
-    """Return the drifts of the conserved components of a momentum, (6,), as parts of the magnitude of the momentum.
-
-    A momentum counts as conserved if its change is at most the accumulated rounding of forces, even if the momentum is
-    small.
-
-    Parameters
-    ----------
-    parts : as of ``_of_root``
-    rounding : generalized forces that count as none
-    span : time between the first and the last row, s
-    """
-    momentum, wrench, size = parts
-    change = np.ptp(momentum, axis=0)
-    sizes = np.repeat([size[:, :3].max(), size[:, 3:].max()], 3)
-    told = (np.abs(wrench).max(axis=0) <= rounding) & (change > rounding * span) & (sizes > 0.0)
-    return np.where(told, change / np.where(sizes > 0.0, sizes, 1.0), 0.0)
-
-
-def _floating(model: CompiledModel) -> tuple[list[Factor], bool]:
-    """Return the free joints to a base at rest, or to bodies fixed to this base, and whether all have one frame.
-
-    In absolute coordinates all bodies are free; there are none if the base moves.
-    """
-    if model.library.layout["facts"]["moving_base"]:
-        return [], False
-    free = [factor for factor in model.factors if factor.group == "SE3"]
-    if model.description.joints:  # of bodies in absolute coordinates
-        return free, True
-    still, parents = {BASE}, {}
-    for hinge in model.description.drawing.hinges:  # parents before their children
-        if hinge.type == "fixed" and hinge.parent in still:
-            still.add(hinge.child)
-        parents[hinge.name] = hinge.parent
-    free = [factor for factor in free if parents.get(factor.name) in still]
-    return free, len({parents[factor.name] for factor in free}) == 1
 
 
 REPORTED_VIOLATION = Limit(

@@ -4,15 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from itertools import chain
+from itertools import chain, pairwise
 
+from eomgen.base.products import placed, rows_of
 from eomgen.results.finding import FAILURE, WARNING, Finding
-from eomgen.simulation.judgement import doubts, failures, remarks, start_checks
+from eomgen.simulation.judgement import beams, failures, stated_errors
 from eomgen.simulation.judgement.failures import end_of
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Check, FinishedRun
+from eomgen.simulation.judgement.starts import CHOSEN_METHOD
 
+#: Group of the checks that products add.
+GROUP = "eomgen.checks"
+#: Checks of the core.
+OWN = (*failures.ROWS, *stated_errors.ROWS, *beams.ROWS, stated_errors.UNKNOWN_ERROR, CHOSEN_METHOD)
+_ADDED = rows_of(GROUP, Check)
+_PREVIOUS = {check.name: before.name for before, check in pairwise(_ADDED)}
 #: In the order of findings and of sentences of the message.
-CHECKS: tuple[Check, ...] = (*failures.ROWS, *doubts.ROWS, *remarks.ROWS, *start_checks.ROWS)
+CHECKS: tuple[Check, ...] = placed(
+    OWN, _ADDED, lambda check: check.name, lambda check: check.behind or _PREVIOUS.get(check.name, "")
+)
+#: Notes of a run that no product checks.
+UNCHECKED = () if _ADDED else ("checks: not installed",)
 BY_NAME: Mapping[str, Check] = {check.name: check for check in CHECKS}
 #: Names of all checks that can fail a run; ``_BEFORE``: by the name of each check, the names of the earlier checks that
 #: can.
@@ -55,6 +67,15 @@ class Verdict:
             return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.alike))
         checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]
         return tuple(chain.from_iterable(map(self._evaluated, checks)))
+
+    @property
+    def unchecked(self) -> tuple[str, ...]:
+        """Notes of a run that no product checks."""
+        return UNCHECKED
+
+    def noted(self, place: str) -> tuple[Finding, ...]:
+        """Return the findings that are notes of the metadata at a place, ``start`` or ``call``."""
+        return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.noted == place))
 
     def of(self, name: str) -> tuple[Finding, ...]:
         """Return the findings of one check."""

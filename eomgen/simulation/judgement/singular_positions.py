@@ -45,8 +45,6 @@ _SPREAD, _WORK, _LEAST, _LAST = 1000, 10**8, 50, 40
 _AHEAD = np.linspace(0.0, 2.0, 9)
 #: Steps beyond the last row at which a position that meets the constraints is looked for.
 _BEYOND = (1.0, 3.0, 10.0, 30.0)
-#: Ratio of the estimated error to the tolerance above which the error does not follow the tolerance.
-_FOLLOWED = 1e3
 
 
 @dataclass(frozen=True)
@@ -60,19 +58,6 @@ class SingularPosition:
     @property
     def text(self) -> str:
         return f"the constraints are nearly singular at t = {self.time:.6g} s, where branches of configurations cross"
-
-
-def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> SingularPosition | None:
-    """Return the position of a run at which its constraints are most nearly singular; None without a nearly
-    singular position.
-
-    Parameters
-    ----------
-    t, q : (rows,) in s, (rows, nq)
-    p : (np,) parameters
-    """
-    chosen = _looked_at(model, len(t))
-    return _nearest(model, t[chosen], q[chosen], p, 0)
 
 
 def singular_ahead(
@@ -91,12 +76,12 @@ def singular_ahead(
     step : s
     """
     if len(t) == 1:
-        return _nearest(model, t, q, p, 0)
-    chosen = _looked_at(model, len(t) - 1)
+        return nearest(model, t, q, p, 0)
+    chosen = examined_rows(model, len(t) - 1)
     with np.errstate(over="ignore", invalid="ignore"):  # of a run that has left the finite numbers
         ahead = np.array([product.update(model.factors, q[-1], part * step * v) for part in _AHEAD])
     times, positions = np.concatenate([t[chosen], t[-1] + step * _AHEAD]), np.concatenate([q[chosen], ahead])
-    return _nearest(model, times, positions, p, len(chosen))
+    return nearest(model, times, positions, p, len(chosen))
 
 
 def beyond_reach(model: CompiledModel, t: float, q: Array, p: Array, step: float) -> Finding | None:
@@ -167,26 +152,7 @@ def way_past(method: Method, step: float, *, at_start: bool) -> str:
     return f"rk4_partitioned, which passes such positions along the velocity; {nearer}"
 
 
-def way_through(method: Method, step: float) -> str:
-    """Return the remedy if a run has passed near a singular position inaccurately."""
-    other = (
-        "" if method.passes_singularities else ", or rk4_partitioned, which passes such positions along the velocity"
-    )
-    return f"a step smaller than {step:.3g} s{other}"
-
-
-def passages(count: int) -> str:
-    """Return the remark on a run that has passed ``count`` singular positions; empty for none."""
-    if not count:
-        return ""
-    where = "a position" if count == 1 else f"{count} positions"
-    return (
-        f"it passed {where} where the constraints are singular, or nearly, and branches cross, each time along its"
-        " velocity"
-    )
-
-
-def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
+def examined_rows(model: CompiledModel, rows: int) -> NDArray[np.intp]:
     """Return the indices of a run's examined rows, in increasing order."""
     if not rows:
         return np.zeros(0, np.intp)
@@ -195,7 +161,7 @@ def _looked_at(model: CompiledModel, rows: int) -> NDArray[np.intp]:
     return np.union1d(spread, np.arange(max(0, rows - _LAST), rows))
 
 
-def _nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> SingularPosition | None:
+def nearest(model: CompiledModel, t: Array, q: Array, p: Array, first: int) -> SingularPosition | None:
     """Return the most nearly singular position among the rows from ``first`` on, relative to the largest smallest
     singular value of all rows; a single row is measured by its own rows of constraints.
 
@@ -262,19 +228,3 @@ def _by_nonzeros(model: CompiledModel, t: Array, q: Array, p: Array) -> tuple[Ar
     weighed = [scales @ rows for rows in weighed]
     largest = largest_singular_value(weighed[0]) if len(t) == 1 else math.inf
     return np.array([smallest_singular_value(rows) for rows in weighed]), largest
-
-
-def not_followed(relative: float, tolerance: float) -> str:
-    """Return a remark if the error of a run past singular positions does not follow its tolerance; else an empty text.
-
-    Parameters
-    ----------
-    relative : estimated error as a part of the motion; NaN if unknown
-    tolerance : of an adaptive method; infinite for methods without adaptive steps
-    """
-    if not relative > _FOLLOWED * tolerance:
-        return ""
-    return (
-        f"; near them errors do not follow tolerances: the estimated one is {relative:.2g} of the motion at a tolerance"
-        f" of {tolerance:.2g}; try: a tolerance of 1e-08, rk4_partitioned, or a run that ends before the first of them"
-    )

@@ -5,6 +5,7 @@ WITHIN = ["controllers", "events"]
 
 __all__ = [
     "chunks",
+    "events",
     "inputs",
     "lane_stepper",
     "run",

@@ -1,12 +1,12 @@
 """Motions and laws of time that are too fast for the steps of a run, which no comparison of longer steps shows.
 
-Implicit steps damp motions that they do not resolve, and so do steps twice and four times as long: these agree, and
+Implicit steps damp unresolved motions, and so do steps twice and four times as long: these agree, and
 do not show the fast motion. So the equations are used: modes of M and K whose oscillation a step does not resolve, and
-how large they swing, by two differences of accelerations along a tenth of a radian of the mode. A slow motion that
+the size of the swing, by two differences of accelerations along a tenth of a radian of the mode. A slow motion that
 goes with the angular frequency w swings a mode of frequency W by w/W of its acceleration only, however it curves.
 
-A run sees them at its steps alone. One that oscillates at a multiple of the steps' frequency looks like a constant, to
-runs with half the step as well, so no comparison of runs shows it. Here they are evaluated between the steps.
+A run sees laws of time at its steps alone. One that oscillates at a multiple of the frequency of the steps looks like a
+constant, to runs with half the step as well, so no comparison of runs shows it. Here laws are evaluated between steps.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class _ExaminedState(NamedTuple):
     """A state (q, v, z) at which a run starts or continues, in words, with the parameters p (np,) in force; the
     previous state with its parameters; and whether formulas jump there in time."""
 
-    words: str
+    name: str
     t: float
     q: Array
     v: Array
@@ -96,7 +96,7 @@ def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None,
         except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
             continue
         if result is not None:
-            return _sentence(place.words, result, run, step)
+            return _sentence(place.name, result, run, step)
     return ""
 
 

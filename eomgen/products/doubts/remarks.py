@@ -1,5 +1,5 @@
-"""Checks beyond error estimates of the steps: large deflections, growth, fast forces, missed events, outputs, elements
-of beams that turn too far, and calls that are allowed but hardly intended.
+"""Checks beyond error estimates of the steps: growth, fast forces, missed events, outputs, and calls that are allowed
+but hardly intended.
 
 Outputs that have no value at some rows of a run.
 
@@ -22,14 +22,15 @@ from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
-from eomgen.results.finding import FAILURE, NOTE, Finding
+from eomgen.products.doubts.accuracy import STEP_OF_GROWTH, not_followed, passages, passes_growth
+from eomgen.products.doubts.examinations import examined_share, unseen_event
+from eomgen.products.doubts.fast_motions import fast_laws
+from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.richardson import STEEP_PART, Rate
-from eomgen.simulation.judgement.doubts import LARGE_ERROR, STEP_OF_GROWTH, passes_growth
 from eomgen.simulation.judgement.failures import FAULTS
-from eomgen.simulation.judgement.fast_motions import fast_laws
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Check, FinishedRun
 from eomgen.simulation.judgement.instability import unbounded_growth
-from eomgen.simulation.judgement.singular_positions import not_followed, passages
+from eomgen.simulation.judgement.stated_errors import LARGE_ERROR
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.settings import followed_laws
 from eomgen.simulation.stepping.states import States
@@ -99,51 +100,6 @@ def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
         f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
     )
     return [sentence + (f" ({counted(len(result), 'variable')} beyond {_IMPROBABLE:g})" if len(result) > 1 else "")]
-
-
-#: Rows that are looked at together.
-_BATCH = 2048
-#: Half a turn is passed if the scalar part of the relative quaternion, which is 0 there, changes its sign within
-#: this distance; other changes of sign are due to the sign of a pose's quaternion and mean no rotation.
-_NEAR = 0.7
-
-
-def turned_elements(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
-    """Return a finding on the element that passes half a turn first; None if there is none.
-
-    Runs of models without ``poses`` are left out.
-
-    Parameters
-    ----------
-    t, q : (rows,) in s, (rows, nq)
-    p : (np,) tunable parameters
-    """
-    beams = model.description.exact_beams
-    if not beams or "poses" not in model.functions or len(t) < 2:
-        return None
-    for start in range(0, len(t) - 1, _BATCH):
-        rows = slice(start, start + _BATCH + 1)  # the last row is the first row of the next batch
-        if result := _passed(model, t[rows], q[rows], p):
-            return result
-    return None
-
-
-def _passed(model: CompiledModel, t: Array, q: Array, p: Array) -> Finding | None:
-    beams = model.description.exact_beams
-    quaternion = model.evaluate("poses", q, t=t, parameters=p)["pose"][..., :4]
-    place = {name: k for k, name in enumerate(model.bodies)}
-    for nodes in beams:
-        of_nodes = quaternion[:, [place[name] for name in nodes]]
-        cosine = np.sum(of_nodes[:, :-1] * of_nodes[:, 1:], axis=-1)
-        before, after = cosine[:-1], cosine[1:]
-        passed = (before * after < 0.0) & (np.maximum(np.abs(before), np.abs(after)) < _NEAR)
-        if passed.any():
-            number = int(np.argmax(passed.any(axis=0)))
-            when = t[1:][passed[:, number]][0]
-            sentence = f"element {number + 1} of the beam {nodes[0]} turns by more than half a turn at t = {when:.6g} s"
-            hint = f"elements = {2 * (len(nodes) - 1)}, which turn less each"
-            return Finding(time=float(when), text=f"{sentence}, which strains cannot show", hint=hint)
-    return None
 
 
 #: Ends meet if their distance is below this part of the length of the spring at rest.
@@ -292,21 +248,6 @@ def undefined_outputs(t: Array, outputs: Mapping[str, Array]) -> Finding | None:
     return Finding(time=first, text=f"the {many} no value there", hint=hint)
 
 
-def _large_deflection(run: FinishedRun) -> Iterator[Finding]:
-    if (bending := run.bending) is not None:
-        yield Finding.of(str(bending), bending.shortening, bending.time)
-
-
-def _impossible_deflection(run: FinishedRun) -> bool:
-    return run.bending is not None and not run.bending.possible
-
-
-def _turned_element(run: FinishedRun) -> Iterator[Finding]:
-    finding = turned_elements(run.run.model, run.states.t, run.states.q, run.run.parameters)
-    if finding is not None:
-        yield finding
-
-
 def _unbounded_growth(run: FinishedRun) -> Iterator[Finding]:
     finding = unbounded_growth(run.run, run.states)
     if finding is not None:
@@ -320,8 +261,8 @@ def _unresolved_motion(run: FinishedRun) -> Iterator[Finding]:
 
 def _missed_event(run: FinishedRun) -> Iterator[Finding]:
     hint = f"a step smaller than {run.settings['step']:.3g} s, in each of which events are looked for"
-    if run.unseen_events is not None:
-        yield replace(run.unseen_events, hint=hint)
+    if (pair := unseen_event(run)) is not None:
+        yield replace(pair, hint=hint)
     elif run.error.passed_over and not run.error.relative > LARGE_ERROR:
         yield Finding(text=run.error.passed_over, hint=hint)
 
@@ -338,12 +279,12 @@ def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _partly_examined(run: FinishedRun) -> Iterator[Finding]:
-    if run.examined < 1.0:
-        part = f"{100.0 * run.examined:.2g} % of the run"
+    if (examined := examined_share(run)) < 1.0:
+        part = f"{100.0 * examined:.2g} % of the run"
         yield Finding(
             text=f"laws that act between the steps were looked for in {part} only: it has thousands of steps to a row",
             hint="shorter rows, or a method of fixed steps",
-            value=run.examined,
+            value=examined,
         )
 
 
@@ -351,11 +292,6 @@ def _bounded_steps(run: FinishedRun) -> Iterator[Finding]:
     if law := run.run.bounded_for:
         bound = run.settings["largest_step"]
         yield Finding.of(f"the steps are at most {bound:.3g} s, since steps by the tolerance pass over {law}", bound)
-
-
-def _unknown_error(run: FinishedRun) -> Iterator[Finding]:
-    if run.error.remedy:
-        yield Finding(text=f"the discretisation error is not known: {run.error.reason}", hint=run.error.remedy)
 
 
 def _passed_spring(run: FinishedRun) -> Iterator[Finding]:
@@ -439,18 +375,8 @@ def _passed_growth(run: FinishedRun) -> Iterator[Finding]:
 
 
 ROWS = (
-    Check(
-        "large_deflection",
-        _large_deflection,
-        ("complete", "modal beams"),
-        severity=FAILURE,
-        fails=_impossible_deflection,
-        unless=(ANY_FAILURE,),
-    ),
-    Check("turned_element", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
-    Check("unbounded_growth", _unbounded_growth, unless=FAULTS),
-    Check("unknown_error", _unknown_error, unless=(ANY_FAILURE,)),
-    Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,), alike=True),
+    Check("unbounded_growth", _unbounded_growth, unless=FAULTS, behind="turned_element"),
+    Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,), alike=True, behind="unknown_error"),
     Check("missed_event", _missed_event, ("complete", "events", ESTIMATED), unless=(ANY_FAILURE,)),
     Check("fast_law", _fast_law, ("complete", "two rows", ESTIMATED), alike=True),
     Check("unseen_law", _unseen_law, ("complete", "two rows", ESTIMATED), unless=("fast_law",), alike=True),
@@ -466,8 +392,8 @@ ROWS = (
     Check("model_limits", _model_limits, ()),
     Check("method_limits", _method_limits, ()),
     Check("steep_law", _steep_law, ()),
-    Check("exchanged_times", _exchanged_times, ("begun",)),
-    Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False),
+    Check("exchanged_times", _exchanged_times, ("begun",), noted="call"),
+    Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False, noted="call"),
     Check("unresolved_damping", _unresolved_damping, ("explicit", ESTIMATED), alike=True, limits=(STEEP_PART,)),
     Check("unresolved_states", _unresolved_states, ("explicit", ESTIMATED), alike=True),
     Check(

@@ -1,5 +1,5 @@
-"""Checks of the start of a run: rates that explicit steps do not resolve, limits, impacts, tyres deep in their road,
-and the choice of method.
+"""Checks of the start of a run: rates that explicit steps do not resolve, limits, impacts, and tyres deep in the
+road.
 
 Impacts that a run starts past, or on, and their effect on the motion, in words.
 """
@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import InitialState
@@ -19,20 +18,15 @@ from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.lie import product
 from eomgen.lie.numeric import rotated
-from eomgen.results.finding import NOTE, Finding
+from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun, RunStart
+from eomgen.simulation.judgement.starts import poses_of, starts_beyond_limits
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
-from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
-
-
-_AT_REST = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-#: Horizontal part of a unit vector that counts as upright.
-_UPRIGHT = 1e-9
 
 
 def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: InputSignals | None) -> list[str]:
@@ -50,7 +44,7 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
         return []
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     inputs = {} if signals is None else dict(zip(model.inputs, signals.rows(np.array([t]))[0].tolist(), strict=False))
-    poses = _poses(model, t, q, p)
+    poses = poses_of(model, t, q, p)
     points = {point.name: point for point in drawing.points}
     notes = []
     for wheel in drawing.wheels:
@@ -75,29 +69,6 @@ def deep_tyres(model: CompiledModel, t: float, q: Array, p: Array, signals: Inpu
             continue
         notes += [note] if note else []
     return notes
-
-
-def upright_tyres(model: CompiledModel, t: float, q: Array, p: Array) -> str:
-    """Return the tyres whose axis is upright, so that their slip has no directions; empty for none."""
-    wheels = [wheel for wheel in model.description.drawing.wheels if wheel.axis is not None]
-    if not wheels or "poses" not in model.functions:
-        return ""
-    poses, points = _poses(model, t, q, p), {point.name: point for point in model.description.drawing.points}
-    named = []
-    for wheel in wheels:
-        axis = rotated(poses[points[wheel.center].body][:4], np.array(wheel.axis))
-        if np.hypot(axis[0], axis[1]) <= _UPRIGHT * np.linalg.norm(axis):
-            named.append(wheel.name)
-    return ", ".join(named)
-
-
-def _poses(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Array]:
-    """Return quaternion and position of the bodies, the base and the world, (7,) each."""
-    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
-    poses[WORLD] = poses[BASE] = _AT_REST
-    if "base" in model.functions:
-        poses[BASE] = model.base(t, parameters=p)[:7]
-    return poses
 
 
 #: Limit of the distance of a function from its root, as a part of the coordinates, and of the rate within a step.
@@ -143,25 +114,6 @@ def impacts_at_start(run: Run, state: InitialState) -> list[str]:
                 ' try: direction = "falling" for a free side where its formula is above zero, "rising" for below'
             )
     return sentences
-
-
-def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:
-    """Return one sentence for each coordinate beyond a limit, including joint angles of absolute bodies that q holds.
-
-    Parameters
-    ----------
-    q, p : (nq,), (np,)
-    """
-    if not model.description.limits:
-        return []
-    values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
-    places = {name: number for number, name in enumerate(model.q_names)}
-
-    def value(formula: Formula) -> float:
-        return evaluate(formula, lambda symbol: values[symbol.name])
-
-    limits = [limit for limit in model.description.limits if limit.coordinate in places]
-    return [note for limit in limits if (note := limit.passed(float(q[places[limit.coordinate]]), value))]
 
 
 def _beginning_of(run: FinishedRun) -> RunStart:
@@ -227,18 +179,12 @@ def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
     yield from map(Finding.of, _beginning_of(run).doubts)
 
 
-def _chosen_method(run: FinishedRun) -> Iterator[Finding]:
-    if choice := _beginning_of(run).choice:
-        yield Finding.of(choice)
-
-
 ROWS = (
     # Beyond the linear range of a beam no pivot of M says anything: the finding above names the beam.
     Check("lost_digits", _lost_digits, ("begun", "no constraints"), unless=("linear_range",)),
-    Check("start_beyond_limits", _start_beyond_limits, ("begun",)),
-    Check("start_on_impact", _start_on_impact, ("begun", "events")),
+    Check("start_beyond_limits", _start_beyond_limits, ("begun",), noted="start"),
+    Check("start_on_impact", _start_on_impact, ("begun", "events"), noted="start"),
     Check("turned_start", _turned_start, ("begun",)),
     Check("deep_start", _deep_start, ("begun", "tyres")),
     Check("doubtful_start", _doubtful_start, ("begun",)),
-    Check("chosen_method", _chosen_method, ("begun",), severity=NOTE),
 )

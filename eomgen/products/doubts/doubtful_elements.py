@@ -14,7 +14,6 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO, Formula, Symbol, Vector
-from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.bodies.cosserat import STRAINS, Cosserat
 from eomgen.scene.bodies.cross_sections import SHAPES
 from eomgen.scene.bodies.model import Body
@@ -24,9 +23,8 @@ from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.scene.rotations import about_axis
 from eomgen.scene.section import Reading
-from eomgen.system.description import BASE, Point
+from eomgen.system.description import Point
 
 if TYPE_CHECKING:
     from eomgen.scene.bodies.beam_schema import Section
@@ -251,39 +249,6 @@ def tyres_in_the_road(
         if note := tyre.drawn().deep(float(place[2]), radius, road, stiffness):
             notes.append(f"{key_of('tyres', tyre.name)}: {note}")
     return notes
-
-
-def initial_places(joints: Sequence[Joint], values: Values) -> dict[str, tuple[Array, Array]]:
-    """Return orientation and position of the bodies at the start, as far as joints determine both."""
-    result: dict[str, tuple[Array, Array]] = {BASE: (np.eye(3), np.zeros(3))}
-    for joint in joints:
-        moved = _moved(joint)
-        if joint.parent not in result or moved is None or joint.mimic is not None or joint.drive:
-            continue
-        turned, origin = result[joint.parent]
-        offset = np.array([values.value(part) for part in joint.position])
-        axes = turned @ np.array(joint.orientation)
-        place = origin + turned @ offset + axes @ moved[1]
-        if np.all(np.isfinite(place)):
-            result[joint.child] = axes @ moved[0], place
-    return {name: place for name, place in result.items() if name != BASE}
-
-
-_NOT_TURNED = (1.0, 0.0, 0.0, 0.0)
-
-
-def _moved(joint: Joint) -> tuple[Array, Array] | None:
-    """Return rotation and translation of a joint at the initial position; None for types that are not checked."""
-    q, axis = joint.initial_position, np.array(joint.axis)
-    if not any(q):
-        return np.eye(3), np.zeros(3)
-    if joint.type == "free":  # most nodes of beams are not turned
-        return np.eye(3) if q[:4] == _NOT_TURNED else rotation_matrix(np.array(q[:4])), np.array(q[4:])
-    if joint.type == "prismatic":
-        return np.eye(3), q[0] * axis
-    if joint.type == "revolute":
-        return about_axis(axis, q[0]), np.zeros(3)
-    return None
 
 
 #: Distance of a point from the axis of a joint up to which the joint leaves the point in its place, m.

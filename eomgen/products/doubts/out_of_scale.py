@@ -4,7 +4,6 @@ of more than a turn, delays and sampling times as numbers of samples.
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
@@ -14,9 +13,7 @@ import numpy as np
 
 from eomgen.base.messages import key_of
 from eomgen.formula.curves import Curve
-from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import ZERO, Application, Formula, Number, Operation, Symbol, Vector, distinct_nodes, infix
+from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector, distinct_nodes, infix
 from eomgen.formula.units.labels import several_turns
 from eomgen.scene.bodies.model import Body
 from eomgen.scene.document.quantities import quantities
@@ -259,13 +256,6 @@ def _lengths(
         yield key_of(section, name, field), f"the {field}", values.value(formula), "m"
 
 
-def _given_lengths(item: Constraint) -> Iterator[tuple[str, Formula]]:
-    """Yield the lengths that the scene gives for a constraint, m, each with its key."""
-    given = [("length", item.length), ("radius", item.radius), ("tube_radius", item.tube_radius)]
-    given += [(f"semi_axes[{k}]", part) for k, part in enumerate(item.semi_axes)]
-    yield from ((name, formula) for name, formula in given if formula != ZERO)
-
-
 def _lengths_of_constraints(
     constraints: Iterable[Constraint], bodies: Iterable[Body], values: Values
 ) -> Iterator[tuple[str, str, float, str]]:
@@ -282,7 +272,7 @@ def _lengths_of_constraints(
 
     for item in constraints:
         key = key_of("constraints", item.name)
-        for name, formula in _given_lengths(item):
+        for name, formula in item.given_lengths():
             length = values.value(formula)
             if name == "length" or length >= _FACTOR * gyration(item.second.body):
                 yield f"{key}.{name}", f"the {name.partition('[')[0]}", length, "m"
@@ -305,29 +295,6 @@ def _summands(formula: Formula) -> Iterator[Curve]:
     elif isinstance(formula, Operation) and formula.name in ("add", "sub", "neg"):
         for argument in formula.arguments:
             yield from _summands(argument)
-
-
-def numbers_of_constraints(constraints: Iterable[Constraint], parameters: Mapping[str, float] | None) -> list[str]:
-    """Return the lengths of constraints, and the ranges of curves and maps in their formulas, as clauses for messages.
-
-    Parameters
-    ----------
-    parameters : values by name; None for ranges alone
-    """
-    result = []
-    for item in constraints:
-        for name, formula in () if parameters is None else _given_lengths(item):
-            with contextlib.suppress(ArithmeticError, KeyError):  # lengths over time
-                length = evaluate(formula, lambda symbol: (parameters or {})[symbol.name])
-                result.append(f"{item.name} has {name} = {length:.6g} m")
-        for law in (item.equation, item.surface):
-            for used in applications(ZERO if law is None else law):
-                curve = used.curve
-                if isinstance(curve, Curve):
-                    name, of_line, _ = curve.name.partition(", ")  # a line of a map
-                    values = "" if of_line else f", with values from {np.min(curve.y):.6g} to {np.max(curve.y):.6g}"
-                    result.append(f"{name} has points from {curve.start:.6g} to {curve.end:.6g}{values}")
-    return list(dict.fromkeys(result))
 
 
 def _lengths_of_shapes(shapes: Iterable[Shape], values: Values) -> Iterator[tuple[str, str, float, str]]:

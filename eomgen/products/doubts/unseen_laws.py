@@ -28,6 +28,7 @@ from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
 from eomgen.simulation.accuracy.motion_size import at_work, differences, motion_size, reach_of, shares
 from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates, rows_within, step_rows
+from eomgen.simulation.judgement.finished_run import UnseenLaw, laws_between_steps
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
@@ -72,23 +73,6 @@ _STIFF = 0.5
 _NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
 #: Maximum length of a formula in a message, in characters.
 _LETTERS = 70
-
-
-class UnseenLaw(NamedTuple):
-    """A law that the steps of a run do not resolve.
-
-    Attributes
-    ----------
-    finding : on its effect, with the remedy
-    law : in words
-    step : s, that resolves it; 0 if the equations have no solution there, so that methods with adaptive steps stop
-    holds : whether the law holds a velocity or an internal state at a level, so that its effect grows with time
-    """
-
-    finding: Finding
-    law: str
-    step: float
-    holds: bool = False
 
 
 class _Nodes(NamedTuple):
@@ -226,16 +210,6 @@ def _unresolved(
             return None
         result = again
     return result
-
-
-def laws_between_steps(run: Run) -> list[Formula]:
-    """Return the formulas of a run that may act between its steps."""
-    known: dict[tuple[str, ...], list[Formula]] = run.model.library.kept.setdefault("laws between steps", {})
-    given = tuple(run.signals.given)
-    laws = known.get(given)
-    if laws is None:
-        laws = known[given] = run.model.description.fast_laws(given)
-    return laws
 
 
 def _another_way(run: Run, rows: Array, others: Array) -> bool:

@@ -1,0 +1,259 @@
+"""Notes of a scene, one row for each kind of doubtful value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.messages import key_of, unmentioned
+from eomgen.formula.evaluate import symbols
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.recording import law_and_rate
+from eomgen.products.doubts.doubtful_elements import (
+    doubtful_beams,
+    negative_laws,
+    shapes_that_leave_points,
+    springs_within_bodies,
+    springs_without_laws,
+    tyres_in_the_road,
+)
+from eomgen.products.doubts.out_of_scale import (
+    angles_against_numbers,
+    angles_of_several_turns,
+    doubtful_times,
+    lengths_against_numbers,
+    out_of_scale,
+    size_of_scene,
+)
+from eomgen.scene.control.controllers import outputs_of_controllers, states_of_controllers
+from eomgen.scene.document.notes import Note, SceneFacts
+from eomgen.scene.formula.namespaces import read_as_written
+from eomgen.scene.formula.scope import ANYWHERE
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.section import Reading, UnusedEntries
+from eomgen.system.description import BASE
+from eomgen.system.events import mode_parameter
+from eomgen.system.motions import motion_parameters
+
+if TYPE_CHECKING:
+    from eomgen.scene.document.schema import Document
+
+
+def unused_names(document: Document, reading: Reading) -> list[str]:
+    """Return a note on each kind of names that no formula mentions: parameters, inputs, curves, definitions, entries
+    of other sections for formulas alone; and one on each such mode and controller."""
+    notes = []
+    values = reading.values
+    mentioned = values.mentioned
+    by_parameters = {name for name in values.names.motions if ("parameter", motion_parameters(name)[0]) in mentioned}
+    every = [
+        UnusedEntries(
+            kind,
+            f"{kind}s",
+            [
+                name
+                for name in document.section(f"{kind}s")
+                if (kind, name) not in mentioned and name not in by_parameters
+            ],
+        )
+        for kind in ("parameter", "input", "curve")
+    ]
+    notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unmentioned(*item))]
+    for name in document.section("modes"):
+        if ("parameter", mode_parameter(name)) not in values.mentioned:
+            notes.append(f"the mode {name} changes nothing: no formula mentions it")
+    read = {name for kind, name in values.mentioned if kind in ("controller", "state")}
+    for name, controller in document.section("controllers").items():
+        alone = {name: controller}
+        if read.isdisjoint([*outputs_of_controllers(alone), *states_of_controllers(alone)]):
+            notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
+    return notes
+
+
+def efforts_on_drives(document: Document) -> list[str]:
+    """Return a note on each effort on a joint whose motion is prescribed by a drive."""
+    return [
+        f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
+        f" only drive_effort.{effort.joint}"
+        for name, effort in document.section("efforts").items()
+        if effort.joint in document.section("joints") and document.section("joints")[effort.joint].drive is not None
+    ]
+
+
+def loads_without_size(document: Document) -> list[str]:
+    """Return a note on each force without a size, and on each effort on a joint of several components that names
+    none."""
+    notes, joints = [], document.section("joints")
+    for name, force in document.section("forces").items():
+        if not {"force", "torque"} & force.model_fields_set:
+            notes.append(f"{key_of('forces', name)}: a load without force and torque has no effect")
+    for name, effort in document.section("efforts").items():
+        kind = JOINTS.get(joints[effort.joint].type) if effort.joint in joints else None
+        if kind is not None and kind.v_size > 1 and "index" not in effort.model_fields_set:
+            first = f"without an index the effort acts on v.{effort.joint}[0] of {kind.v_size} components"
+            notes.append(f"{key_of('efforts', name)}: {first}; angular ones come first")
+    return notes
+
+
+def scene_size(facts: SceneFacts) -> float:
+    """Return the largest length of a scene, m; 0 if the scene gives none."""
+    scene = facts.scene
+    frames = [frame.name for frame in scene["frames"]]
+    return size_of_scene(scene["bodies"], scene["joints"], scene["points"], frames, scene["elements"], facts.values)
+
+
+def _out_of_scale(facts: SceneFacts) -> Iterable[str]:
+    scene, beams = facts.scene, facts.document.section("beams")
+    return out_of_scale(
+        scene["bodies"],
+        scene["joints"],
+        scene["points"],
+        [frame.name for frame in scene["frames"]],
+        scene["elements"],
+        [name for name, beam in beams.items() if beam.section is not None and beam.section.shape],
+        scene.get("shapes", ()),
+        facts.values,
+        facts.reading.parameters,
+        scene["constraints"],
+    )
+
+
+def _doubtful_beams(facts: SceneFacts) -> Iterable[str]:
+    scene = facts.scene
+    return doubtful_beams(facts.document, scene["bodies"], scene["points"], scene["elements"], facts.values)
+
+
+def _tyres_in_the_road(facts: SceneFacts) -> Iterable[str]:
+    tyres = facts.elements("tyres")
+    return tyres_in_the_road(tyres, facts.scene["points"], facts.places, facts.values) if tyres else ()
+
+
+def _below_planes(facts: SceneFacts) -> Iterator[str]:
+    """Yield a note on each body that starts below the plane on which a constraint lets it roll or slide."""
+    places, value = {BASE: (np.eye(3), np.zeros(3)), **facts.places}, facts.values.value
+    for item in facts.scene["constraints"] if facts.places else ():
+        if item.type not in ("rolling", "sliding") or item.surface is not None:
+            continue
+        if not {item.first.body, item.second.body} <= places.keys():
+            continue
+        (turned, origin), (of_second, second) = places[item.first.body], places[item.second.body]
+        origin = origin + turned @ [value(part) for part in item.first.position]
+        second = second + of_second @ [value(part) for part in item.second.position]
+        normal = turned @ np.array(item.first.orientation)[:, 2]
+        if (height := float(normal @ (second - origin))) < 0.0:
+            fault = f"{item.second.body} starts {-height:.3g} m below the plane, and is moved to the side of its z axis"
+            remedy = "first.axis in the opposite direction, or a start on this side"
+            yield f"{key_of('constraints', item.name)}: {fault}; try: {remedy}"
+
+
+def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
+    """Note an acceleration of the base that equals the gravity of the scene."""
+    given, gravity = (facts.data.get("base") or {}).get("acceleration"), facts.document.gravity
+    if given is None or tuple(given) != gravity or not any(gravity):
+        return
+    fault = "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight"
+    yield f"{fault}; try: no acceleration, if gravity alone is meant"
+
+
+#: Difference between a mean acceleration and gravity, as a part of gravity, up to which they are taken to be equal.
+_SAME = 0.02
+#: Number of times at which motions of the base are looked at.
+_TIMES = 257
+
+
+def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
+    """Note a mean acceleration of the base that is opposite to gravity, and motions of one axis given twice."""
+    written, base = facts.data.get("base", {}), facts.scene["base"]
+    if base is None or written.get("acceleration") is None:
+        return
+    positions = written.get("position", (0.0, 0.0, 0.0))
+    duration = facts.document.simulation.duration or 1.0
+    times = np.linspace(0.0, duration, _TIMES)
+    for axis, gravity in enumerate(facts.document.gravity):
+        if written["acceleration"][axis] == 0.0:
+            continue
+        speeds = law_and_rate(base.position[axis], facts.values.parameters)(times)[1]
+        mean = float(speeds[-1] - speeds[0]) / duration
+        key = f"base.acceleration[{axis}]"
+        if isinstance(gravity, int | float) and gravity and abs(mean + gravity) <= _SAME * abs(gravity):
+            fault = f"{key} has a mean of {mean:.4g} m/s^2, opposite to gravity: an accelerometer at rest reads this"
+            yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added"
+        position = positions[axis]
+        names = facts.values.names
+        if isinstance(position, str) and Symbol("time") in symbols(read_as_written(position, names, ANYWHERE)):
+            fault = f"base.position[{axis}] and {key} both move the base over time, and their motions add"
+            yield f"{fault}; try: one of the two, if they describe the same motion"
+
+
+#: Range of a to and fro motion of the base, in sizes of the scene, and acceleration, m/s^2, that are doubted together.
+_RANGE, _SHOCK = 10.0, 100.0
+#: Time over which a base without a duration is looked at, s.
+_WHILE = 10.0
+
+
+def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
+    """Note rotations of the base to and fro over more than a turn, and shaking over many times the scene's size."""
+    base = facts.scene["base"]
+    if base is None:
+        return
+    times = np.linspace(0.0, facts.document.simulation.duration or _WHILE, 8 * _TIMES)
+    for place, rotation in enumerate(base.rotations[len(base.added_by) :]):
+        angle, _ = _to_and_fro(rotation.angle, times, facts)
+        if angle > 2.0 * np.pi:
+            fault = f"goes to and fro over {angle:.4g} rad, {angle / (2.0 * np.pi):.3g} turns"
+            remedy = 'angles in formulas are radians; try: a parameter of "30 deg" as the amplitude'
+            yield f"base.rotation[{place}].angle {fault}: {remedy}"
+    size = facts.once(scene_size)
+    for axis, law in enumerate(base.position):
+        travel, acceleration = _to_and_fro(law, times, facts)
+        if size > 0.0 and travel > _RANGE * size and acceleration > _SHOCK:
+            fault = f"shakes the base over {travel:.4g} m, and the size of the scene is {size:.3g} m"
+            remedy = "numbers without a unit are in m; try: the unit of the curve's values, or a factor of 0.001"
+            yield f"base.position[{axis}] {fault}: {remedy}"
+
+
+def _to_and_fro(law: Formula, times: Array, facts: SceneFacts) -> tuple[float, float]:
+    """Return range and largest second derivative of a law of time that turns round; 0 and 0 for any other law."""
+    used = symbols(law)
+    if not any(symbol.kind == "time" for symbol in used) or any(
+        symbol.kind not in ("time", "parameter") for symbol in used
+    ):
+        return 0.0, 0.0
+    values, rates = law_and_rate(law, facts.values.parameters)(times)
+    defined = np.isfinite(values) & np.isfinite(rates)
+    values, rates, times = values[defined], rates[defined], times[defined]
+    if len(times) < 2 or not np.min(rates) < 0.0 < np.max(rates):
+        return 0.0, 0.0
+    return float(np.ptp(values)), float(np.max(np.abs(np.gradient(rates, times))))
+
+
+#: In the order of listing, after the notes of the core.
+NOTES: tuple[Note, ...] = (
+    Note("unused names", lambda facts: unused_names(facts.document, facts.reading)),
+    Note("plain angles", lambda facts: angles_of_several_turns(facts.data, facts.reading.rows)),
+    Note("plain angles in formulas", lambda facts: angles_against_numbers(facts.data, facts.values)),
+    Note(
+        "plain lengths in formulas",
+        lambda facts: lengths_against_numbers(facts.data, facts.values, lambda: facts.once(scene_size)),
+    ),
+    Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
+    Note(
+        "negative stiffness or damping",
+        lambda facts: negative_laws(facts.scene["joints"], facts.scene["elements"], facts.values),
+    ),
+    Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], facts.values.mentioned)),
+    Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
+    Note("shapes that leave their points", lambda facts: shapes_that_leave_points(facts.document, facts.reading)),
+    Note("values out of scale", _out_of_scale),
+    Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
+    Note("loads without a size or a component", lambda facts: loads_without_size(facts.document)),
+    Note("doubtful beams", _doubtful_beams),
+    Note("tyres in the road", _tyres_in_the_road),
+    Note("bodies below planes of contact", _below_planes),
+    Note("base that falls freely", _base_with_gravity),
+    Note("base opposite to gravity or moved twice", _base_against_gravity),
+    Note("base with motions far beyond the scene", _base_out_of_scale),
+)
