@@ -1,4 +1,4 @@
-"""Names of attributes in other programs, and the remedy, by class, for messages."""
+"""Names in other programs for Hamiltonian models, and the remedy, by class."""
 
 from __future__ import annotations
 
