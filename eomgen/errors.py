@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
+from typing import Self
 
 from eomgen.base.data import dataclass, field
 
@@ -12,6 +13,39 @@ _ALIKE = 5
 #: The first part of a key, and names and numbers in a sentence.
 _SECTION = r"\(([^.\[)]+)[.\[)]"
 _VALUES = r"'[^']*'|\"[^\"]*\"|\d[\d.e+-]*"
+#: The code at the end of a text in the source.
+_CODE = re.compile(r" ?\[([EW]\d{4})\]")
+
+
+class Message(str):
+    """Text of a message without its code, and the code.
+
+    In the source the code stands at the end of the text, as the command line prints it: ``the key is missing [E0312]``.
+
+    Parameters
+    ----------
+    text : str
+        Text with codes. A sentence around the text of another message has the code that comes last.
+
+    Attributes
+    ----------
+    code : str
+        Such as ``E0312``, which ``eomgen explain`` takes; empty without a code.
+    """
+
+    __slots__ = ("code",)
+    code: str
+
+    def __new__(cls, text: str) -> Self:
+        codes = _CODE.findall(text)
+        made = super().__new__(cls, _CODE.sub("", text) if codes else text)
+        made.code = codes[-1] if codes else getattr(text, "code", "")
+        return made
+
+    @property
+    def line(self) -> str:
+        """Text with its code, as the command line prints messages."""
+        return f"{self} [{self.code}]" if self.code else str(self)
 
 
 @dataclass(frozen=True)
@@ -23,11 +57,11 @@ class Problem:
     where : str
         File, line and key, as far as they are known: ``scene.toml:12 (bodies.arm.mass)``.
     what : str
-        The fault, in one sentence without a final full stop.
+        The fault, in one sentence without a final full stop; a code at its end, such as ``[E0312]``, becomes ``row``.
     hint : str
         The remedy. May be empty if ``what`` already names it.
     row : str
-        Code that the source of the message gives, such as ``E0312``; empty if the code follows from the text.
+        Code of the message, such as ``E0312``; empty without a code.
     data : mapping
         Names and numbers of the message, for programs.
     """
@@ -38,22 +72,23 @@ class Problem:
     row: str = ""
     data: Mapping[str, object] = field(default_factory=dict, hash=False)
 
+    def __post_init__(self) -> None:
+        message = Message(self.what)
+        object.__setattr__(self, "what", message)
+        object.__setattr__(self, "row", self.row or message.code)
+
     @property
     def code(self) -> str:
-        """Code of the message, such as ``E0312``, which ``eomgen explain`` takes; empty without a row of its own.
+        """Code of the message, such as ``E0312``, which ``eomgen explain`` takes; empty without a code.
 
         Examples
         --------
         >>> import eomgen
-        >>> problem = eomgen.Problem("scene.toml:12 (bodies.arm.mass)", "the mass -1 is negative")
-        >>> problem.code == eomgen.Problem("", "the mass -2.5 is negative").code
-        True
+        >>> problem = eomgen.Problem("scene.toml:12 (bodies.arm.mass)", "the mass -1 is negative [E1709]")
+        >>> problem.what, problem.code
+        ('the mass -1 is negative', 'E1709')
         """
-        if self.row:
-            return self.row
-        from eomgen.base.message_codes import code_of  # noqa: PLC0415  # read for a message only
-
-        return code_of(self.what)
+        return self.row
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.what}" if self.where else self.what
@@ -91,13 +126,13 @@ class EomgenError(Exception):
         Examples
         --------
         >>> import eomgen
-        >>> eomgen.UsageError("no such option '--stepp'").code
+        >>> eomgen.UsageError("no such option '--stepp' [E0008]").code
         'E0008'
         """
         return self.code_of(self.problems[0])
 
     def code_of(self, problem: Problem) -> str:
-        """Return the code of a problem of this error; for a message without a row, the code of its kind of error.
+        """Return the code of a problem of this error; for a message without a code, the code of its kind of error.
 
         Parameters
         ----------
@@ -109,9 +144,7 @@ class EomgenError(Exception):
         str
             A letter and four digits.
         """
-        from eomgen.base.message_codes import general_code  # noqa: PLC0415  # read for a message only
-
-        return problem.code or general_code(self.exit_code)
+        return problem.code or f"E{self.exit_code:04d}"
 
     def report(self, *, codes: bool = False) -> str:
         """Return the whole message: one line for one problem, a counted list for several, of many alike the first.

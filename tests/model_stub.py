@@ -1,13 +1,11 @@
-"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, and of the public
-names of products, so that type checkers and editors read signatures and docstrings at the functions:
-``python -m tests.model_stub``."""
+"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, so that type checkers
+and editors read signatures and docstrings at the functions: ``python -m tests.model_stub``."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import eomgen
-from eomgen.base.products import public_modules, public_names
 from eomgen.base.verbs import methods_of, own
 
 COMMAND = "python -m tests.model_stub"
@@ -20,12 +18,6 @@ _PACKAGE = Path(eomgen.__file__).parent
 STUBS = {owner: _PACKAGE / "products" / f"{owner.lower()}_methods.pyi" for owner in ("Model", "Solution")}
 
 
-EXPORTED = _PACKAGE / "products" / "exported.pyi"
-_EXPORTED = f'''"""Public names of products, for type checkers, by ``{COMMAND}``."""
-
-'''
-
-
 def stub(owner: str) -> str:
     """Return the text of a stub: the class with the functions of the register as methods."""
     found = sorted((target.partition(":")[0], name) for name, _, target in methods_of(own(), owner))
@@ -34,23 +26,6 @@ def stub(owner: str) -> str:
     return "".join([_HEAD.format(owner), *sorted(imports), f"\nclass {owner}Methods:\n", *methods])
 
 
-def exported() -> str:
-    """Return the text of the stub of the public names of products."""
-    homes = [(*target.split(":"), name) for name, target in public_names().items()]
-    homes += [(*target.rsplit(".", 1), name) for name, target in public_modules().items()]
-    imports: dict[str, list[str]] = {}
-    for module, there, name in sorted(homes):
-        imports.setdefault(module, []).append(name if there == name else f"{there} as {name}")
-    lines = []
-    for module, names in imports.items():
-        plain = [name for name in names if " as " not in name]
-        lines += [f"from {module} import {name}\n" for name in names if " as " in name]
-        lines += [f"from {module} import {', '.join(sorted(plain))}\n"] if plain else []
-    listed = "".join(f'    "{name}",\n' for name in sorted(name for _, _, name in homes))
-    return f"{_EXPORTED}{''.join(lines)}\n__all__ = [\n{listed}]\n"
-
-
 if __name__ == "__main__":
-    EXPORTED.write_text(exported(), encoding="utf-8")
     for class_name, path in STUBS.items():
         path.write_text(stub(class_name), encoding="utf-8")

@@ -21,9 +21,7 @@ from tests.docstrings import names
 COMMAND = "python -m tests.public_names"
 TEXT = Path(__file__).with_suffix(".txt")
 #: Beginning of the removed lines -> code of the message that names the replacement.
-REMOVED: Mapping[str, str] = {
-    "eomgen.extending.Connection(urdf": "E0124",  # names of URDF were never taken from other distributions
-}
+REMOVED: Mapping[str, str] = {}
 
 
 def python_names() -> Iterator[str]:

@@ -54,7 +54,7 @@ PRODUCT_WORDS: dict[str, set[str]] = {
 DOORS: dict[str, set[str]] = {
     # for every room
     "base": {"errors"},
-    "errors": {"base.data", "base.message_codes"},
+    "errors": {"base.data"},
     # arrays and C alone
     "toolchain": {"base", "errors"},
     "solvers": {"base", "errors", "lie"},
@@ -455,7 +455,6 @@ LATE: dict[str, dict[str, str]] = {
         "base.threads": "likewise",
         "base.products": "the core needs no product; most imports are of files",
     },
-    "errors": {"base.message_codes": "read when a message is printed"},
     "results.finding": {"base.message_codes": "read when a code is asked for"},
     "integrators.families.generalized_alpha": {
         "integrators.newton": "pivots are chosen when code is made",
@@ -588,28 +587,6 @@ LATE: dict[str, dict[str, str]] = {
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.pages", "products.sympy_mechanics", "products.waves"}
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
-
-
-def _is_present(room: str) -> bool:
-    """Return whether a room is of the core, or of a product that was not removed."""
-    path = PACKAGE.joinpath(*room.split(".")[:2])
-    return (
-        not room.startswith("products.")
-        or path.is_dir()
-        or path.with_suffix(".pyi").is_file()
-        or path.with_suffix(".py").is_file()
-    )
-
-
-# a product is removed by its files alone (``tests.product_parts``): rows of absent products are left out
-PRODUCT_WORDS = {room: words for room, words in PRODUCT_WORDS.items() if _is_present(room)}
-DOORS = {room: {*filter(_is_present, doors)} for room, doors in DOORS.items() if _is_present(room)}
-ORDER = {room: parts for room, parts in ORDER.items() if _is_present(room)}
-LATE = {
-    user: {name: reason for name, reason in reasons.items() if _is_present(name)}
-    for user, reasons in LATE.items()
-    if _is_present(user)
-}
 
 
 class Kind(Enum):

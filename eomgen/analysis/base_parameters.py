@@ -107,7 +107,7 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     43
     """
     if model.multipliers:
-        fault = "constraints share efforts out, so fewer combinations decide a motion than in the tree"
+        fault = "constraints share efforts out, so fewer combinations decide a motion than in the tree [E0036]"
         raise UsageError(Problem("base_parameters", fault, "the scene without its constraints"))
     p = model.evaluator.one_set(parameters, "base_parameters(...) for each set")
     pi = model.regressor_parameters(parameters=p)
@@ -117,7 +117,7 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     try:
         result = independent_columns(_rows(model, motions, rng, p))
     except NoRankGap as error:
-        fault = f"the number of combinations is unknown: {error}"
+        fault = f"the number of combinations is unknown: {error} [E0037]"
         hint = "masses, inertias and lengths of like sizes in other units, or another seed"
         raise NumericalError(Problem("base_parameters", fault, hint)) from None
     matrix = np.zeros((len(result.kept), len(names)))
@@ -145,7 +145,7 @@ def _check(Y: Array, kept: tuple[int, ...], matrix: Array) -> None:
     sizes = np.linalg.norm(Y, axis=0)
     missed = np.linalg.norm(Y - Y[:, kept] @ matrix, axis=0)
     if np.any(missed > _MISSED * np.max(sizes, initial=0.0)):
-        fault = "combinations that hold at some random motions do not hold at others"
+        fault = "combinations that hold at some random motions do not hold at others [E0038]"
         raise NumericalError(Problem("base_parameters", fault, "another seed"))
 
 

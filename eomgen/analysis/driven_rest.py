@@ -65,7 +65,7 @@ def driven_velocity(model: CompiledModel, measures: SceneMeasures, q: Array) -> 
     if not np.any(rates):
         return np.zeros(model.nv)
     if model.description.joints:
-        fault = "bodies have absolute coordinates, in which rest relative to drives is a steady motion"
+        fault = "bodies have absolute coordinates, in which rest relative to drives is a steady motion [E0039]"
         raise NumericalError(Problem("equilibrium", fault, 'model.steady_motion(), or coordinates = "joint"'))
     (B,) = model.evaluate("constraint_jacobian", q, **_given(measures)).values()
     extents = _extents(model, measures, q)
@@ -125,7 +125,7 @@ def check_rates(model: CompiledModel, measures: SceneMeasures, q: Array, v: Arra
             unit = model.v_units[k]
             fault = (
                 f"nothing rests relative to the drive of {drives(model, v)}, for {model.v_names[k]} changes along it:"
-                f" {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s"
+                f" {before} {unit} at t = {measures.t:.6g} s, {after} {unit} at t = {later.t:.6g} s [E0040]"
             )
             hint = f'a law of constant rate such as "w*t", a t at which its rate is zero, {_AS_IT_MOVES}'
             raise NumericalError(Problem("equilibrium", fault, hint))
@@ -146,7 +146,7 @@ def check_lasting(model: CompiledModel, measures: SceneMeasures, u: Inputs, q: A
         unit = model.v_units[k].replace("/s", "/s^2")
         fault = (
             f"nothing rests relative to the drive of {drives(model, v)}, for forces change as it moves: at"
-            f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit}"
+            f" t = {later.t:.6g} s {model.v_names[k]} would accelerate with {excess[k]:.3g} {unit} [E0041]"
         )
         hint = off_axis_hint(model, measures, q, v) or (
             "a scene that is symmetric about the driven axis (axes and masses), with gravity along the axis or none"
@@ -168,7 +168,7 @@ def _kinematic(model: CompiledModel) -> CompiledModel:
     needed = ("constraint_velocity", "constraint_bias")
     able = model.having(needed)
     if missing := [name for name in needed if name not in able.functions]:
-        fault = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        fault = f"the terms {', '.join(missing)} are needed, and the model was built without them [E0042]"
         raise UsageError(
             Problem("equilibrium", fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])")
         )

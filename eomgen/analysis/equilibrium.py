@@ -17,7 +17,7 @@ from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
 from eomgen.compiled.terms import Inputs, Parameters
-from eomgen.errors import ModelError, NumericalError, Problem
+from eomgen.errors import Message, ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations
 from eomgen.lie.product import difference
 from eomgen.solvers.blocks import SOFT
@@ -188,7 +188,7 @@ def equilibrium(
                 statics = _statics(model, measures, start.q, u, driven)
                 first = examine(statics, start.q, start.z)
         except np.linalg.LinAlgError:
-            fault = "the inertia matrix at the initial state is not positive definite"
+            fault = "the inertia matrix at the initial state is not positive definite [E0051]"
             raise ModelError(Problem("equilibrium", fault, "masses and inertias that bodies can have")) from None
         if not first.finite:
             raise _not_finite(model, first)
@@ -322,7 +322,7 @@ def _branches(model: CompiledModel, statics: Statics, left_along: Array) -> str:
     return (
         f"past a bifurcation or limit point, past which load steps lead to rest that is unstable: this is the stable"
         f" rest on the {sides[0]} side of {name}, others may be on its {sides[1]} side (initial near them, or"
-        " equilibrium_path(...).branch)"
+        " equilibrium_path(...).branch) [W0003]"
     )
 
 
@@ -349,7 +349,7 @@ def _left(model: CompiledModel, statics: Statics, damped: Search) -> str:
     k = int(np.argmax(np.abs(off) / statics.sizes))
     away = f"{abs(off[k]):.4g} {model.v_units[k].removesuffix('/s')} away along {model.v_names[k].removeprefix('v.')}"
     where = "at the start, or next to it, is an equilibrium"
-    return f"{where}, which a damped motion leaves for this one, {away}; {_TO_STAY}"
+    return f"{where}, which a damped motion leaves for this one, {away}; {_TO_STAY} [W0002]"
 
 
 def _statics(model: CompiledModel, measures: SceneMeasures, q: Array, u: Inputs, v: Array) -> Statics:
@@ -441,7 +441,8 @@ def _result(
         motions = int(np.sum(soft))
         joint = "" if motions == len(undetermined) else f"{motions} motion{'s' * (motions > 1)} along "
         message += f"; nothing determines {joint}{_few(undetermined)}"
-    message = "; ".join((message, *notes))
+    doubts = tuple(map(Message, notes))
+    message = "; ".join((message, *doubts))
     return Equilibrium(
         point.q,
         v,
@@ -456,7 +457,7 @@ def _result(
         tuple(undetermined),
         message,
         measures.base,
-        tuple(notes),
+        doubts,
     )
 
 
@@ -481,7 +482,7 @@ def _not_finite(model: CompiledModel, point: SearchPoint) -> NumericalError:
         if np.all(np.isfinite(point.rates))
         else "a rate of z"
     )
-    fault, hint = f"{where} is not a finite number at the initial state", "formulas that have a value there"
+    fault, hint = f"{where} is not a finite number at the initial state [E0052]", "formulas that have a value there"
     if not bad and (rough := rough_operations(model.description.formulas)):
         fault += f": a formula has no derivative there, of the forces perhaps {rough}"
         hint = "a formula of finite slope there, x / sqrt(x + width) for sqrt(x)"
@@ -515,7 +516,7 @@ def _failure(
             unit = model.v_units[k].replace("/s", "/s^2")
             fault = (
                 f"nothing holds {model.v_names[k]}: it accelerates with {-pull[k]:.4g} {unit}, and no stiffness"
-                " opposes it"
+                " opposes it [E0055]"
             )
             hint = "a spring, a stop, a constraint, or a fixed joint"
             if along is not None:
@@ -527,20 +528,20 @@ def _failure(
             return NumericalError(Problem("equilibrium", fault, hint))
     violation = float(np.max(np.abs(point.violation), initial=0.0))
     if not np.all(np.abs(point.violation) <= 1e-8 * point.row_sizes):
-        fault = f"the constraints are off by {violation:.3g} after {steps} steps"
+        fault = f"the constraints are off by {violation:.3g} after {steps} steps [E0054]"
         return NumericalError(Problem("equilibrium", fault, "an initial state nearer to assembly"))
     if search.states_alone:
         k = int(np.argmax(np.abs(point.rates) / np.maximum(point.rate_noise, np.finfo(float).tiny)))
         unit = "" if model.z_units[k] in ("", "1") else f"{model.z_units[k]} "
         fault = (
             f"the forces balance, but the state {model.states[k]} does not rest: it changes at"
-            f" {point.rates[k]:.4g} {unit}per s"
+            f" {point.rates[k]:.4g} {unit}per s [E2201]"
         )
         hint = "inputs and parameters with which its rate is 0, as of an integral of an error that is 0 at rest"
         return NumericalError(Problem("equilibrium", fault, hint))
     fault = (
         f"no equilibrium was found in {steps} steps: {model.v_names[k]} still accelerates with {acceleration[k]:.4g}"
-        f" {unit}; {stepped}"
+        f" {unit}; {stepped} [E0053]"
     )
     hint = "an initial state nearer to rest, or any_kind=True (--any-kind) for an unstable one"
     return NumericalError(Problem("equilibrium", fault, hint))

@@ -250,12 +250,14 @@ class LoadParameter:
         units = {**model.evaluator.parameter_units, **model.input_units, "t": "s"}
         if name not in (*model.parameters, *model.inputs, "t"):
             known = [*model.parameters, *model.inputs, "t"]
-            fault = f"there is no tunable parameter or input {shown(name)} to be varied"
+            fault = f"there is no tunable parameter or input {shown(name)} to be varied [E0069]"
             fixed = name in model.evaluator.fixed_parameters
             hint = "tunable = true, where the scene gives it" if fixed else nearest(name, known)
             raise UsageError(Problem(call, fault, hint or f"one of {', '.join(known[:12])}"))
         if name in model.inputs and not (u is None or isinstance(u, Mapping)):
-            raise UsageError(Problem("u", f"{name} is varied, so the other inputs are given by name", "u={...}"))
+            raise UsageError(
+                Problem("u", f"{name} is varied, so the other inputs are given by name [E0070]", "u={...}")
+            )
         return cls(model, name, units.get(name, ""), p, u, t)
 
     @property
@@ -415,5 +417,5 @@ def check_partials(model: CompiledModel, call: str) -> None:
     else:
         needed |= {"mass", "partials"} | ({"internal_rate", "internal_partials"} if model.nz else set())
     if missing := sorted(name for name in needed if name not in model.functions):
-        fault = f"the terms {', '.join(missing)} are needed, and the model was built without them"
+        fault = f"the terms {', '.join(missing)} are needed, and the model was built without them [E0042]"
         raise UsageError(Problem(call, fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, missing))}])"))

@@ -39,7 +39,10 @@ def check_continuous(model: CompiledModel, analysis: str) -> None:
     layout = model.library.layout
     if layout["sampled"]:
         names = ", ".join(layout["states"][int(item["state"])]["name"] for item in layout["sampled"])
-        problem = f"the states {names} are sampled: between samples they stay as they are, so they have no equilibrium"
+        problem = (
+            f"the states {names} are sampled: between samples they stay as they are, so they have no"
+            f" equilibrium [E0088]"
+        )
         hint = 'a run of simulate; linearize(at="initial"); or the scene with inputs in place of sampled states'
         raise ModelError(Problem(analysis, problem, hint))
 

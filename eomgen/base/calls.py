@@ -195,15 +195,17 @@ class NamedResults(dict[str, T]):
     def __missing__(self, name: object) -> T:
         if name in self.absent:
             others = ", ".join(self) or "another scene"
-            raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}: {self.absent[str(name)]}", others))
+            raise UnknownName(
+                Problem("", f"there is no {self.kind} {shown(name)}: {self.absent[str(name)]} [E0098]", others)
+            )
         hint = nearest(str(name), self) if self else f"a scene or a model that has {self.kind}s"
-        raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)}", hint))
+        raise UnknownName(Problem("", f"there is no {self.kind} {shown(name)} [E0100]", hint))
 
     if not TYPE_CHECKING:  # a type checker knows the attributes without this method
 
         def __getattr__(self, name: str) -> object:
             if name in self:
-                fault = f"{_several(self.kind)} are by name, and {name} is none of the attributes"
+                fault = f"{_several(self.kind)} are by name, and {name} is none of the attributes [E0102]"
                 raise UnknownAttribute(Problem("", fault, f"[{name!r}] in place of .{name}"))
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
 
@@ -222,7 +224,7 @@ class ReadOnly(NamedResults[T]):
     """
 
     #: Reason for which the values are not written here.
-    why = "these are read, and not assigned to"
+    why = "these are read, and not assigned to [E2224]"
 
     def __init__(self, kind: str, values: Mapping[str, T], what_to_try: str) -> None:
         super().__init__(kind, values)
@@ -240,7 +242,7 @@ class ReadOnly(NamedResults[T]):
 class Defaults(ReadOnly[T]):
     """Default values by name."""
 
-    why = "these are the defaults, which do not change"
+    why = "these are the defaults, which do not change [E2225]"
 
 
 def checked_call(
@@ -288,10 +290,12 @@ def names_of(argument: str, kind: str, given: Iterable[str], example: str) -> tu
     place = "" if argument == kind else argument
     if isinstance(given, str):
         names = ", ".join(f'"{name.strip()}"' for name in given[:64].split(","))
-        fault = f"{kind} are a list of names, not the text {shown(given)}"
+        fault = f"{kind} are a list of names, not the text {shown(given)} [E2191]"
         raise UsageError(Problem(place, fault, f"{argument}=[{names}]"))
     if not isinstance(given, Iterable):
-        raise UsageError(Problem(place, f"{kind} are a list of names, not {shown(given)}", f'{argument}=["{example}"]'))
+        raise UsageError(
+            Problem(place, f"{kind} are a list of names, not {shown(given)} [E2192]", f'{argument}=["{example}"]')
+        )
     return tuple(given)
 
 
@@ -333,7 +337,7 @@ def check_options(
     if unknown:
         hints = [meant.get(name) or nearest(name, named) for name in unknown[:3]]
         names = ", ".join(shown(name) for name in unknown)
-        raise UsageError(Problem(where, f"there is no argument {names}", " and ".join(dict.fromkeys(hints))))
+        raise UsageError(Problem(where, f"there is no argument {names} [E0105]", " and ".join(dict.fromkeys(hints))))
 
 
 def checked_calls(what_to_try: str = "", **meant: str) -> Callable[[C], C]:
@@ -366,9 +370,9 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
             return error
     article = "an" if kind[0] in "AEIOU" else "a"
     if kind in OWNERS and (absent := fault_of_absent(name)):
-        return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)}: {absent[0]}", absent[1]))
+        return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)}: {absent[0]} [E0106]", absent[1]))
     return UnknownAttribute(
-        Problem("", f"{article} {kind} has no {shown(name)}", attribute_hint(name, dir(owner), kind))
+        Problem("", f"{article} {kind} has no {shown(name)} [E0107]", attribute_hint(name, dir(owner), kind))
     )
 
 
@@ -381,14 +385,16 @@ def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: 
         hint = f"simulate({name}=...)"
     elif name in parameters:
         hint = f'simulate(parameters={{"{name}": ...}})'
-    return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)} to set", hint))
+    return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)} to set [E0108]", hint))
 
 
 def not_unpacked(owner: object, what_to_try: str) -> SingleObject:
     """Return the error for unpacking a result as a tuple: from the ``__iter__`` of the result."""
     kind = type(owner).__name__
     article = "an" if kind[0] in "AEIOU" else "a"
-    return SingleObject(Problem("", f"{article} {kind} is one object, and not several to be unpacked", what_to_try))
+    return SingleObject(
+        Problem("", f"{article} {kind} is one object, and not several to be unpacked [E0110]", what_to_try)
+    )
 
 
 def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
@@ -399,7 +405,7 @@ def not_assigned_to(what_to_try: str) -> Callable[[C], C]:
 
     def refused(owner: object, name: str, value: object) -> NoReturn:
         kind = type(owner).__name__
-        fault = f"a {kind} does not change, so {shown(name)} is not assigned to"
+        fault = f"a {kind} does not change, so {shown(name)} is not assigned to [E0111]"
         raise NoAssignment(Problem("", fault, what_to_try.format(name)))
 
     def decorated(kind: C) -> C:
@@ -493,7 +499,7 @@ class _Call:
             return None
         hints = [_meant(name, meant, self.named) for name in unknown[:3]]
         hint = " and ".join(dict.fromkeys(filter(None, hints))) or "no arguments"
-        return f"there is no argument {', '.join(map(shown, unknown))}", hint
+        return f"there is no argument {', '.join(map(shown, unknown))} [E0105]", hint
 
     def too_many(self) -> tuple[str, str] | None:
         """Find more arguments without a name than the function takes."""
@@ -502,7 +508,7 @@ class _Call:
             return None
         by_name = [name for name in self.named if name not in in_order]
         many = len(by_name) > _FEW or (self.takes_any and not by_name)
-        fault = f"{len(self.given)} arguments are given without a name, and {len(in_order) or 'none'} can be"
+        fault = f"{len(self.given)} arguments are given without a name, and {len(in_order) or 'none'} can be [E0112]"
         fault += f": {', '.join(in_order)}" if in_order else ""
         hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
         return fault, hint or "fewer arguments"
@@ -511,7 +517,9 @@ class _Call:
         """Find an argument by place that is given by name, too."""
         twice = [name for name in self.in_order[: len(self.given)] if name in self.kwargs]
         return (
-            (f"the argument {twice[0]} is given twice, by its place and by its name", "one of them") if twice else None
+            (f"the argument {twice[0]} is given twice, by its place and by its name [E0113]", "one of them")
+            if twice
+            else None
         )
 
     def missing(self, what_to_try: str) -> tuple[str, str]:
@@ -520,5 +528,5 @@ class _Call:
         needed = (name for name in self.named if self.parameters[name].default is inspect.Parameter.empty)
         missing = [name for name in needed if name not in specified]
         verb = "is" if len(missing) == 1 else "are"
-        fault = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {verb} missing"
+        fault = f"the argument{'s' * (len(missing) > 1)} {', '.join(missing)} {verb} missing [E0114]"
         return fault, what_to_try or ", ".join(f"{name}=..." for name in missing)

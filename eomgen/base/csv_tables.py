@@ -80,20 +80,24 @@ def read_cells(path: Path) -> tuple[list[str], list[tuple[str, list[str]]]]:
     try:
         lines = read_file(path).decode("utf-8-sig").splitlines()
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
+        raise FileError(
+            Problem(str(path), f"cannot be read: {error.strerror or error} [E0115]", nearby(path))
+        ) from None
     except UnicodeDecodeError:
-        raise FileError(Problem(str(path), "this is not a text in UTF-8, and a CSV file is needed", _HINT)) from None
+        raise FileError(
+            Problem(str(path), "this is not a text in UTF-8, and a CSV file is needed [E0116]", _HINT)
+        ) from None
     numbered = [(f"{path}, line {k}", line) for k, line in enumerate(lines, 1) if line.strip() and line[0] != "#"]
     if not numbered:
-        raise FileError(Problem(str(path), "the file is empty", _HINT))
+        raise FileError(Problem(str(path), "the file is empty [E0117]", _HINT))
     delimiter = max(_DELIMITERS, key=numbered[0][1].count)
     (_, names), *rows = [(where, _cells(where, line, delimiter)) for where, line in numbered]
     _check_names(path, names)
     if not rows:
-        raise FileError(Problem(str(path), "the table has no rows below its names", _HINT))
+        raise FileError(Problem(str(path), "the table has no rows below its names [E0118]", _HINT))
     for where, cells in rows:
         if len(cells) != len(names):
-            fault = f"the row has {counted(len(cells), 'cell')}, and there are {counted(len(names), 'name')}"
+            fault = f"the row has {counted(len(cells), 'cell')}, and there are {counted(len(names), 'name')} [E0119]"
             raise FileError(Problem(where, fault, "a cell for each name"))
     return names, rows
 
@@ -117,16 +121,20 @@ def _cells(where: str, line: str, delimiter: str) -> list[str]:
     try:  # line by line, so that an open quotation mark cannot swallow the lines below it
         (row,) = csv.reader([line], delimiter=delimiter, strict=True)
     except csv.Error as error:
-        raise FileError(Problem(where, f"this is not a CSV file: {error}", "plain cells between delimiters")) from None
+        raise FileError(
+            Problem(where, f"this is not a CSV file: {error} [E0120]", "plain cells between delimiters")
+        ) from None
     return [cell.strip() for cell in row]
 
 
 def _check_names(path: Path, names: Sequence[str]) -> None:
     if all(_is_number(name) for name in names):
-        raise FileError(Problem(str(path), "the first line has numbers in place of names", _HINT))
+        raise FileError(Problem(str(path), "the first line has numbers in place of names [E0121]", _HINT))
     twice = next((name for k, name in enumerate(names) if name in names[:k]), None)
     if twice is not None:
-        raise FileError(Problem(str(path), f"the column {shown(twice)} is there twice", "one column for each name"))
+        raise FileError(
+            Problem(str(path), f"the column {shown(twice)} is there twice [E0122]", "one column for each name")
+        )
 
 
 def _number(where: str, name: str, cell: str) -> float:
@@ -136,7 +144,7 @@ def _number(where: str, name: str, cell: str) -> float:
         return float(cell)
     except ValueError:
         hint = "a decimal point in place of the comma" if "," in cell else "numbers alone, without units"
-        raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is not a number", hint)) from None
+        raise FileError(Problem(f"{where}, column {name}", f"{shown(cell)} is not a number [E0123]", hint)) from None
 
 
 def _is_number(cell: str) -> bool:

@@ -62,7 +62,7 @@ def broken(entry: EntryPoint, fault: str) -> UsageError:
     """Return the error for an entry point that cannot be taken."""
     who = distribution(entry)
     where = f"the entry point {shown(entry.name)} ({entry.value}) in {entry.group} of the distribution {who}"
-    return UsageError(Problem(entry.group, f"{where} {fault}", f"another version of {who}, or uninstall it"))
+    return UsageError(Problem(entry.group, f"{where} {fault} [E0124]", f"another version of {who}, or uninstall it"))
 
 
 #: Digests of code by file, with the state of the import of its module then: a module that is loaded runs the text that

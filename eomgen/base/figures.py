@@ -45,7 +45,7 @@ def _check_backend() -> None:
         import matplotlib  # noqa: F401, PLC0415  # slow to import, and only drawing needs it
     except ValueError:
         name = os.environ.get("MPLBACKEND", "")
-        fault = f"matplotlib has no backend {shown(name)}"
+        fault = f"matplotlib has no backend {shown(name)} [E2129]"
         raise UsageError(Problem("MPLBACKEND", fault, "MPLBACKEND=agg, or the variable unset")) from None
 
 
@@ -134,10 +134,10 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
     given = [axes] if isinstance(axes, Axes) else list(flat) if hasattr(flat, "__iter__") else [axes]
     wrong = next((item for item in given if not isinstance(item, Axes)), None)
     if wrong is not None:
-        fault = f"axes of matplotlib are needed, not {type(wrong).__name__}"
+        fault = f"axes of matplotlib are needed, not {type(wrong).__name__} [E0125]"
         raise UsageError(Problem(f"{call}: axes", fault, "figure, axes = matplotlib.pyplot.subplots()"))
     if len(given) != len(panels):
-        fault = f"{len(given)} axes are given for {len(panels)} panels: {', '.join(panels)}"
+        fault = f"{len(given)} axes are given for {len(panels)} panels: {', '.join(panels)} [E0126]"
         hint = f"axes for {len(panels)} panels, fewer names, or no axes: then a figure is made"
         raise UsageError(Problem(f"{call}: axes", fault, hint))
     return given
@@ -148,5 +148,5 @@ def saved(figure: Any, path: Path, hint: str = "another folder") -> Path:
     try:
         figure.savefig(path, pil_kwargs={"compress_level": _COMPRESSION} if path.suffix == ".png" else None)
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error})", hint)) from None
+        raise FileError(Problem(str(path), f"cannot be written ({error.strerror or error}) [E0127]", hint)) from None
     return path

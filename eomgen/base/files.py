@@ -48,7 +48,7 @@ def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object], few
             raise
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         hint = f"another disk{fewer}" if full else "another folder, or permission to write there"
-        fault = f"cannot be written ({error.strerror or error}); about {needed} bytes are needed"
+        fault = f"cannot be written ({error.strerror or error}); about {needed} bytes are needed [E0128]"
         raise FileError(Problem(str(path), fault, hint)) from None
 
 
@@ -80,7 +80,7 @@ def make_folder(path: Path) -> Path:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise FileError(
-            Problem(str(path), f"the folder cannot be made: {error.strerror or error}", "another folder")
+            Problem(str(path), f"the folder cannot be made: {error.strerror or error} [E0131]", "another folder")
         ) from None
     return path
 
@@ -110,9 +110,9 @@ def belongs_to_others(path: Path) -> bool:
 def _check_kind(folder: Path) -> None:
     """Raise FileError for a file, and for a new folder with the ending of a file."""
     if folder.is_file():
-        raise FileError(Problem(str(folder), "this is a file, and a folder is needed", "another folder"))
+        raise FileError(Problem(str(folder), "this is a file, and a folder is needed [E0130]", "another folder"))
     if folder.suffix.lower() in _ENDINGS and not folder.exists():
-        fault = f"a folder is needed, and {folder.suffix} is the ending of a file"
+        fault = f"a folder is needed, and {folder.suffix} is the ending of a file [E0129]"
         hint = f"the folder {folder.with_suffix('')}, which the files are written to"
         raise FileError(Problem(str(folder), fault, hint))
 
@@ -127,7 +127,9 @@ def check_writable(path: Path, *, folder_is_made: bool = False) -> None:
     """
     if path.exists() and not path.is_file():
         kind = "a folder" if path.is_dir() else "no regular file"
-        raise FileError(Problem(str(path), f"this is {kind}, and a file is to be written", "the name of a new file"))
+        raise FileError(
+            Problem(str(path), f"this is {kind}, and a file is to be written [E0132]", "the name of a new file")
+        )
     _check_place(path, path, folder_is_made)
 
 
@@ -143,13 +145,13 @@ def _check_place(path: Path, file: Path, folder_is_made: bool) -> None:
     while folder_is_made and not folder.exists() and folder != folder.parent:
         folder = folder.parent
     if folder.is_file():
-        raise FileError(Problem(str(folder), "this is a file, and a folder is needed", "another folder"))
+        raise FileError(Problem(str(folder), "this is a file, and a folder is needed [E0130]", "another folder"))
     try:
         with temporary_file(folder / file.name) as stream:
             pass
         Path(stream.name).unlink()
     except OSError as error:
-        fault = f"cannot be written ({error.strerror or error})"
+        fault = f"cannot be written ({error.strerror or error}) [E0127]"
         raise FileError(Problem(str(path), fault, "another folder, or permission to write there")) from None
 
 
@@ -294,19 +296,21 @@ def read_arrays(
         if not isinstance(metadata, dict):
             raise ValueError("its metadata are not a mapping")
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
+        raise FileError(
+            Problem(str(path), f"cannot be read: {error.strerror or error} [E0115]", nearby(path))
+        ) from None
     except KeyError as error:
         raise FileError(
-            Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing", hint)
+            Problem(str(path), f"this is not a {kind} written by eomgen: {error.args[0]} is missing [E0133]", hint)
         ) from None
     # zipfile raises NotImplementedError for a compression or encryption that zipfile does not know, and NumPy reads
     # headers as Python's text: such a file is not ours
     except (
         ValueError, EOFError, NotImplementedError, SyntaxError, tokenize.TokenError, zlib.error, zipfile.BadZipFile
     ) as error:  # fmt: skip  # a list of kinds
-        raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error}", hint)) from None
+        raise FileError(Problem(str(path), f"this is not a {kind} written by eomgen: {error} [E0134]", hint)) from None
     except MemoryError:
-        raise FileError(Problem(str(path), "its arrays are larger than the memory", hint)) from None
+        raise FileError(Problem(str(path), "its arrays are larger than the memory [E0135]", hint)) from None
     return arrays, metadata
 
 
@@ -399,5 +403,5 @@ def _data_folder(name: str, part: str) -> Path:
         if (folder / part).is_dir():
             return folder
     raise FileError(
-        f"the {name} are neither in {package / f'_{name}'} nor in {package.parent / name}", "reinstall eomgen"
+        f"the {name} are neither in {package / f'_{name}'} nor in {package.parent / name} [E0136]", "reinstall eomgen"
     )

@@ -67,7 +67,7 @@ class Journal(Generic[Row]):
             self._read(self._path, held, identity, others, row_of)
         else:
             hint = "--resume, which goes on with it, or another folder"
-            raise FileError(Problem(str(folder), f"holds the {held}, {file}", hint))
+            raise FileError(Problem(str(folder), f"holds the {held}, {file} [E0137]", hint))
 
     def append(self, line: Mapping[str, Any]) -> None:
         """Write a line. Raises FileError."""
@@ -77,7 +77,7 @@ class Journal(Generic[Row]):
             with self._path.open("a", encoding="utf-8") as stream:
                 stream.write(json.dumps(line) + "\n")
         except OSError as error:
-            raise self._fault(f"cannot be written: {error.strerror or error}") from None
+            raise self._fault(f"cannot be written: {error.strerror or error} [E0143]") from None
 
     def _read(
         self, path: Path, held: str, identity: str, others: str, row_of: Callable[[Mapping[str, Any]], Row]
@@ -85,9 +85,9 @@ class Journal(Generic[Row]):
         try:
             text = read_file(path).decode()
         except OSError as error:
-            raise self._fault(f"cannot be read: {error.strerror or error}") from None
+            raise self._fault(f"cannot be read: {error.strerror or error} [E0115]") from None
         except ValueError:
-            raise self._fault(f"these are not the {held}") from None
+            raise self._fault(f"these are not the {held} [E0144]") from None
         whole = text[: text.rfind("\n") + 1]
         try:
             lines = [json.loads(line) for line in whole.splitlines()]
@@ -95,9 +95,9 @@ class Journal(Generic[Row]):
             if same:
                 self.rows = [row_of(line) for line in lines[1:]]
         except (ValueError, KeyError, IndexError, TypeError):
-            raise self._fault(f"these are not the {held}") from None
+            raise self._fault(f"these are not the {held} [E0144]") from None
         if not same:
-            raise FileError(Problem(str(path.parent), f"holds the {held} of {others}", "another folder"))
+            raise FileError(Problem(str(path.parent), f"holds the {held} of {others} [E0139]", "another folder"))
         if whole != text:
             write_text(path, whole)
 

@@ -1,9 +1,10 @@
-"""Codes of messages: rows of a catalogue of patterns, read when a message is printed or its code is asked for.
+"""Catalogue of messages by code: texts, kinds, rooms and remedies, for explanations and searches.
 
-The row of the code ``E0312`` is line 312 of the files ``message_rows/errors_*.txt``, the row of ``W0012`` line 12 of
-``message_rows/notes_*.txt``. A row has letters of the kinds, the room of the source, empty for the room of the row
-above, the pattern, in which ``{}`` stands for a value, and a pattern of the remedy, separated by tabs. The line of a
-message that is no longer made is empty. ``python -m tests.messages`` keeps the rows complete.
+The source gives the code of each message, at the end of its literal. The row of the code ``E0312`` is line 312 of the
+files ``message_rows/errors_*.txt``, the row of ``W0012`` line 12 of ``message_rows/notes_*.txt``. A row has letters of
+the kinds, the room of the source, empty for the room of the row above, the pattern, in which ``{}`` stands for a value,
+and a pattern of the remedy, separated by tabs. The line of a message that is no longer made is empty.
+``python -m tests.messages`` writes the rows.
 """
 
 from __future__ import annotations
@@ -13,8 +14,6 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-#: Literal characters at least of a pattern that is compared with parts of a message.
-_DISTINCT = 12
 FOLDER = Path(__file__).with_name("message_rows")
 #: Files of the codes by first letter.
 FILES = {"E": "errors", "W": "notes"}
@@ -47,10 +46,6 @@ class Row(NamedTuple):
         Text with ``{}`` for values; the name of a finding.
     remedy : str
         Pattern of the remedy; empty if it depends on the case.
-    pieces : tuple of str
-        Literal parts of the pattern.
-    letters : int
-        Number of literal characters.
     """
 
     code: str
@@ -58,8 +53,6 @@ class Row(NamedTuple):
     room: str
     pattern: str
     remedy: str
-    pieces: tuple[str, ...]
-    letters: int
 
 
 def lines_of(letter: str) -> list[str]:
@@ -71,8 +64,7 @@ def lines_of(letter: str) -> list[str]:
 def row_of(code: str, line: str) -> Row:
     """Return the row of a line of the catalogue."""
     kinds, room, pattern, remedy = f"{line}\t".replace("\\n", "\n").split("\t")[:4]
-    pieces = tuple(pattern.split("{}"))
-    return Row(code, kinds, room, pattern, remedy, pieces, sum(map(len, pieces)))
+    return Row(code, kinds, room, pattern, remedy)
 
 
 @cache
@@ -87,41 +79,6 @@ def rows() -> tuple[Row, ...]:
     return tuple(made)
 
 
-def general_code(exit_code: int) -> str:
-    """Return the code of messages of a kind that have no row, such as messages of other distributions."""
-    return f"E{exit_code:04d}"
-
-
-def is_general(row: Row) -> bool:
-    """Return whether a row stands for a kind of errors."""
-    return "E0001" <= row.code <= general_code(7)
-
-
-def code_of(text: str, *, notes: bool = False) -> str:
-    """Return the code of the row that a message fits best; empty if no row fits.
-
-    Parameters
-    ----------
-    text : str
-        The fault of an error without place and remedy, or a note.
-    notes : bool
-        Whether the text is a note or a warning.
-
-    Returns
-    -------
-    str
-        Code of the pattern with the most literal characters among the patterns of the whole text, else among distinct
-        patterns of a part of the text.
-    """
-    for letter in "WE" if notes else "EW":  # with --strict a note is an error, and a doubt may be noted
-        possible = [row for row in rows() if row.code[0] == letter and row.kinds != "r" and not is_general(row)]
-        whole = [row for row in possible if _fits(row.pieces, text)]
-        parts = whole or [row for row in possible if row.letters >= _DISTINCT and _end(row.pieces, text) >= 0]
-        if parts:
-            return max(parts, key=lambda row: (row.letters, -int(row.code[1:]))).code
-    return ""
-
-
 def code_of_finding(name: str) -> str:
     """Return the code of a check of runs by name; empty for a check of another distribution."""
     return next((row.code for row in rows() if row.kinds == "r" and row.pattern == name), "")
@@ -133,24 +90,3 @@ def searched(words: Sequence[str]) -> Iterator[Row]:
         text = " ".join((row.code, row.room, row.pattern, row.remedy)).lower()
         if all(word.lower() in text for word in words):
             yield row
-
-
-def _fits(pieces: Sequence[str], text: str) -> bool:
-    """Return whether a text consists of literal pieces with anything between."""
-    if len(pieces) == 1:
-        return text == pieces[0]
-    first, *middle, last = pieces
-    if len(text) < len(first) + len(last) or not text.startswith(first) or not text.endswith(last):
-        return False
-    return _end(middle, text[len(first) : len(text) - len(last)]) >= 0
-
-
-def _end(pieces: Sequence[str], text: str) -> int:
-    """Return the end of pieces that follow one another in a text with anything between; -1 without such an order."""
-    place = 0
-    for piece in pieces:
-        start = text.find(piece, place)
-        if start < 0:
-            return -1
-        place = start + len(piece)
-    return place

@@ -169,7 +169,7 @@ def unmentioned(singular: str, plural: str, names: Sequence[str]) -> str:
     if not names:
         return ""
     subject = f"the {plural} {listed(names)} change" if len(names) > 1 else f"the {singular} {names[0]} changes"
-    return f"{subject} nothing: no formula mentions {'them' if len(names) > 1 else 'it'}"
+    return f"{subject} nothing: no formula mentions {'them' if len(names) > 1 else 'it'} [W0101]"
 
 
 def counted(count: int, singular: str, plural: str = "") -> str:

@@ -121,7 +121,10 @@ def fault_of_absent(name: str) -> tuple[str, str] | None:
     absent = [product for product, names in OFFERED.items() if name in names and product not in products()]
     if not absent:
         return None
-    return f"it is part of the product {absent[0]} of eomgen, which is not installed", "all of eomgen installed again"
+    return (
+        f"it is part of the product {absent[0]} of eomgen, which is not installed [E1682]",
+        "all of eomgen installed again",
+    )
 
 
 def public_modules() -> dict[str, str]:

@@ -110,7 +110,7 @@ def shown(progress: Progress | bool | None, title: str) -> Iterator[Progress | N
         with notebook_bar(title) if _in_notebook() else terminal_bar(title) as bar:
             yield bar
     else:
-        fault = f"{progress!r} is neither a function nor True"
+        fault = f"{progress!r} is neither a function nor True [E0145]"
         raise UsageError(Problem("progress", fault, "True for a bar, or a function of (steps done, all steps)"))
 
 

@@ -37,7 +37,7 @@ def thread_count() -> int:
     if not (text := os.environ.get(THREADS_VARIABLE, "")):
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not text.isascii() or not text.isdigit() or int(text) < 1:
-        fault = f"{text!r} is not a number of threads"
+        fault = f"{text!r} is not a number of threads [E0146]"
         raise UsageError(
             Problem(f"environment variable {THREADS_VARIABLE}", fault, f"{THREADS_VARIABLE}=2, or unset it")
         )

@@ -22,7 +22,7 @@ from eomgen.base.threads import calm_imports
 from eomgen.base.verbs import Verb, others, own
 from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option
-from eomgen.errors import EomgenError, FileError, Problem, UsageError
+from eomgen.errors import EomgenError, FileError, Message, Problem, UsageError
 
 INTERRUPTED = 130
 
@@ -55,7 +55,9 @@ class _Verbs(click.Group):
             from eomgen.cli.mistakes import of_verb  # noqa: PLC0415  # for a mistake only
 
             because, hint = fault_of_absent(args[0]) or ("", of_verb(args[0], _every_verb()))
-            raise UsageError(Problem("eomgen", f"there is no verb {shown(args[0])}{because and ': '}{because}", hint))
+            raise UsageError(
+                Problem("eomgen", f"there is no verb {shown(args[0])}{because and ': '}{because} [E0147]", hint)
+            )
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
@@ -137,11 +139,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
             result = _called(words)
         return result if isinstance(result, int) else 0
     except click.UsageError as error:
-        from eomgen.cli.mistakes import of_usage, what_of_usage  # noqa: PLC0415  # for a mistake only
+        from eomgen.cli.mistakes import of_usage, usage_code, what_of_usage  # noqa: PLC0415  # for a mistake only
 
         path = error.ctx.command_path if error.ctx is not None else "eomgen"
         text = what_of_usage(error)
-        usage = UsageError(Problem(path, text[:1].lower() + text[1:], of_usage(error, path, words)))
+        text = text[:1].lower() + text[1:]
+        usage = UsageError(Problem(path, text, of_usage(error, path, words), usage_code(text)))
         _show_error(usage, words)
         return error.exit_code
     except (click.Abort, KeyboardInterrupt) as stop:
@@ -159,8 +162,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "--debug" in words:
             traceback.print_exc()
         file = "" if error.filename is None else str(error.filename)
+        from eomgen.cli.mistakes import system_code  # noqa: PLC0415  # for a mistake only
+
         remedy = "free space on the disk, or another path of the output"
-        _show_error(FileError(Problem(file, error.strerror or str(error), remedy)), words)
+        _show_error(FileError(Problem(file, error.strerror or str(error), remedy, system_code(error))), words)
         _drop_what_cannot_be_written()
         return FileError.exit_code
     except Exception as error:
@@ -235,10 +240,7 @@ def _show_warning(
     file: TextIO | None = None,
     line: str | None = None,
 ) -> None:
-    from eomgen.base.message_codes import code_of  # noqa: PLC0415  # for a warning only
-
-    code = code_of(str(message), notes=True) if category is RuntimeWarning else ""
-    click.echo(f"warning: {message}{code and f' [{code}]'}", err=True)
+    click.echo(f"warning: {Message(str(message)).line}", err=True)
 
 
 __all__ = ["info", "info_part", "options", "parts", "printing", "running", "tables"]

@@ -67,7 +67,9 @@ def equilibrium(
     parts: list[RestPart] = [part({**options, "path": path}) for part in parts_of("equilibrium")]
     asked = next((part for part in parts if part.answers), None)
     if asked is None and path is not None and Path(path).suffix != ".json":
-        raise UsageError(Problem(f"--out {path}", "an equilibrium is written as a .json file", "--out rest.json"))
+        raise UsageError(
+            Problem(f"--out {path}", "an equilibrium is written as a .json file [E0157]", "--out rest.json")
+        )
     described = read_scene(scene, options)
     with building(described.name):
         model = pipeline.build(described, real="double", profile=options["profile"])

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from functools import cache
+from operator import itemgetter
 from pathlib import Path
 
 import click
 
-from eomgen.base.message_codes import FILES, FOLDER, KINDS, Row, code_of, code_of_finding, rows, searched
+from eomgen.base.message_codes import FILES, FOLDER, KINDS, Row, code_of_finding, rows, searched
 from eomgen.base.messages import counted, shown
 from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, say
@@ -132,6 +133,12 @@ def _printed(parts: Mapping[str, str]) -> str:
     return "\n".join(lines)
 
 
+def _alike(words: Set[str]) -> list[Row]:
+    """Return the row with the most of some words, if none of its own words is missing."""
+    within = [(len(own), row) for row in rows() if (own := set(row.pattern.split()) - {"{}"}) and own <= words]
+    return [max(within, key=itemgetter(0))[1]] if within else []
+
+
 def rows_of(words: Sequence[str]) -> list[Row]:
     """Return the rows of a code, of the name of a finding, of a message in full, or of a search.
 
@@ -145,12 +152,13 @@ def rows_of(words: Sequence[str]) -> list[Row]:
     named = code[1].upper() if code else code_of_finding(text)
     chosen = [row for row in rows() if row.code == named] if named else list(searched(text.split()))
     if code and not chosen:
-        raise UsageError(Problem("eomgen explain", f"there is no code {named}", "eomgen explain mass, a search"))
+        raise UsageError(
+            Problem("eomgen explain", f"there is no code {named} [E0158]", "eomgen explain mass, a search")
+        )
     if not chosen:
-        alike = code_of(text) or code_of(text, notes=True)
-        chosen = [row for row in rows() if row.code == alike]
+        chosen = _alike(set(text.split()))
     if not chosen:
-        fault = f"no message contains {shown(text)}"
+        fault = f"no message contains {shown(text)} [E0159]"
         raise UsageError(Problem("eomgen explain", fault, "fewer words, or a code, E0008"))
     return chosen
 

@@ -91,7 +91,7 @@ def copied(name: str, target: Path) -> list[str]:
         The folder holds files, or cannot be written.
     """
     if name not in example_names():
-        raise UsageError(Problem("", f"there is no example {shown(name)}", nearest(name, example_names())))
+        raise UsageError(Problem("", f"there is no example {shown(name)} [E0160]", nearest(name, example_names())))
     _check_empty(target)
     for place, file in files_of(example_folder() / name):
         make_folder((target / place).parent)
@@ -105,7 +105,9 @@ def _check_empty(target: Path) -> None:
         return
     if target.exists():
         fault = (
-            "this folder is not empty, and all files are kept" if target.is_dir() else "there is a file of this name"
+            "this folder is not empty, and all files are kept [E0161]"
+            if target.is_dir()
+            else "there is a file of this name [E0162]"
         )
         raise FileError(Problem(str(target), fault, "another name"))
 
@@ -143,7 +145,7 @@ def new(name: str, example: str | None, as_json: bool) -> None:
         plain = unicodedata.normalize("NFKD", folder.name).encode("ascii", "ignore").decode()
         word = re.sub(r"\W+", "_", plain).strip("_")[:_LONGEST]
         if not word or word[0].isdigit():
-            raise UsageError(Problem(name, "the name of a scene begins with a letter", "eomgen new pendulum"))
+            raise UsageError(Problem(name, "the name of a scene begins with a letter [E0163]", "eomgen new pendulum"))
         _check_empty(folder)
         text = FIRST_SCENE.read_text(encoding="utf-8")
         write_text(make_folder(folder) / "scene.toml", re.sub(r'(?m)^name = ".*"', f'name = "{word}"', text, count=1))
@@ -199,5 +201,5 @@ def completion(shell: str) -> None:
     program = click.get_current_context().find_root().command
     kind = get_completion_class(shell)
     if kind is None:
-        raise UsageError(Problem("completion", f"click completes no {shell}", ", ".join(_SHELLS)))
+        raise UsageError(Problem("completion", f"click completes no {shell} [E0164]", ", ".join(_SHELLS)))
     click.echo(kind(program, {}, "eomgen", "_EOMGEN_COMPLETE").source())

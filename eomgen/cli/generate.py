@@ -132,7 +132,7 @@ def _check_machines(machines: Sequence[str], target: str) -> None:
     for name in machines:
         cross_target(name)
     if target != "c":
-        raise UsageError(Problem("--for", f"programs are made of C, not of {target}", "--target c"))
+        raise UsageError(Problem("--for", f"programs are made of C, not of {target} [E0165]", "--target c"))
     zig()
 
 

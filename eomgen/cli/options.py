@@ -127,7 +127,7 @@ def _bound(_: click.Context, param: click.Parameter, text: str | None) -> dict[s
         return None
     seconds = in_label(option, text, "s") if is_quantity(text) else _number(option, text)
     if not seconds > 0.0:
-        raise UsageError(Problem(option, f"{shown(text)} is not a step", '0.003, or "3 ms"'))
+        raise UsageError(Problem(option, f"{shown(text)} is not a step [E0188]", '0.003, or "3 ms"'))
     return {"largest_step": seconds}
 
 
@@ -135,7 +135,7 @@ def _number(option: str, text: str) -> float:
     try:
         return float(text)
     except ValueError:
-        raise UsageError(Problem(option, f"{shown(text)} is not a time", '2, or "2 s"')) from None
+        raise UsageError(Problem(option, f"{shown(text)} is not a time [E0190]", '2, or "2 s"')) from None
 
 
 profile_option = click.option(
@@ -329,19 +329,19 @@ def assignments(option: str, texts: Sequence[str]) -> dict[str, float | str]:
         name, equals, number = text.partition("=")
         if _ASSIGNED.search(number):
             every = " ".join(f"{option} {part.strip()}" for part in text.split(","))
-            raise UsageError(Problem(f"{option} {text}", "this option takes one name and one value", every))
+            raise UsageError(Problem(f"{option} {text}", "this option takes one name and one value [E0192]", every))
         if not equals or not name.strip():
             example = f"{option} JOINT=0.5" if option == "--initial" else f"{option} length=0.5"
-            raise UsageError(Problem(f"{option} {text}", "a name and a number are needed", example))
+            raise UsageError(Problem(f"{option} {text}", "a name and a number are needed [E0193]", example))
         try:
             values[name.strip()] = float(number)
         except ValueError:
             if not is_quantity(number):
                 if option == "--input" and _FORMULA.search(number):
-                    fault = f"{shown(number.strip())} is a formula, and this option takes a number"
+                    fault = f"{shown(number.strip())} is a formula, and this option takes a number [E0194]"
                     hint = f"[inputs] {name.strip()} = {{ formula = {shown(number.strip())} }} in the scene"
                     raise UsageError(Problem(f"{option} {text}", fault, hint.replace("'", '"'))) from None
-                fault = f"{number.strip()!r} is not a number"
+                fault = f"{number.strip()!r} is not a number [E0123]"
                 raise UsageError(Problem(f"{option} {text}", fault, f"{option} {name.strip()}=0.5")) from None
             values[name.strip()] = number
     return values
@@ -364,7 +364,7 @@ def folder_to_write(context: click.Context, parameter: click.Parameter, value: s
         from eomgen.base.files import check_folder  # noqa: PLC0415  # if files are written
 
         if not value.strip():
-            raise UsageError(Problem("--out", "the name of the folder is empty", "--out . for this folder"))
+            raise UsageError(Problem("--out", "the name of the folder is empty [E0195]", "--out . for this folder"))
         check_folder(Path(value))
     return value
 
@@ -380,7 +380,9 @@ def file_to_write(context: click.Context, parameter: click.Parameter, value: str
         from eomgen.base.files import check_writable  # noqa: PLC0415  # if files are written
 
         if not value.strip():
-            raise UsageError(Problem(parameter.opts[0], "the name of the file is empty", "the name of a new file"))
+            raise UsageError(
+                Problem(parameter.opts[0], "the name of the file is empty [E2200]", "the name of a new file")
+            )
         check_writable(Path(value), folder_is_made=True)
     return value
 
@@ -405,14 +407,16 @@ def check_assigned(scene: Scene, changes: Mapping[str, object], signals: Mapping
     for name in changes:
         if name in [item.name for item in scene.states] and name not in tunable:
             hint = f"[states.{name}] initial = {_said(changes[name])} in the scene"
-            raise UsageError(Problem(f"--set {name}", f"{name} is a state, not a parameter", hint))
+            raise UsageError(Problem(f"--set {name}", f"{name} is a state, not a parameter [E0196]", hint))
     _check_changes(changes, inputs, tunable, [item.name for item in scene.bodies] if robot else [])
     joints = [item.name for item in scene.joints] if robot else []
     for name, value in signals.items():
         if name in tunable and name not in inputs:
-            raise UsageError(Problem(f"--input {name}", f"{name} is a parameter", f"--set {name}={_said(value)}"))
+            raise UsageError(
+                Problem(f"--input {name}", f"{name} is a parameter [E0197]", f"--set {name}={_said(value)}")
+            )
         if name in joints and name not in inputs:
-            fault = f"{name} is a joint, which no input drives"
+            fault = f"{name} is a joint, which no input drives [E0198]"
             raise UsageError(Problem(f"--input {name}", fault, "--actuated, for an effort of every joint"))
 
 
@@ -422,10 +426,10 @@ def _check_changes(
     """Raise UsageError for an input among the changed parameters, or for inertia of a robot's link that is fixed."""
     for name, value in changes.items():
         if name in inputs and name not in tunable:
-            raise UsageError(Problem(f"--set {name}", f"{name} is an input", f"--input {name}={_said(value)}"))
+            raise UsageError(Problem(f"--set {name}", f"{name} is an input [E0199]", f"--input {name}={_said(value)}"))
         body = max((link for link in links if name == link or name.startswith(f"{link}_")), key=len, default="")
         if body and name not in tunable:
-            fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code"
+            fault = f"the mass, the centre of mass and the inertia of {body} are fixed in the code [E0200]"
             raise UsageError(Problem(f"--set {name}", fault, f"--tunable {body}, which makes them parameters"))
 
 

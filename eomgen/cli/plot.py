@@ -52,12 +52,21 @@ def _file(path: Path) -> Path:
     if file.suffix == ".npz" and (file is path or file.is_file()):
         return file
     if path.is_dir():
-        fault, hint = "this folder has no solution.npz", "the folder that eomgen simulate SCENE --out DIR writes"
+        fault, hint = (
+            "this folder has no solution.npz [E0201]",
+            "the folder that eomgen simulate SCENE --out DIR writes",
+        )
     elif (kept := path.parent / "solution.npz").is_file():
-        fault, hint = "a stored solution is needed, a file .npz", f"{kept}"
+        fault, hint = "a stored solution is needed, a file .npz [E0202]", f"{kept}"
     elif not path.exists():
-        fault, hint = "there is no such file or folder", "the folder of a run of eomgen simulate, or its solution.npz"
+        fault, hint = (
+            "there is no such file or folder [E2218]",
+            "the folder of a run of eomgen simulate, or its solution.npz",
+        )
     else:
-        fault, hint = "a stored solution is needed, a file .npz", f"eomgen simulate {path} --out DIR, which draws, too"
+        fault, hint = (
+            "a stored solution is needed, a file .npz [E0202]",
+            f"eomgen simulate {path} --out DIR, which draws, too",
+        )
         hint = hint if path.suffix in own_endings() else "the solution.npz of eomgen simulate"
     raise UsageError(Problem(str(path), fault, hint))

@@ -16,6 +16,7 @@ from rich.text import Text
 
 from eomgen.base.json_text import json_text
 from eomgen.base.progress import told_by
+from eomgen.errors import Message
 
 _PLAIN_WIDTH = 120
 
@@ -59,10 +60,7 @@ def say(text: str) -> None:
 
 def say_note(note: str) -> None:
     """Print a note with its code to stderr."""
-    from eomgen.base.message_codes import code_of  # noqa: PLC0415  # for a note only
-
-    code = code_of(note, notes=True)
-    say(f"note: {note}{code and f' [{code}]'}")
+    say(f"note: {Message(note).line}")
 
 
 def print_table(

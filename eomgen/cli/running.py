@@ -123,7 +123,7 @@ def _method_of(file: str, given: dict[str, Any]) -> str:
         if value is not None
     ]
     if fixed:
-        fault = "the run that goes on has its method, step and rows settled"
+        fault = "the run that goes on has its method, step and rows settled [E0203]"
         raise UsageError(Problem(", ".join(fixed), fault, "--resume without them; --t-end may be later"))
     return str(Checkpoint.load(Path(file)).run["method"])
 

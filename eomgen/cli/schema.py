@@ -52,9 +52,9 @@ def migrate(files: tuple[str, ...], check: bool, folder: str | None, as_json: bo
 
     paths = [Path(file) for file in files]
     if check and folder is not None:
-        raise UsageError(Problem("--check", "no file is written, and --out names a folder", "one of them"))
+        raise UsageError(Problem("--check", "no file is written, and --out names a folder [E2171]", "one of them"))
     if folder is not None and len({path.name for path in paths}) < len(paths):
-        raise UsageError(Problem("--out", "two files have one name", "a call for each folder"))
+        raise UsageError(Problem("--out", "two files have one name [E2172]", "a call for each folder"))
     renewed = [_renewed(path) for path in paths]  # all faults come before the first file is written
     for path, (text, report) in zip(paths, renewed, strict=True):
         target = path if folder is None else make_folder(Path(folder)) / path.name
@@ -76,12 +76,18 @@ def _renewed(path: Path) -> tuple[str, dict[str, Any]]:
     from eomgen.scene.sources.toml import toml_data  # noqa: PLC0415
 
     if path.suffix.lower() != ".toml":
-        raise UsageError(Problem(str(path), "this is not a file in TOML, whose keys eomgen defines", "a .toml file"))
+        raise UsageError(
+            Problem(str(path), "this is not a file in TOML, whose keys eomgen defines [E2173]", "a .toml file")
+        )
     text, file = read_text(path), shown_file(path)
     data, lines = toml_data(text, file)
     given = data.get("format")
     if given != 1 or isinstance(given, bool):
-        fault = "the key format is missing" if given is None else f"this eomgen reads format 1, not {shown(given)}"
+        fault = (
+            "the key format is missing [E1596]"
+            if given is None
+            else f"this eomgen reads format 1, not {shown(given)} [E1479]"
+        )
         raise DescriptionError(Problem(f"{file}:{lines.get('format', 1)}", fault, "format = 1"))
     text, changes = renamed_text(text, file)
     rows = [{"line": line, "key": key, **change._asdict()} for line, key, change in changes]

@@ -85,7 +85,7 @@ def _check_output(column: str, known: Sequence[str]) -> None:
     """Raise UsageError for a column of no output."""
     name = column.partition("[")[0]
     if name not in known:
-        raise UsageError(Problem(f"--over {column}", f"there is no output {shown(name)}", nearest(name, known)))
+        raise UsageError(Problem(f"--over {column}", f"there is no output {shown(name)} [E0204]", nearest(name, known)))
 
 
 def _timed(model: Model, solution: Solution, inputs: dict[str, float]) -> StepTimes:

@@ -30,7 +30,7 @@ from eomgen.codegen.program import (
 )
 from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.target import Names
-from eomgen.errors import ModelError
+from eomgen.errors import Message, ModelError
 from eomgen.integrators.events import jump_data
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.operations import CurveLike, Op
@@ -80,7 +80,9 @@ def to_program(
     wanted = list(system.functions) if functions is None else list(functions)
     unknown = [name for name in wanted if name not in system.functions]
     if unknown:
-        raise ModelError(f"the model has no function {', '.join(unknown)}", f"one of {', '.join(system.functions)}")
+        raise ModelError(
+            f"the model has no function {', '.join(unknown)} [E0205]", f"one of {', '.join(system.functions)}"
+        )
     tape = system.tape
     loops: list[RunLoop] = []
     curve_numbers: dict[int, int] = {}
@@ -153,7 +155,7 @@ def to_program(
         defaults=dict(system.defaults),
         kept=system.kept,
         dropped=system.dropped,
-        notes=system.notes,
+        notes=tuple(Message(note).line for note in system.notes),
         constants=_constants(names, system, wanted),
         beams=system.beams,
         slopes=tuple(asdict(item) for item in system.slopes),
@@ -332,7 +334,7 @@ def check_workspace(name: str, values: int) -> None:
     """Raise ModelError if a function keeps more values on the stack than there is room for."""
     if values > WORKSPACE_LIMIT:
         raise ModelError(
-            f"function {name} keeps {values} values on the stack, more than {WORKSPACE_LIMIT}",
+            f"function {name} keeps {values} values on the stack, more than {WORKSPACE_LIMIT} [E0206]",
             "fewer elements, or without this function",
         )
 
@@ -351,7 +353,8 @@ def _function(
     unknown = [block for block in function.inputs if block not in INPUT_BLOCKS]
     if unknown:
         raise ModelError(
-            f"function {name} takes {', '.join(unknown)}, not an input block", f"some of {', '.join(INPUT_BLOCKS)}"
+            f"function {name} takes {', '.join(unknown)}, not an input block [E0207]",
+            f"some of {', '.join(INPUT_BLOCKS)}",
         )
     inputs = tuple(block for block in INPUT_BLOCKS if block in function.inputs)
     blocks = [(block.name, block.shape, block.refs, block.description) for block in function.outputs if block.refs]
@@ -360,11 +363,11 @@ def _function(
         for extent in shape:
             size *= extent
         if size != len(refs):
-            raise ModelError(f"output {label} of function {name} has shape {shape} but {len(refs)} components")
+            raise ModelError(f"output {label} of function {name} has shape {shape} but {len(refs)} components [E0208]")
     if name == "base":
         refs = function.refs
         if len(refs) != BASE_SIZE:
-            raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE}")
+            raise ModelError(f"function base gives {len(refs)} components, the base's state has {BASE_SIZE} [E0209]")
         blocks = [("base", (BASE_SIZE,), refs, "state of the base")]
     outputs = [refs for _, _, refs, _ in blocks]
     parts: tuple[FunctionPart, ...] = ()
@@ -387,7 +390,7 @@ def _function(
         parts, workspace, operations = result.parts, result.workspace, result.operations
     missing = sorted({block for part in parts for block in part.inputs} - set(inputs))
     if missing:
-        raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs")
+        raise ModelError(f"function {name} depends on {', '.join(missing)}, which is not among its inputs [E0210]")
     check_workspace(name, workspace)
     return ProgramFunction(
         name=name,

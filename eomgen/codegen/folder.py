@@ -112,7 +112,7 @@ def write_folder(files: Mapping[str, str], folder: Path | str) -> Path:
                 target.rmdir()
         if not isinstance(error, OSError):
             raise
-        raise FileError(f"cannot write {target}: {error.strerror or error}", "another folder") from error
+        raise FileError(f"cannot write {target}: {error.strerror or error} [E0211]", "another folder") from error
     return target
 
 
@@ -121,7 +121,7 @@ def _earlier_files(target: Path) -> set[str]:
     if not target.exists():
         return set()
     if not target.is_dir():
-        raise FileError(f"{target} is a file, not a folder", "another folder")
+        raise FileError(f"{target} is a file, not a folder [E0212]", "another folder")
     if all(path.name.startswith(".") for path in target.iterdir()):  # a killed process leaves temporary files
         return set()
     try:
@@ -132,6 +132,6 @@ def _earlier_files(target: Path) -> set[str]:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(
             f"{target} is not empty and was not written by eomgen (it has no {MANIFEST} of eomgen's); nothing was"
-            " overwritten",
+            " overwritten [E0213]",
             "a new or empty folder",
         ) from error

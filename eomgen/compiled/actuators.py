@@ -184,11 +184,11 @@ def _columns(
         twos = [terms.call("force", **given, u={**still, name: 2.0})[0] - base for name in names]
         for name, one, two in zip(names, ones, twos, strict=True):
             if np.any(np.abs(two - 2.0 * one) > 1e-9 * (np.abs(two).max() + np.abs(base).max() + 1e-300)):
-                fault = f"the generalized forces are not linear in the input {name}, so it is not an actuator"
+                fault = f"the generalized forces are not linear in the input {name}, so it is not an actuator [E0224]"
                 raise UsageError(Problem("actuators", fault, "actuators=[...], joints by their names"))
         columns = np.stack(ones, axis=-1) if names else np.zeros((terms.functions.sizes["v"], 0))
     if not names:
-        fault = "there are no actuators: the scene has no inputs that a caller drives"
+        fault = "there are no actuators: the scene has no inputs that a caller drives [E0223]"
         raise UsageError(Problem("actuators", fault, "actuators=[...], joints by their names"))
     return names, columns, still
 
@@ -201,7 +201,10 @@ def _missed_accelerations(terms: Any, B: Array, a: Array, bias: Array, tolerance
     if np.any(share > 0.0):
         row = int(np.argmax(share.max(axis=tuple(range(share.ndim - 1)))))
         off = float(np.abs(missed[..., row]).max())
-        fault = f"the accelerations do not meet the constraint {terms.multipliers[row]}: its row is off by {off:.3g}"
+        fault = (
+            f"the accelerations do not meet the constraint {terms.multipliers[row]}: its row is off by"
+            f" {off:.3g} [E0225]"
+        )
         hint = "tolerance=1e-2 for accelerations of an implicit run, or a with B a = -g, where g is constraint_bias"
         raise UsageError(Problem("a", fault, hint))
     return missed
@@ -212,7 +215,7 @@ def _check_left_over(v_names: Sequence[str], names: Sequence[str], left: Array, 
         most = int(np.argmax(np.abs(left).max(axis=tuple(range(left.ndim - 1)))))
         fault = (
             f"the actuators {', '.join(names)} cannot give this motion: {float(np.abs(left[..., most]).max()):.3g}"
-            f" remains along {v_names[most]}"
+            f" remains along {v_names[most]} [E0226]"
         )
         raise NumericalError(Problem("actuator_efforts", fault, "more actuators, or a motion that these can give"))
 
@@ -225,7 +228,8 @@ def _null_space(A: Array) -> Array:
     rank = int(np.max(ranks)) if ranks.size else 0
     if np.any(ranks != rank):
         fault = (
-            "in some of these states actuators lose their effect, and there are more internal efforts than in others"
+            "in some of these states actuators lose their effect, and there are more internal efforts than in"
+            " others [E0227]"
         )
         raise NumericalError(Problem("actuator_efforts", fault, "these states one by one"))
     result: Array = np.swapaxes(rows[..., rank:, :], -1, -2)

@@ -88,7 +88,7 @@ def sparsity(model: ExtensibleModel, term: str, order: int = 1, *, of: Sequence[
     ((2, 4), [0, 2, 4, 6, 7])
     """
     if order not in (1, 2):
-        raise UsageError(Problem("order", f"there are derivatives of order 1 and 2, not {order}", "1 or 2"))
+        raise UsageError(Problem("order", f"there are derivatives of order 1 and 2, not {order} [E0228]", "1 or 2"))
     name = _name(model, term, order)
     return _layout(model.having((name,)).evaluator.functions, name, of).sparsity
 
@@ -242,17 +242,17 @@ def _name(model: ExtensibleModel, term: str, order: int) -> str:
     """Return the name of the term of derivatives. Raises UsageError if there is none."""
     evaluator = model.evaluator
     if str(term) not in DIFFERENTIATED:
-        fault = f"there are no derivatives of {shown(str(term))} in all arguments"
+        fault = f"there are no derivatives of {shown(str(term))} in all arguments [E0229]"
         raise UsageError(Problem("term", fault, nearest(str(term), DIFFERENTIATED)))
     if term == "forward_dynamics" and evaluator.multipliers:
-        fault = "forward_dynamics of a scene with constraints has two results, vdot and multipliers"
+        fault = "forward_dynamics of a scene with constraints has two results, vdot and multipliers [E0230]"
         raise UsageError(Problem("term", fault, "residual and constraint, with the multipliers as arguments"))
     name = f"{term}_{'hessian' if order == 2 else 'derivatives'}"
     if TERMS[name].exists == ("constraints",) and not evaluator.multipliers:
         which = "second derivatives" if TERMS[f"{term}_derivatives"].exists != TERMS[name].exists else "derivatives"
-        raise UsageError(Problem("term", f"{term} has {which} in scenes with constraints", "inverse_dynamics"))
+        raise UsageError(Problem("term", f"{term} has {which} in scenes with constraints [E0231]", "inverse_dynamics"))
     if not _rows(evaluator.functions, term):
-        raise UsageError(Problem("term", f"{term} of this scene has no numbers", "inverse_dynamics"))
+        raise UsageError(Problem("term", f"{term} of this scene has no numbers [E0232]", "inverse_dynamics"))
     return name
 
 
@@ -297,10 +297,10 @@ def _made_layout(functions: Functions, name: str, of: Sequence[str] | None) -> _
     chosen = taken if of is None else list(of)
     for block in chosen:
         if block not in taken:
-            fault = f"{TERMS[name].differentiated} of this scene does not take {shown(str(block))}"
+            fault = f"{TERMS[name].differentiated} of this scene does not take {shown(str(block))} [E0233]"
             raise UsageError(Problem("of", fault, f"some of {', '.join(taken)}"))
     if len(set(chosen)) < len(chosen):
-        raise UsageError(Problem("of", f"{', '.join(chosen)} has an argument twice", "each once"))
+        raise UsageError(Problem("of", f"{', '.join(chosen)} has an argument twice [E0234]", "each once"))
     slices, size = dict[str, slice](), 0
     place = np.full(sum(sizes.values()), -1)
     for block in chosen:

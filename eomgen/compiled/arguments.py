@@ -45,7 +45,7 @@ def numbers(name: str, value: ArrayLike) -> Array:
             hint = "real numbers; partials(...) has derivatives without steps"
         elif isinstance(error, ValueError):
             hint = "lists of equal length"
-        fault = f"an array of real numbers is needed, not {type(value).__name__}: {error}"
+        fault = f"an array of real numbers is needed, not {type(value).__name__}: {error} [E0235]"
         raise UsageError(Problem(name, fault, hint)) from None
 
 
@@ -61,7 +61,7 @@ def components(name: str, value: ArrayLike, size: int) -> Array:
     array = numbers(name, value)
     if array.ndim == 0 or array.shape[-1] != size:
         hint = f"{name} as a list of {size} number{'s' if size != 1 else ''}, or a batch of them along leading axes"
-        raise UsageError(Problem(name, f"the shape is {array.shape}, (..., {size}) is needed", hint))
+        raise UsageError(Problem(name, f"the shape is {array.shape}, (..., {size}) is needed [E0236]", hint))
     return array
 
 
@@ -84,7 +84,7 @@ def check_finite(name: str, array: Array, labels: Sequence[str] = ()) -> None:
         return
     place = tuple(int(index) for index in np.argwhere(~finite)[0])
     label = labels[place[-1]] if labels else f"{name}{list(place) if place else ''}"
-    raise UsageError(Problem(name, f"{label} is {array[place]}, not a finite number", "a finite number"))
+    raise UsageError(Problem(name, f"{label} is {array[place]}, not a finite number [E0237]", "a finite number"))
 
 
 def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance: float = UNIT_TOLERANCE) -> None:
@@ -110,7 +110,7 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
         if np.any(wrong):
             size = float(np.ravel(length[wrong])[0])
             where = f"{name}[..., {factor.q_start}:{factor.q_start + 4}]"
-            fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1"
+            fault = f"the quaternion (w, x, y, z) of this joint has length {size:.9g}, not 1 [E0238]"
             unit = np.reshape(part, (-1, 4))[int(np.argmax(np.ravel(wrong)))] / (size or 1.0)
             hint = f"it divided by its length, [{', '.join(f'{number:.9g}' for number in unit)}]"
             raise UsageError(Problem(where, fault, hint if size else "neutral(), for the joints' places at zero"))
@@ -139,20 +139,20 @@ def check_name(kind: str, name: object, known: Sequence[str], fixed: Sequence[st
         With the nearest known names, or the remedy for a fixed name.
     """
     if name in fixed and name not in known:
-        problem = f"the {kind} {name} exists, but its value is fixed in the code"
+        problem = f"the {kind} {name} exists, but its value is fixed in the code [E0239]"
         raise UsageError(
             Problem("", problem, f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]")
         )
     if name not in known:
         hint = nearest(str(name), known) or WHERE.get(kind, "")
         none = "" if known else f": the scene has no {'tunable ' if kind == 'parameter' else ''}{kind}s"
-        raise UsageError(Problem("", f"there is no {kind} {shown(str(name))}{none}", hint))
+        raise UsageError(Problem("", f"there is no {kind} {shown(str(name))}{none} [E0100]", hint))
 
 
 def check_place(name: object) -> None:
     """Raise UsageError if an array is given in place of the name of a body or frame, which comes first."""
     if not isinstance(name, str):
-        fault = f"the name of a body or frame comes first, not {type(name).__name__}"
+        fault = f"the name of a body or frame comes first, not {type(name).__name__} [E0242]"
         raise UsageError(Problem("", fault, 'the name, and then q: pose("body", q)'))
 
 
@@ -181,7 +181,7 @@ def by_name(
     except ValueError:
         shapes = ", ".join(f"{names[index]} {array.shape}" for index, array in given.items())
         raise UsageError(
-            Problem(f"{kind}s", f"the shapes do not broadcast: {shapes}", "batches of equal shape")
+            Problem(f"{kind}s", f"the shapes do not broadcast: {shapes} [E0243]", "batches of equal shape")
         ) from None
     result = np.array(np.broadcast_to(start, (*shape, len(names))))
     for index, array in given.items():
@@ -201,7 +201,9 @@ def measured(name: str, value: Any, units: Sequence[str], otherwise: str = "") -
         A text that is not a number with a unit, or of another dimension.
     """
     if isinstance(value, str) and otherwise and not is_quantity(value):
-        raise UsageError(Problem(name, f"{shown(value)} is neither a number nor a number with a unit", otherwise))
+        raise UsageError(
+            Problem(name, f"{shown(value)} is neither a number nor a number with a unit [E0244]", otherwise)
+        )
     if isinstance(value, str):
         return in_label(name, value, units[0]) if len(units) == 1 else value
     if isinstance(value, list | tuple) and len(value) == len(units) and any(isinstance(item, str) for item in value):
@@ -233,20 +235,20 @@ def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
         hint = "t_start=..., t_end=... for both ends" if several else ""
         if name == "t_end" and isinstance(value, np.ndarray | list | tuple) and len(value) > 2:
             hint = "t_end=times[-1], step=times[1] - times[0]: rows are a step apart"
-        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__}", hint))
+        raise UsageError(Problem(name, f"a {kind} is needed, not {type(value).__name__} [E0245]", hint))
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise UsageError(Problem(name, f"{name} is {number}, not a finite number", f"a finite {kind}"))
+        raise UsageError(Problem(name, f"{name} is {number}, not a finite number [E0237]", f"a finite {kind}"))
     return number
 
 
 def count_of(name: str, value: object) -> int:
     """Return a whole number from 1 on. Raises UsageError."""
     if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r}", "1"))
+        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r} [E0246]", "1"))
     return int(value)
 
 

@@ -163,7 +163,7 @@ class SectionLoads:
         """
         nodes = self.nodes
         if not 0.0 <= x <= nodes[-1] * (1.0 + 1e-9):
-            fault = f"x = {x:.6g} m is not on the beam, which goes from 0 m to {nodes[-1]:.6g} m"
+            fault = f"x = {x:.6g} m is not on the beam, which goes from 0 m to {nodes[-1]:.6g} m [E0248]"
             raise UsageError(Problem("at", fault, "a place on the beam at rest"))
         element = min(int(np.searchsorted(nodes, x + 1e-9 * nodes[-1], side="right")) - 1, len(self.x) - 1)
         share = (x - nodes[element]) / (nodes[element + 1] - nodes[element])
@@ -229,7 +229,7 @@ def section_loads(
     beams = model.evaluator.description.exact_beams
     if not beams:
         hint = 'model = "cosserat" of an entry of [beams]'
-        raise UsageError(Problem("section_loads", "the model has no geometrically exact beam", hint))
+        raise UsageError(Problem("section_loads", "the model has no geometrically exact beam [E0249]", hint))
     model = model.having(("section_loads",))
     rest = np.zeros(model.evaluator.functions.sizes["v"])
     if multipliers is None and "lam" in model.evaluator.functions.inputs("section_loads"):

@@ -350,7 +350,7 @@ def _fixed_in(model: EvaluatedModel, body: str, r: ArrayLike, parameters: Parame
 def _rigid(model: EvaluatedModel, name: str, body: str, position: Array) -> Array:
     """Return coordinates in a body's frame, after a check that the point is fixed in the frame."""
     if body in model.evaluator.beams and np.any(position != 0.0):
-        fault = "the beam deforms, and the compiled model knows its shapes at the points of the scene only"
+        fault = "the beam deforms, and the compiled model knows its shapes at the points of the scene only [E0250]"
         raise UsageError(
             Problem(f"point of {name}", fault, "an entry of [points] with an output of it; r = 0 for the frame")
         )
@@ -611,7 +611,7 @@ def operational_inertia(
     """
     wanted = [int(row) for row in rows]
     if not wanted or len(set(wanted)) < len(wanted) or not set(wanted) <= set(range(6)):
-        raise UsageError(Problem("rows", f"{shown(str(list(rows)))} are not rows of a twist", "rows=[3, 4, 5]"))
+        raise UsageError(Problem("rows", f"{shown(str(list(rows)))} are not rows of a twist [E0251]", "rows=[3, 4, 5]"))
     given: dict[str, Any] = {"q": q, "t": t, "parameters": parameters, "base": base}
     held = bool(model.evaluator.multipliers)
     every = _held_mobility(model, frame, given) if held else _taken(model, "frame_mobilities", frame, **given)
@@ -619,7 +619,7 @@ def operational_inertia(
     values = np.linalg.eigvalsh(mobility)
     if not np.all(values[..., 0] > _SINGULAR * values[..., -1]):
         by = ", for joints and constraints together" if held else ""
-        fault = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by}"
+        fault = f"J M^-1 J^T of {frame} is singular: there is a direction in which it cannot move{by} [E0252]"
         hint = "rows=[...] of the directions in which it can, or a configuration away from the singularity"
         raise NumericalError(Problem("operational_inertia", fault, hint))
     return np.asarray(np.linalg.inv(mobility), dtype=np.float64)
@@ -647,7 +647,7 @@ def _of_frame(model: ExtensibleModel, term: str, frame: str, reference: str, **g
     if reference not in REFERENCES:
         name = str(reference)
         hint = _meant_reference(name) or nearest(name, REFERENCES)
-        raise UsageError(Problem("reference", f"there is no reference {shown(name)}", hint))
+        raise UsageError(Problem("reference", f"there is no reference {shown(name)} [E0253]", hint))
     return _taken(model, f"{term}{REFERENCES[reference][0]}", frame, **given)
 
 
@@ -661,14 +661,14 @@ def _taken(model: ExtensibleModel, term: str, frame: str, **given: Any) -> Array
     check_place(frame)
     if isinstance(given.get("t"), str):
         hint = f'reference="{_meant_reference(given["t"]) or "body"}"'
-        raise UsageError(Problem("t", f"{shown(given['t'])} is not a time: a reference goes by its name", hint))
+        raise UsageError(Problem("t", f"{shown(given['t'])} is not a time: a reference goes by its name [E0254]", hint))
     terms = model.evaluator
     if frame not in terms.frames and frame in (*terms.bodies, *terms.fixed_frames):
-        fault = f"{frame} is not a task frame, and the terms of frames give {', '.join(terms.frames)} only"
+        fault = f"{frame} is not a task frame, and the terms of frames give {', '.join(terms.frames)} only [E0255]"
         raise UsageError(Problem("task_frames", fault, f'task_frames = [..., "{frame}"], or none for all'))
     if frame not in terms.frames:
         hint = f"{nearest(str(frame), terms.frames)}; for a point point_jacobian(body, r, q), or [frames] in the scene"
-        raise UsageError(Problem("", f"there is no body or frame {shown(str(frame))}", hint))
+        raise UsageError(Problem("", f"there is no body or frame {shown(str(frame))} [E0256]", hint))
     every = model.having((term,)).evaluator.call(term, **given)[0]
     result: Array = np.take(every, terms.frames.index(frame), axis=-2 if term.startswith("frame_drifts") else -3)
     return result

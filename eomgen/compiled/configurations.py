@@ -67,7 +67,7 @@ def integrate(
     terms = model.evaluator
     if not terms.angles and np.any(t):
         warning = "integrate takes no step: its third argument is t, on which nothing depends here"
-        warnings.warn(f"{warning}; try: integrate(q, v * dt) if a step is meant", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"{warning}; try: integrate(q, v * dt) if a step is meant [W0020]", RuntimeWarning, stacklevel=3)
     start, step = terms.configuration(q), terms.velocity("dq", dq)
     shape = np.broadcast_shapes(start.shape[:-1], step.shape[:-1])
     start, step = np.broadcast_to(start, (*shape, start.shape[-1])), np.broadcast_to(step, (*shape, step.shape[-1]))

@@ -91,7 +91,7 @@ def _solution(system: Array, right: Array) -> Array:
     except np.linalg.LinAlgError:
         fault = (
             "accelerations and multipliers are not unique: rows depend on each other in this state, or no inertia"
-            " resists"
+            " resists [E0257]"
         )
         raise NumericalError(Problem("constraints", fault, "a state next to it")) from None
     return solution

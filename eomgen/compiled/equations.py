@@ -50,10 +50,12 @@ def check_digits(model: EvaluatedModel, q: ArrayLike, p: Array, accelerations: A
         known[key] = 0.0 if np.array_equal(p, evaluator.parameters(None)[np.newaxis]) else _lost(model, q, p)
         if known[key] > LOST:
             fault = f"forward_dynamics: at these parameters {digits_kept(known[key])}"
-            warnings.warn(f"{fault}; try: {_hint(model)}", RuntimeWarning, stacklevel=4)
+            warnings.warn(f"{fault}; try: {_hint(model)} [W0024]", RuntimeWarning, stacklevel=4)
     if known[key] > LOST and not np.all(np.isfinite(accelerations)):
         fault = "forward_dynamics: accelerations are not finite at these parameters, since light or short links carry"
-        raise NumericalError(f"{fault} heavy or long ones: M loses all digits when it is eliminated", _hint(model))
+        raise NumericalError(
+            f"{fault} heavy or long ones: M loses all digits when it is eliminated [E0258]", _hint(model)
+        )
 
 
 def _lost(model: EvaluatedModel, q: ArrayLike, p: Array) -> float:
@@ -295,7 +297,7 @@ def _warn_of_broken_loop(
         )
         why = "and tau holds no forces of constraints"
         hint = "a of forward_dynamics or of a motion, and actuator_efforts(q, v, a) for efforts in closed loops"
-        warnings.warn(f"{sentence}, {why}; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"{sentence}, {why}; try: {hint} [W0025]", RuntimeWarning, stacklevel=4)
 
 
 def bias(

@@ -66,7 +66,7 @@ def chosen() -> Choice:
     try:
         return Choice(text)
     except ValueError:
-        where, fault = f"environment variable {LANES_VARIABLE}", f"{text!r} is not a choice of lanes"
+        where, fault = f"environment variable {LANES_VARIABLE}", f"{text!r} is not a choice of lanes [E0259]"
         raise UsageError(Problem(where, fault, "auto, off or now")) from None
 
 
@@ -258,7 +258,7 @@ class Functions:
         """Return the input blocks of a function. Raises UsageError when the model was built without the function."""
         if name not in self._layouts:
             there = ", ".join(name for name in self._layouts if name not in DRIVERS)
-            fault = f"the term {name} is not in this model, which was built with {there}"
+            fault = f"the term {name} is not in this model, which was built with {there} [E0260]"
             known = f'eomgen.build(scene, terms=[..., "{name}"])' if name in TERMS else nearest_term(str(name))
             raise UsageError(Problem("", fault, known))
         inputs: list[str] = self._layouts[name]["inputs"]
@@ -306,7 +306,7 @@ class Functions:
         except ValueError:
             shapes = ", ".join(f"{block} {blocks[block].shape}" for block in names)
             raise UsageError(
-                Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")
+                Problem(name, f"the leading axes do not broadcast: {shapes} [E0261]", "batches of equal shape")
             ) from None
         count = math.prod(shape)
         flat = [_samples(array, shape, count) for array in arrays]
@@ -447,7 +447,7 @@ def compiled_or_same(library: Library) -> Library:
         return library
     if successor.error is not None and not library.lacking:
         library.successor = None
-        warnings.warn(f"the model stays on the tape engine: {successor.error}", RuntimeWarning, stacklevel=4)
+        warnings.warn(f"the model stays on the tape engine: {successor.error} [W0026]", RuntimeWarning, stacklevel=4)
         return library
     if successor.library is None:
         return library

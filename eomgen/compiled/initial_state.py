@@ -112,7 +112,7 @@ def _is_block(model: CompiledModel, name: str, value: Any) -> bool:
 def check_initial(given: object) -> None:
     """Raise UsageError unless the caller's initial state is a mapping or None."""
     if given is not None and not isinstance(given, Mapping):
-        fault = f"a mapping is needed, not {type(given).__name__}"
+        fault = f"a mapping is needed, not {type(given).__name__} [E0090]"
         hint = 'dict(q=..., v=...) or {"joint": position}'
         if isinstance(getattr(given, "initial", None), Mapping):
             hint = "its .initial: initial=found.initial"
@@ -163,7 +163,7 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
         block, _, of = str(name).partition(".")
         if block in ("q", "v") and of in factors:
             meant = f'"{of}": {{"{"velocity" if block == "v" else "position"}": ...}}'
-            fault = f"{shown(str(name))} is a component, and initial states are given by joints"
+            fault = f"{shown(str(name))} is a component, and initial states are given by joints [E0262]"
             raise UsageError(Problem("initial", fault, f"initial={{{meant}}}, or all of {block} as an array"))
         component = _component(factors, str(name))
         if component is None:
@@ -175,7 +175,9 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
                 _check_hold(model, str(name), parts)
                 continue
             if key not in ("position", "velocity"):
-                raise UsageError(Problem(f"initial {name}", f"{key!r} is not known here", "position or velocity"))
+                raise UsageError(
+                    Problem(f"initial {name}", f"{key!r} is not known here [E0263]", "position or velocity")
+                )
             target, part, units = (
                 (state.q, component[0], model.q_units) if key == "position" else (state.v, component[1], model.v_units)
             )
@@ -185,15 +187,15 @@ def _joints(model: CompiledModel, given: Mapping[str, Any], state: InitialState)
 def _check_hold(model: CompiledModel, name: str, parts: Mapping[str, Any]) -> None:
     """Raise UsageError for a hold that is not true or false, or holds no value."""
     if not isinstance(parts["hold"], bool):
-        raise UsageError(Problem(f"initial {name}", "hold is true or false", '{"velocity": 2.0, "hold": True}'))
+        raise UsageError(Problem(f"initial {name}", "hold is true or false [E2213]", '{"velocity": 2.0, "hold": True}'))
     if parts["hold"] and not {"position", "velocity"} & set(parts):
-        fault = "no position or velocity is given that could be held"
+        fault = "no position or velocity is given that could be held [E2214]"
         raise UsageError(Problem(f"initial {name}", fault, "a position or a velocity with it"))
     if parts["hold"] and model.description.joints:
         raise UsageError(
             Problem(
                 f"initial {name}",
-                "absolute coordinates have no coordinates of joints that could be held",
+                "absolute coordinates have no coordinates of joints that could be held [E2215]",
                 'coordinates = "joint"',
             )
         )
@@ -224,7 +226,9 @@ def _put(target: Array, part: slice, name: str, value: Any, units: Sequence[str]
             hint += " [cos(angle / 2), *(sin(angle / 2) * n)]"
         if array.ndim == 2 and array.shape[1] == size:
             hint = f"one row of it: {name.rpartition(' ')[2]}[-1] is the last one"
-        raise UsageError(Problem(name, f"the shape is {array.shape}, ({size},) is needed", hint or _numbers(size)))
+        raise UsageError(
+            Problem(name, f"the shape is {array.shape}, ({size},) is needed [E0264]", hint or _numbers(size))
+        )
     target[part] = array
 
 

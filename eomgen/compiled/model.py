@@ -30,7 +30,7 @@ from eomgen.compiled.beams import beams_at
 from eomgen.compiled.coordinates import configuration_rate, with_unit_quaternions
 from eomgen.compiled.functions import DRIVERS, Functions, compiled_or_same
 from eomgen.compiled.terms import Inputs, Parameters, Terms
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import Message, ModelError, Problem, UsageError
 from eomgen.system import notebook
 from eomgen.system.description import Description
 from eomgen.system.terms import PURPOSES, TERMS, Selection
@@ -236,7 +236,7 @@ class CompiledModel:
     def __reduce__(self) -> tuple[Any, ...]:
         """Return the call that makes the model in another process, since machine code is not sent."""
         if self._again is None:
-            fault = "this model was made by hand and cannot be sent to another process"
+            fault = "this model was made by hand and cannot be sent to another process [E0265]"
             raise UsageError(Problem("pickle", fault, "eomgen.build(scene), whose models can"))
         return self._again, ()
 
@@ -315,7 +315,7 @@ class CompiledModel:
     @property
     def notes(self) -> tuple[str, ...]:
         """Notes of importers on omissions, on redundant constraint rows, and on corrections of the initial state."""
-        return tuple(self.library.layout["notes"])
+        return tuple(map(Message, self.library.layout["notes"]))
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -386,7 +386,7 @@ class CompiledModel:
         wanted = tuple(name for name in terms if TERMS[name].exists_with(self._facts))
         if wanted not in self._complex:
             if self._in_complex is None:
-                fault = "this model was made by hand and has no functions in complex numbers"
+                fault = "this model was made by hand and has no functions in complex numbers [E0266]"
                 raise UsageError(Problem("in_complex", fault, "eomgen.build(scene), whose models can"))
             self._complex[wanted] = Functions(self._in_complex(wanted))
         return self._complex[wanted]
@@ -422,7 +422,7 @@ class CompiledModel:
         """
         self.parameter_array(parameters)
         if self._gains is None and getattr(self.scene, "feedback", None) == ():
-            fault = "the scene has no state_feedback, so there are no gains to be found"
+            fault = "the scene has no state_feedback, so there are no gains to be found [E0267]"
             raise UsageError(Problem("calibrate", fault, 'type = "state_feedback" of an entry of [controllers]'))
         return {} if self._gains is None else self._gains(dict(parameters or {}))
 
@@ -542,7 +542,7 @@ class CompiledModel:
         """
         if np.ndim(y) == 0 and np.ndim(t) > 0:
             hint = "rhs(t, y), as solve_ivp calls it; for odeint tfirst=True"
-            raise UsageError(Problem("rhs", "the time comes first, and then the state", hint))
+            raise UsageError(Problem("rhs", "the time comes first, and then the state [E0268]", hint))
         y = components("y", y, self.nq + self.nv + self.nz)
         q, v, z = np.split(y, [self.nq, self.nq + self.nv], axis=-1)
         turned = with_unit_quaternions(self.factors, q)
@@ -633,7 +633,7 @@ def consistent(
     missing = [name for name in needed if name not in able.functions]
     if missing:
         raise UsageError(
-            f"the terms {', '.join(missing)} are needed to make an initial state consistent", "build with them"
+            f"the terms {', '.join(missing)} are needed to make an initial state consistent [E0269]", "build with them"
         )
 
     def at(name: str, **state: Array | float) -> Array:

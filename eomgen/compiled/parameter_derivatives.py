@@ -173,7 +173,7 @@ def output_parameter_partials(
 def _columns(terms: Terms, of: Sequence[str] | None) -> list[int]:
     """Return the indices of parameters by name, of all parameters if no names are given."""
     if not terms.parameter_names:
-        fault = "the scene has no tunable parameters, so there is nothing to differentiate in"
+        fault = "the scene has no tunable parameters, so there is nothing to differentiate in [E0270]"
         hint = "mass = { value = ..., tunable = true } in the scene's [parameters]"
         raise UsageError(Problem("parameter_partials", fault, hint))
     if of is None:
@@ -286,11 +286,15 @@ def _with(model: ExtensibleModel, term: str) -> Terms:
     evaluator = model.evaluator
     if not evaluator.description.linear_parameters:
         if evaluator.beams:
-            fault = f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not give their inertia"
+            fault = (
+                f"the bodies {', '.join(sorted(evaluator.beams))} deform, and ten numbers do not give their"
+                f" inertia [E0272]"
+            )
             hint = 'a scene without beams, or parameter_partials(q, v, a, of=["..."]) in parameters of the scene'
         else:
             fault = (
-                "in absolute coordinates q has positions of centres of mass, so coordinates change with the parameters"
+                "in absolute coordinates q has positions of centres of mass, so coordinates change with the"
+                " parameters [E0273]"
             )
             hint = 'joint coordinates: eomgen.load(path, coordinates="joint")'
         raise UsageError(Problem("regressor", fault, hint))

@@ -105,13 +105,15 @@ def discontinuity_times(model: EvaluatedModel, start: float, end: float, *, orde
     array([0.   , 0.001, 0.002, 0.003, 0.004])
     """
     if end < start:
-        raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s", "a later end")
+        raise UsageError(f"the end {end:.9g} s lies before the start {start:.9g} s [E0274]", "a later end")
     arrays: list[Array] = [np.zeros(0)]
     waves = [(time, period) for time, period in _jumps(model, order) if period > 0.0]
     count = (end - start) * jumps_per_second(waves)
     if count > _MOST_TIMES:
         shortest = min(period for _, period in waves)
-        fault = f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s"
+        fault = (
+            f"there are {count:.3g} such times from {start:.9g} s to {end:.9g} s, in waves of {shortest:.3g} s [E0275]"
+        )
         raise UsageError(fault, f"an earlier end: {_MOST_TIMES:.3g} times at most")
     for time, period in _jumps(model, order):
         if period == 0.0:

@@ -59,7 +59,7 @@ def save(model: CompiledModel, path: str | os.PathLike[str], *, methods: Sequenc
     'four_bar.eomgen'
     """
     if model.record is None:
-        fault, hint = "this model was made by hand", "eomgen.build(scene), whose models can be saved"
+        fault, hint = "this model was made by hand [E0276]", "eomgen.build(scene), whose models can be saved"
         raise ModelError(Problem("save", fault, hint))
     record = model.record()
     model.finish_compilation()
@@ -112,6 +112,6 @@ def check_machine(path: str | os.PathLike[str], metadata: Mapping[str, Any], pro
     if metadata["format"] != FORMAT:
         apart.insert(0, f"format {json.dumps(metadata['format'])}, here {FORMAT}")
     if apart:
-        fault = f"this model was compiled for another machine or version: {'; '.join(apart)}"
+        fault = f"this model was compiled for another machine or version: {'; '.join(apart)} [E0277]"
         hint = 'eomgen.build(scene, profile="reproducible").save(path) on a machine like this one'
         raise ToolchainError(Problem(str(path), fault, hint))

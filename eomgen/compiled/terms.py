@@ -104,7 +104,7 @@ class Terms:
         """Return tunable parameters as (np,). Raises UsageError as ``parameters``, and for a batch."""
         p = self.parameters(parameters)
         if p.ndim != 1:
-            fault = f"one set of parameters is needed, not a batch of shape {p.shape}"
+            fault = f"one set of parameters is needed, not a batch of shape {p.shape} [E0278]"
             raise UsageError(Problem("parameters", fault, instead_of_batches))
         return p
 
@@ -194,7 +194,7 @@ class Terms:
         """
         blocks = set(self.functions.inputs(term))
         if "v" in blocks and given.get("v") is None:
-            raise UsageError(Problem("v", f"the term {term} needs velocities"))
+            raise UsageError(Problem("v", f"the term {term} needs velocities [E0279]"))
         missing_a = "a" in blocks and given.get("a") is None
         constrained = "forward_dynamics" not in self.functions and solvable(self.functions)
         if missing_a and constrained:
@@ -202,7 +202,11 @@ class Terms:
         elif missing_a:
             if "forward_dynamics" not in self.functions:
                 raise UsageError(
-                    Problem("a", f"the term {term} needs accelerations, and the model has no forward_dynamics", "a=...")
+                    Problem(
+                        "a",
+                        f"the term {term} needs accelerations, and the model has no forward_dynamics [E0280]",
+                        "a=...",
+                    )
                 )
             blocks |= set(self.functions.inputs("forward_dynamics"))
         values = {"q": self.configuration(given["q"]), "p": self.parameters(given["parameters"])}
@@ -256,7 +260,7 @@ class Terms:
         t = numbers("t", given.get("t", 0.0))
         one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
         if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
-            fault = f"{len(t)} times for one state, and {term} does not depend on time"
+            fault = f"{len(t)} times for one state, and {term} does not depend on time [E0281]"
             inputs = "u=..." if self.input_names else "u=... in a scene with inputs, load(..., actuated=True) of URDF"
             raise UsageError(Problem("t", fault, f"efforts by inputs: {inputs}"))
         return t
@@ -282,7 +286,9 @@ class Terms:
             The scene's base is at rest, or a component is not zero that the base's law keeps at zero at all times.
         """
         if not self.moving_base:
-            raise UsageError(Problem("base", "the base of this scene is at rest", "a [base] section in the scene"))
+            raise UsageError(
+                Problem("base", "the base of this scene is at rest [E0282]", "a [base] section in the scene")
+            )
         given = components("base", base, self.functions.sizes["base"])
         self._check_zeros("base", given, [(component, component) for component in self._base_zeros])
         return given
@@ -291,7 +297,7 @@ class Terms:
         """Return the caller's further derivatives of the base's twist, (orders, 6) in order, as (..., size)."""
         if not self.moving_base:
             raise UsageError(
-                Problem("base_rates", "the base of this scene is at rest", "a [base] section in the scene")
+                Problem("base_rates", "the base of this scene is at rest [E0282]", "a [base] section in the scene")
             )
         size = self.functions.sizes["base_rates"]
         given = _flat("base_rates", rates, (size // 6, 6), size)
@@ -314,7 +320,7 @@ class Terms:
                 of_base = base_component(component)
                 fault = (
                     f"component {place} is {wrong[0]:.6g}, but {of_base} of the base is 0 at all times by the scene's"
-                    " law, and the equations are without it"
+                    " law, and the equations are without it [E0283]"
                 )
                 raise UsageError(Problem(name, fault, f"0 there, or a law in [base] by which {of_base} changes"))
 
@@ -328,7 +334,7 @@ class Terms:
         """Return inputs as (..., nu); inputs that are not given follow ``formula_inputs``."""
         if u is not None and not isinstance(u, Mapping):
             if not self.input_names and np.size(u):
-                fault = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none"
+                fault = f"{np.size(u)} number{'s' * (np.size(u) != 1)} cannot be inputs: the scene has none [E0284]"
                 raise UsageError(Problem("u", fault, WHERE["input"]))
             return components("u", u, len(self.input_names))
         of_scene = self.formula_inputs(values)
@@ -398,7 +404,9 @@ def check_derivatives(names: Iterable[str]) -> None:
     for name in names:
         if name not in DERIVATIVES:
             raise UsageError(
-                Problem(name, "no term takes an argument of this name", f"one of {', '.join(sorted(DERIVATIVES))}")
+                Problem(
+                    name, "no term takes an argument of this name [E0285]", f"one of {', '.join(sorted(DERIVATIVES))}"
+                )
             )
 
 
@@ -424,7 +432,7 @@ def derivative_values(
     for block in ("j", "s", "a_higher"):
         if block in blocks:
             if given.get(block) is None:
-                raise UsageError(Problem(block, f"the term {term} needs {_MEANING[block]}", f"{block}=..."))
+                raise UsageError(Problem(block, f"the term {term} needs {_MEANING[block]} [E0286]", f"{block}=..."))
             result[block] = (
                 _rows(terms, term, block, given[block]) if block == "a_higher" else terms.velocity(block, given[block])
             )
@@ -475,7 +483,7 @@ def _of_base(terms: Terms, given: Mapping[str, Any], values: Mapping[str, Array]
     if given.get("base_rates") is not None:
         return terms.base_rates(given["base_rates"])
     if given.get("base") is not None:
-        fault = "a base that is given needs the further derivatives of its twist as well"
+        fault = "a base that is given needs the further derivatives of its twist as well [E0287]"
         raise UsageError(
             Problem("base_rates", fault, "base_rates=..., or neither of the two for the scene's own motion")
         )
@@ -495,7 +503,9 @@ def _flat(block: str, value: ArrayLike, shape: tuple[int, int], size: int) -> Ar
     array = numbers(block, value)
     if array.shape[-2:] != shape:
         hint = f"{block} row by row, one derivative each, or a batch of that along leading axes"
-        raise UsageError(Problem(block, f"the shape is {array.shape}, (..., {shape[0]}, {shape[1]}) is needed", hint))
+        raise UsageError(
+            Problem(block, f"the shape is {array.shape}, (..., {shape[0]}, {shape[1]}) is needed [E0288]", hint)
+        )
     batch = array.shape[:-2]
     flat = np.zeros((*batch, size))
     flat[..., : shape[0] * shape[1]] = array.reshape(*batch, shape[0] * shape[1])

@@ -262,7 +262,7 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
     if lines[0] is None or lines[1] is None:
         names = {"lt": "a comparison", "le": "a comparison"}
         jumping = f"{names.get(formula.name, f'{formula.name}()')} of something else than a straight line in t"
-        raise SmoothingError(f"the times are not known beforehand at which {jumping} jumps", _KNOWN)
+        raise SmoothingError(f"the times are not known beforehand at which {jumping} jumps [E0289]", _KNOWN)
     slope, offset = (a - b for a, b in zip(lines[0], lines[1], strict=True))
     if slope == 0.0:
         return formula
@@ -293,9 +293,9 @@ def _curve(used: Application, duration: float, value_of: Callable[[Symbol], floa
         return Application(curve, smoothed(used.argument, duration, value_of), used.derivative)
     line = affine(used.argument, value_of)
     if line is None or line[0] == 0.0:
-        raise SmoothingError(f"the times are not known beforehand at which {curve.name} jumps", _KNOWN)
+        raise SmoothingError(f"the times are not known beforehand at which {curve.name} jumps [E0289]", _KNOWN)
     if used.derivative:
-        fault = f"a derivative of {curve.name} jumps, which cannot be smoothed by itself"
+        fault = f"a derivative of {curve.name} jumps, which cannot be smoothed by itself [E0290]"
         raise SmoothingError(fault, f'interpolation = "quintic" of {curve.name}')
     length = abs(line[0]) * duration
     return Application(_with_transitions(curve, rough, length, line[0] > 0.0), used.argument)
@@ -310,7 +310,9 @@ def _with_transitions(curve: Curve, rough: list[float], length: float, forward: 
     last = math.inf if held else (curve.end - places[-1] if forward else places[0] - curve.start)
     nearest = min(gaps.min(initial=math.inf), math.inf if periodic else last)
     if length > nearest * (1.0 + _ROUNDING):
-        fault = f"corners of {curve.name} have a distance of {nearest:.6g}, less than a transition, {length:.6g}"
+        fault = (
+            f"corners of {curve.name} have a distance of {nearest:.6g}, less than a transition, {length:.6g} [E0291]"
+        )
         raise SmoothingError(fault, "a shorter duration, or other points")
     begins = places if forward else places - length
     ends = begins + length

@@ -150,7 +150,7 @@ class Integration:
                 if known != Number(0.0):
                     result += self._of_term(function).scaled(known, self._value(known))
         except ArithmeticError as error:
-            raise IntegrationError(f"at the default parameters, {error}", OTHER_VALUES) from None
+            raise IntegrationError(f"at the default parameters, {error} [E0292]", OTHER_VALUES) from None
         return result
 
     def _folded(self, formula: Formula) -> Formula:
@@ -175,7 +175,7 @@ class Integration:
 
     def _of_constant(self, value: float) -> SecondIntegral:
         if self.corrected:
-            raise IntegrationError("a constant acceleration is all drift, and would be removed", _KEEP)
+            raise IntegrationError("a constant acceleration is all drift, and would be removed [E0293]", _KEEP)
         time = Symbol("time")
         return SecondIntegral(product(Number(0.5 * value), time * time), end=self.duration)
 
@@ -220,7 +220,7 @@ class Integration:
                 f"{curve.name} has values from {curve.start:.6g} to {curve.end:.6g}, and its argument is {start:.6g}"
             )
             hint = 'outside = "hold" of the curve, or an argument within its points at t = 0, the start of the base'
-            raise IntegrationError(f"{fault} at t = 0", hint)
+            raise IntegrationError(f"{fault} at t = 0 [E0294]", hint)
         scale = 1.0 / (slope * slope)
         if curve.outside == "periodic":
             return self._of_periodic(curve, argument, slope, start)
@@ -249,7 +249,10 @@ class Integration:
     def _by_quadrature(self, function: Formula) -> SecondIntegral:
         names = sorted({symbol.name for symbol in symbols(function)} & self.tunable)
         if names:
-            fault = f"the tunable parameter {names[0]} is within a function that is integrated when the scene is read"
+            fault = (
+                f"the tunable parameter {names[0]} is within a function that is integrated when the scene is"
+                f" read [E0295]"
+            )
             raise IntegrationError(
                 fault, f"a factor {names[0]} of a function of t, a fixed parameter, or position, a formula of both"
             )
@@ -445,7 +448,8 @@ def _fitted(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple
         if missing.any():
             time = float(middle[np.flatnonzero(missing)[0], 0])
             raise IntegrationError(
-                f"the acceleration has no value near t = {time:.6g} s", "a formula that has one throughout the run"
+                f"the acceleration has no value near t = {time:.6g} s [E0296]",
+                "a formula that has one throughout the run",
             )
         scale = max(scale, float(np.max(np.abs(at))))
         missed = np.max(np.abs(between - at @ beside.T), axis=1)
@@ -453,7 +457,7 @@ def _fitted(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple
         error += float(np.sum((missed * (high - low))[done]))
         kept.append((low[done], high[done], at[done] @ basis.T))
         if sum(len(part[0]) for part in kept) + 2 * np.count_nonzero(~done) > _MOST_PIECES:
-            fault = f"its integral needs more than {_MOST_PIECES} polynomials up to t = {breaks[-1]:.6g} s"
+            fault = f"its integral needs more than {_MOST_PIECES} polynomials up to t = {breaks[-1]:.6g} s [E0297]"
             raise IntegrationError(fault, "a curve through points, a smoother formula, or a shorter duration")
         low, high, middle = low[~done], high[~done], middle[~done, 0]
         low, high = np.append(low, middle), np.append(middle, high)

@@ -53,7 +53,9 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
         if time is not None:
             fault = f"the {law.quantity} has no value after t = {time:.6g} s"
             hint = f"a run that ends before, or a formula that has one up to t = {end:.6g} s"
-            problems.append(Problem(law.where, f"{fault}: a root, a logarithm or a power of a negative number", hint))
+            problems.append(
+                Problem(law.where, f"{fault}: a root, a logarithm or a power of a negative number [E0298]", hint)
+            )
     return problems
 
 
@@ -236,7 +238,7 @@ def _described(law: Law, jump: Jump) -> tuple[str, str]:
     """Return the meaning of a jump, and a remedy."""
     unit = law.unit if jump.order == 0 else f"{law.unit}/s"
     of = f"the {law.quantity}" if jump.order == 0 else f"the rate of the {law.quantity}"
-    fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s"
+    fault = f"{of} jumps from {jump.before:.6g} to {jump.after:.6g} {unit} at t = {jump.time:.9g} s [E0299]"
     fault += ", and no motion can follow that" if jump.order == 0 else ", which takes an impulse that no step gives"
     beside = 'smooth = "10 ms" with the law, or ' if law.quantity.startswith("driven") else ""
     return (
@@ -288,7 +290,7 @@ def steep(
         fault = (
             f"the {law.quantity} is too steep for a step of {step:.3g} s near t = {worst.time:.6g} s: over one step it "
             f"changes by {worst.missed:.3g} {law.unit} more or less than the integral of its rates, "
-            f"{100.0 * worst.part:.2g} % of its range"
+            f"{100.0 * worst.part:.2g} % of its range [E0300]"
         )
         hint = f"a step of {worst.enough:.2g} s"
         if worst.part > REFUSED:

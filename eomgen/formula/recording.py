@@ -99,7 +99,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
         try:
             return curve_at(algebra, formula.curve, argument, formula.derivative)
         except (ValueError, ArithmeticError):
-            fault = f"the curve {formula.curve.name} has no value at {algebra.tape.value(argument.ref):.6g}"
+            fault = f"the curve {formula.curve.name} has no value at {algebra.tape.value(argument.ref):.6g} [E0302]"
             raise ModelError(Problem("", fault, "an argument within its points")) from None
     if formula.label:
         with algebra.tape.block(f"definition {formula.label}"):
@@ -121,7 +121,7 @@ def record(algebra: Algebra, formula: Formula, resolve: Resolver) -> Scalar:
     except (ValueError, ArithmeticError):
         numbers = (algebra.tape.value(argument.ref) for argument in arguments)
         values = ", ".join("..." if number is None else f"{number:.6g}" for number in numbers)
-        fault = f"{formula.name}({values}) in a formula has no finite value for any state"
+        fault = f"{formula.name}({values}) in a formula has no finite value for any state [E0301]"
         raise ModelError(
             Problem("", fault, "other values of the fixed parameters there, or tunable = true for them")
         ) from None

@@ -70,7 +70,7 @@ def _curve_at(formula: Application, argument: Formula) -> Formula:
         raise ArithmeticError(f"{curve.name} is a road, whose height is of a motion along it")
     value = float(curve(argument.value, formula.derivative))
     if not math.isfinite(value):
-        raise ArithmeticError(f"the curve {curve.name} has no value at {argument.value:.6g}")
+        raise ArithmeticError(f"the curve {curve.name} has no value at {argument.value:.6g} [E0302]")
     return Number(value)
 
 

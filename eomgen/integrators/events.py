@@ -204,7 +204,7 @@ def controller_data(system: System) -> dict[str, Any]:
     exact = all(abs(float(part) - time) <= _ROUNDING * time for part, time in zip(parts, times, strict=True))
     if not exact or max(parts) / tick > _MOST_TICKS:
         periods = " and ".join(f"{time:.9g} s" for time in dict.fromkeys(times))
-        fault = f"the times of samples, {periods}, have no common divisor that a counter of 32 bits can count"
+        fault = f"the times of samples, {periods}, have no common divisor that a counter of 32 bits can count [E0331]"
         raise ModelError(Problem(system.name, fault, "periods and delays that are whole multiples of one time"))
     clocks = [[int(Fraction(time).limit_denominator(_FINEST) / tick) for time in clock] for clock in data["clocks"]]
     return {"controllers": [], **data, "tick": float(tick), "clocks": clocks}

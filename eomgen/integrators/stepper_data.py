@@ -63,7 +63,9 @@ def method_data(method: Family, system: System, step: float = 1e-3, samples: Any
     """
     check_needs(method, system.facts)
     if not 0.0 < step < float("inf"):
-        raise UsageError(Problem("method.step", f"the step must be a positive number of seconds, not {step!r}", "1e-3"))
+        raise UsageError(
+            Problem("method.step", f"the step must be a positive number of seconds, not {step!r} [E0358]", "1e-3")
+        )
     _check_functions(method, system)
     sizes = Sizes(
         sum(factor.q_size for factor in system.factors) + len(system.angles),
@@ -180,10 +182,10 @@ def _check_functions(method: Family, system: System) -> None:
     missing = sorted(needed - set(system.functions))
     problems = []
     if missing:
-        fault = f"{method.family} calls {', '.join(missing)}, which the model was built without"
+        fault = f"{method.family} calls {', '.join(missing)}, which the model was built without [E0359]"
         problems.append(Problem("method", fault, "ask for these terms"))
     if not system.factors:
-        fault = "there is nothing to integrate: every joint is fixed"
+        fault = "there is nothing to integrate: every joint is fixed [E0360]"
         problems.append(Problem("method", fault, "give a joint a degree of freedom"))
     if problems:
         raise ModelError(problems)

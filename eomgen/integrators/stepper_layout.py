@@ -46,19 +46,19 @@ def checked_setting(data: Mapping[str, Any], name: str, value: float) -> float:
 
         close = get_close_matches(name, known, n=1)
         hint = close[0] if close else f"one of {', '.join(known)}" if known else ""
-        raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r}", hint))
+        raise UsageError(Problem("settings", f"{data['family']} has no setting {name!r} [E0361]", hint))
     if value < 0.0:
-        raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {value:.9g}"))
+        raise UsageError(Problem(f"settings.{name}", f"{name} is negative: {value:.9g} [E0362]"))
     if whole := rows[name]["whole"]:
         least, largest = whole
         if not (float(value).is_integer() and least <= value <= largest):
             fault = f"{name} must be {'0 or 1' if largest == 1 else f'a whole number from {least} to {largest}'}"
             hint = f"{rows[name]['default']:.0f}"
-            raise UsageError(Problem(f"settings.{name}", f"{fault}, not {value:.9g}", hint))
+            raise UsageError(Problem(f"settings.{name}", f"{fault}, not {value:.9g} [E0363]", hint))
     positive = {"left": name, "relation": ">", "right": 0.0}
     if value == 0.0 and positive in data["bounds"]:
         hint = f"{rows[name]['default']:.9g}, which it is by default"
-        raise UsageError(Problem(f"settings.{name}", f"{name} is 0, and has to be above it", hint))
+        raise UsageError(Problem(f"settings.{name}", f"{name} is 0, and has to be above it [E0365]", hint))
     return float(value)
 
 

@@ -176,7 +176,7 @@ class _Parts:
                 yield symbol
 
     def _no_controller(self) -> Problem:
-        fault = "the scene has no controller: neither sampled states nor [controllers]"
+        fault = "the scene has no controller: neither sampled states nor [controllers] [E0491]"
         hint = "sample and formula of a state, or with_controller(scene, law) of a design"
         return Problem(self.scene.name, fault, hint)
 
@@ -185,12 +185,15 @@ class _Parts:
         for event in self.scene.events:
             for symbol, _ in event.resets:
                 if symbol.kind == "state" and symbol.name in self.own:
-                    fault = f"the event {event.name} resets the state {symbol.name}, and the controller has no events"
+                    fault = (
+                        f"the event {event.name} resets the state {symbol.name}, and the controller has no"
+                        f" events [E0492]"
+                    )
                     raise ModelError(Problem(event.place, fault, "a formula of the sampled state for the reset"))
 
     def _checked(self, item: SampledController) -> SampledController:
         if not item.function:
-            fault = "the function of this sampled controller is the caller's, so there is no C of it"
+            fault = "the function of this sampled controller is the caller's, so there is no C of it [E0493]"
             hint = 'source = "controller.c", and the name of the function'
             raise ModelError(Problem(f"controllers.{item.name}", fault, hint))
         return item
@@ -251,7 +254,7 @@ class _Parts:
                 return self._alone(self._by_name[symbol.name].output, f"controllers.{symbol.name}")
             case kind if kind in _OF_EQUATIONS:
                 text = infix(symbol, self._size)
-                fault = f"{text} is {_OF_EQUATIONS[kind]}, which follows from the equations of the plant"
+                fault = f"{text} is {_OF_EQUATIONS[kind]}, which follows from the equations of the plant [E0494]"
                 hint = f"an input in its place, fed by the C of the whole scene; or a controller without {text}"
                 raise ModelError(Problem(place, fault, hint))
         unit = unit_of_symbol(symbol, self._joints, {})
@@ -263,7 +266,7 @@ class _Parts:
     def _checked_mode(self, symbol: Symbol, place: str) -> Symbol:
         modes = {mode_parameter(name): name for name in self.scene.modes}
         if symbol.kind == "parameter" and symbol.name in modes:
-            fault = f"the mode {modes[symbol.name]} is switched by events, and the controller has no events"
+            fault = f"the mode {modes[symbol.name]} is switched by events, and the controller has no events [E0495]"
             raise ModelError(Problem(place, fault, "a sampled state in place of the mode"))
         return symbol
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 
-from eomgen.errors import ModelError, Problem
+from eomgen.errors import Message, ModelError, Problem
 from eomgen.mechanics.beam_axes import beam_axes
 from eomgen.mechanics.constraints.joints import angle_labels
 from eomgen.mechanics.describe import extent
@@ -156,7 +156,7 @@ def derive(
             raise ModelError(Problem(scene.name, fault, hint)) from None
         fault = (
             "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a"
-            " divisor"
+            " divisor [E0496]"
         )
         raise ModelError(Problem(scene.name, fault, "masses, inertias and lengths between 1e-100 and 1e100")) from None
 
@@ -165,7 +165,7 @@ def _chosen(derivation: Derivation, terms: Sequence[str] | None) -> list[str]:
     requested = list(terms) if terms is not None else list(derivation.scene.terms)
     unknown = [name for name in requested if name not in TERMS]
     if unknown:
-        raise ModelError(f"no term is called {', '.join(map(repr, unknown))}", f"one of {', '.join(TERMS)}")
+        raise ModelError(f"no term is called {', '.join(map(repr, unknown))} [E0497]", f"one of {', '.join(TERMS)}")
     facts = _existence_facts(derivation)
     existing = [term for term in TERMS.values() if term.exists_with(facts)]
     if requested:
@@ -263,7 +263,9 @@ def _assembled(derivation: Derivation, terms: Sequence[str]) -> System:
         facts=facts,
         kept=kept,
         dropped=dropped,
-        notes=(*_of_equations(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene)),
+        notes=tuple(
+            map(Message, (*_of_equations(scene.notes), *overshoots(scene.curves), *_overshoots_of_parts(scene)))
+        ),
         events=event_rows(derivation) if scene.events else (),
         modes=modes(derivation),
         sampled=sample_rows(derivation),

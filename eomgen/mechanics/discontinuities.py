@@ -73,4 +73,4 @@ def overshoots(curves: Iterable[AnyCurve]) -> Iterator[str]:
             hint = 'more points where they turn, or interpolation = "linear", keep it within'
             if {low, high} & _MISSING:
                 hint = f"a value such as {max(abs(low), abs(high)):g} often marks a missing one, to be left out"
-            yield f"{curve.name}: the spline is {value:.4g} at {place:.4g}, {beyond}; {hint}"
+            yield f"{curve.name}: the spline is {value:.4g} at {place:.4g}, {beyond}; {hint} [W0273]"

@@ -160,7 +160,9 @@ class TransmittedWrenches:
         mount = self.tree.mounts[joint.child]
         absolute = self.scene.coordinates == "absolute"
         if absolute and not joint.kind.moves:
-            fault = f"the reaction of the fixed joint {name} is unknown: absolute coordinates make one body of two"
+            fault = (
+                f"the reaction of the fixed joint {name} is unknown: absolute coordinates make one body of two [E0506]"
+            )
             raise ModelError(Problem(self.scene.name, fault, "joint coordinates"))
         moment, force = self._through_bodies[joint.child] if absolute else self._through_links[mount.link]
         return TransmittedWrench(mount.link, mount.position, minus(moment, cross(mount.position, force)), force)
@@ -174,7 +176,7 @@ class TransmittedWrenches:
             An equation of coordinates and points has no single wrench.
         """
         if not item.framed:
-            fault = f"the constraint {item.name} joins no two frames, so it has no single force and moment"
+            fault = f"the constraint {item.name} joins no two frames, so it has no single force and moment [E0507]"
             hint = f"drive_effort.{item.name}, its effort along the equation, or the reaction of a joint"
             raise ModelError(Problem(f"constraints.{item.name}", fault, hint))
         return self._pair(item)[1]
@@ -330,7 +332,8 @@ class Reactions:
         item = next((item for item in driven if item.name == name), None)
         if item is None:
             raise ModelError(
-                f"no joint or constraint {name} has a drive, so there is no drive_effort", "drive = a formula of time"
+                f"no joint or constraint {name} has a drive, so there is no drive_effort [E0508]",
+                "drive = a formula of time",
             )
         return self.wrenches.drive_effort(item, index)
 

@@ -81,7 +81,8 @@ class Derivation:
             self.tree = build_tree(self.algebra, scene)
         if not self.tree.links:
             raise ModelError(
-                f"scene {scene.name!r} has no moving joint", "add a revolute, prismatic, spherical or free joint"
+                f"scene {scene.name!r} has no moving joint [E0509]",
+                "add a revolute, prismatic, spherical or free joint",
             )
         self.grouped: Tree = grouped(self.tree)
         if not self.absolute and is_irregular(scene, self.tree, self.grouped):
@@ -411,7 +412,9 @@ class Derivation:
     def calculus(self) -> ConstraintCalculus:
         """Return the calculus of the constraints. Raises ModelError if there are none."""
         if self.constraints is None:
-            raise ModelError(f"scene {self.scene.name!r} has no constraints", "add one, or absolute coordinates")
+            raise ModelError(
+                f"scene {self.scene.name!r} has no constraints [E0510]", "add one, or absolute coordinates"
+            )
         return self.constraints
 
     def constraint(self) -> list[Block]:

@@ -44,7 +44,10 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
         Unknown or fixed names, values that the scene would refuse, and documents of other front ends.
     """
     if not isinstance(document, Scene):
-        fault = f"{described.name} is not a scene, and only scenes are written with other values of their parameters"
+        fault = (
+            f"{described.name} is not a scene, and only scenes are written with other values of their"
+            f" parameters [E0541]"
+        )
         raise UsageError(Problem("parameters", fault, "leave them out"))
     tunable = [item for item in document.parameters if item.tunable]
     names = [item.name for item in tunable]
@@ -53,7 +56,7 @@ def with_parameters(document: Document, described: Description, parameters: Mapp
     values = by_name("parameter", parameters, names, start, fixed, {item.name: item.unit for item in tunable})
     if values.ndim != 1:
         raise UsageError(
-            Problem("parameters", "one set of parameters is needed, not a batch", "a number for each name")
+            Problem("parameters", "one set of parameters is needed, not a batch [E0542]", "a number for each name")
         )
     check_finite("parameters", values, [f"parameter {name}" for name in names])
     Requirements(described, names).check(values)
@@ -91,13 +94,12 @@ def with_equilibrium_start(
             consistent = model.consistent(q, v, parameters=parameters)
             q, v = consistent.q, consistent.v
     except EomgenError as error:
-        problem = error.problems[0]
-        reason = f"{problem.where}: {problem.what}" if problem.where else problem.what
+        reason = str(replace(error.problems[0], hint=""))
         start = (
             "The scene asks for a start at static equilibrium, which was not found when this code was made, so it"
             f" starts at the initial state of the joints. The reason: {reason}"
         )
-        warnings.warn(f"{program.prefix}: {start}", RuntimeWarning, stacklevel=3)
+        warnings.warn(f"{program.prefix}: {start} [W0046]", RuntimeWarning, stacklevel=3)
         return replace(program, start=f"{start}.")
     left = f"below 1e{math.ceil(math.log10(rest.acceleration))}" if rest.acceleration else "zero"
     start = (

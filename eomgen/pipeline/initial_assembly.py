@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.compiled.coordinates import coordinate_names, coordinate_units
 from eomgen.compiled.initial_state import corrected_start, kept_components
-from eomgen.errors import DescriptionError, ModelError, Problem
+from eomgen.errors import DescriptionError, Message, ModelError, Problem
 from eomgen.solvers.beams import Beams, beams_of
 from eomgen.solvers.consistency import assemble
 from eomgen.solvers.constraint_rows import (
@@ -103,8 +103,8 @@ def with_initial_assembly(
         initial_v=tuple(map(float, assembly.v)),
         asked_q=tuple(map(float, guess[0])),
         asked_v=tuple(map(float, guess[1])),
-        notes=(*system.notes, *notes),
-        warnings=(*system.warnings, *locked, *undetermined),
+        notes=(*system.notes, *map(Message, notes)),
+        warnings=(*system.warnings, *map(Message, (*locked, *undetermined))),
         left_out=sensitive,
     )
 
@@ -113,7 +113,9 @@ def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
     """Raise ModelError if a drive adds no condition: its motion would be left out without effect."""
     surplus = [system.multipliers[row] for row in rows.dependent if _driven(system, row)]
     if surplus:
-        fault = f"the constraints before it already determine this motion, so the drive has no effect: {surplus[0]}"
+        fault = (
+            f"the constraints before it already determine this motion, so the drive has no effect: {surplus[0]} [E2202]"
+        )
         hint = "the drive removed, or a constraint less, such as another drive of the same loop"
         raise ModelError(Problem("constraints", fault, hint))
 
@@ -140,7 +142,7 @@ def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redu
     off = left_over(equations, q, rows.dependent)
     by = {row: f", though it is off by {abs(value):.3g}" for row, value in off.items()}
     return [
-        f"{system.multipliers[row]} follows from the constraints before it and is left out{by.get(row, '')}"
+        f"{system.multipliers[row]} follows from the constraints before it and is left out{by.get(row, '')} [W0274]"
         for row in rows.dependent
     ]
 
@@ -155,11 +157,11 @@ def _without_freedom(
     undriven = [row for row in range(len(system.multipliers)) if not _driven(system, row)]
     if len(undriven) - len(redundancy(equations, q, rows=undriven).dependent) < system.nv:
         drivers = ", ".join(system.multipliers[row] for row in kept if _driven(system, row))
-        return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free"], []
+        return [f"all motion is prescribed: {drivers} and the constraints leave no velocity free [W0275]"], []
     almost = "; ".join(f"of {system.multipliers[row]} only {part:.1g} is new" for row, part in rows.hardly.items())
     fault = (
         f"nothing can move: {system.nv} velocities are held by as many constraint rows that do not follow from each"
-        " other"
+        " other [W0276]"
     )
     fewer = (
         "a constraint less, or one of fewer rows; for a motion that is prescribed, a drive or t in one of the equations"
@@ -182,7 +184,7 @@ def _undetermined(system: System, equations: ConstrainedSystem, q: Array, rows: 
     return [
         f"at the start {system.multipliers[row]} follows from the other rows, and nearby only {part:.1g} of it is new:"
         " nothing determines its force, and no implicit method can start; try: another start, or a constraint"
-        ' less (of a straight beam held at both ends: model = "kirchhoff", which stretches)'
+        ' less (of a straight beam held at both ends: model = "kirchhoff", which stretches) [W0277]'
         for row, part in rows.hardly.items()
     ]
 

@@ -157,7 +157,7 @@ def load_scene(
     if isinstance(path, Mapping):
         names = [task_frames] if isinstance(task_frames, str) else list(task_frames)
         return _given_scene({**path, "task_frames": names}, coordinates)
-    fault = "the task frames of a Scene are chosen where it is read"
+    fault = "the task frames of a Scene are chosen where it is read [E0543]"
     raise UsageError(Problem("task_frames", fault, "the path or the mapping that it was read from"))
 
 
@@ -271,7 +271,9 @@ def generate(
     other = other_document(scene, {**of_scenes, "parameters": parameters})
     _check_only(only, chosen, terms=terms, method=method, uniform=uniform or None)
     if uniform and chosen.name != "c":
-        raise UsageError(Problem("uniform", f"one signature is written in C, not in {chosen.language}", "target c"))
+        raise UsageError(
+            Problem("uniform", f"one signature is written in C, not in {chosen.language} [E0544]", "target c")
+        )
     if other is not None:
         _check_scene(other[1], only)
         return other[0].generate(other[1], folder, method)
@@ -345,13 +347,13 @@ def _check_only(only: str | None, target: Target, **others: object) -> None:
     if only is None:
         return
     if only != "controller":
-        raise UsageError(Problem("only", f"no part of a scene is called {shown(only)}", "controller"))
+        raise UsageError(Problem("only", f"no part of a scene is called {shown(only)} [E0545]", "controller"))
     if target.name != "c":
-        fault = f"a controller alone is written in C, not in {target.language}"
+        fault = f"a controller alone is written in C, not in {target.language} [E0546]"
         raise UsageError(Problem("only", fault, "target c"))
     for name, value in others.items():
         if value is not None:
-            fault = f"{name} is of the whole machine, and a controller alone has none"
+            fault = f"{name} is of the whole machine, and a controller alone has none [E0547]"
             raise UsageError(Problem(name, fault, f"leave {name} out, or only"))
 
 
@@ -360,7 +362,7 @@ def _check_exported(program: Program) -> None:
     for source in program.sources:
         if source.python is not None:
             name = Path(source.python.file).name
-            fault = f"the law is in Python, {source.python.function} in {name}: export needs C"
+            fault = f"the law is in Python, {source.python.function} in {name}: export needs C [E0548]"
             raise UsageError(Problem(source.python.label, fault, 'source = "law.c", with the function in C'))
 
 
@@ -368,20 +370,20 @@ def _check_scene(document: Any, only: str | None) -> None:
     """Raise UsageError if the controller of a document that is not a mechanical scene is wanted."""
     if only is not None:
         name = getattr(document, "name", "this")
-        fault = f"{name} is not a mechanical scene, and only scenes have a controller"
+        fault = f"{name} is not a mechanical scene, and only scenes have a controller [E0549]"
         raise UsageError(Problem("only", fault, "leave it out"))
 
 
 def _check_folder(folder: str | Path) -> None:
     """Raise UsageError for a folder that is not a path, or that has the name of a file of code."""
     if not isinstance(folder, str | os.PathLike):
-        fault = f"the path of a folder is needed, not {type(folder).__name__}"
+        fault = f"the path of a folder is needed, not {type(folder).__name__} [E2169]"
         raise UsageError(Problem("folder", fault, "generate(scene, folder), the scene first"))
     from eomgen.scene.sources.register import own_endings  # noqa: PLC0415
 
     path = Path(folder)
     if path.suffix.lower() in (*_OF_FILES, *own_endings()) and not path.is_dir():
-        fault = f"{path.name} is the name of a file, and a folder of several files is written"
+        fault = f"{path.name} is the name of a file, and a folder of several files is written [E0550]"
         raise UsageError(Problem(str(folder), fault, f"the folder {path.with_suffix('').name}"))
 
 
@@ -667,7 +669,7 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
 
     if isinstance(scene, Scene):
         if coordinates not in (None, scene.coordinates):
-            fault = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read"
+            fault = f"this Scene has {scene.coordinates} coordinates, and they are chosen where it is read [E0551]"
             raise UsageError(Problem("coordinates", fault, "the path or the mapping that it was read from"))
         return scene
     if isinstance(scene, Mapping):
@@ -680,18 +682,18 @@ def _given_scene(scene: object, coordinates: Literal["joint", "absolute"] | None
     for row in file_kinds():
         if isinstance(scene, row.front_end.document):
             name = getattr(scene, "name", row.kind)
-            raise UsageError(f"{name} is {row.noun}, and this is for mechanical scenes", row.remedy)
+            raise UsageError(f"{name} is {row.noun}, and this is for mechanical scenes [E0552]", row.remedy)
     kind = type(scene).__name__
     if kind == "SceneBuilder":
-        raise UsageError("a SceneBuilder collects a scene, which its method build returns", "builder.build()")
+        raise UsageError("a SceneBuilder collects a scene, which its method build returns [E0553]", "builder.build()")
     hint = "eomgen.load, SceneBuilder(...).build(), or a path"
-    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind}", hint)
+    raise UsageError(f"a scene, a path or a mapping like a scene file is needed, not {kind} [E0554]", hint)
 
 
 def _check_real(real: str | None) -> None:
     """Raise UsageError for an unknown number type."""
     if real not in (None, "double", "float"):
-        raise UsageError(f"a model cannot be built with real = {real!r}", "double or float")
+        raise UsageError(f"a model cannot be built with real = {real!r} [E0555]", "double or float")
 
 
 def checked_terms(terms: Iterable[str] | None) -> tuple[str, ...] | None:
@@ -702,7 +704,7 @@ def checked_terms(terms: Iterable[str] | None) -> tuple[str, ...] | None:
     if unknown := [name for name in names if not (isinstance(name, str) and name in TERMS)]:
         every = ", ".join(shown(name) for name in unknown)
         hint = " and ".join(dict.fromkeys(nearest_term(str(name)) for name in unknown[:3]))
-        raise UsageError(f"no term is called {every}", hint)
+        raise UsageError(f"no term is called {every} [E0497]", hint)
     return names
 
 

@@ -25,7 +25,7 @@ import numpy as np
 from eomgen.base.data import dataclass, field_names, is_dataclass, replace, without_garbage_collection
 from eomgen.base.files import ABSENT, digest_of_file, make_private_folder, temporary_file
 from eomgen.base.version import __version__, checkout_stamp
-from eomgen.errors import FileError, ModelError, Problem
+from eomgen.errors import FileError, Message, ModelError, Problem
 from eomgen.pipeline.front_end import FrontEnd, is_scene
 from eomgen.toolchain.cache import READINGS, default_folder, postpone, writable_by_others, write_postponed
 
@@ -188,12 +188,12 @@ def record_of_document(document: Any, front_end: FrontEnd) -> Record:
     if isinstance(document, StoredScene):
         document = document.scene
     elif not is_scene(document):
-        raise ModelError(Problem("save", f"{described.name} was not made from a scene", hint))
+        raise ModelError(Problem("save", f"{described.name} was not made from a scene [E0557]", hint))
     try:
         drawing = replace(described.drawing, shapes=_read(described.drawing.shapes))
         return to_record(replace(document, shapes=_read(document.shapes)), replace(described, drawing=drawing))
     except NoRecordError as error:
-        fault = f"{described.name} has parts of another distribution, which a file cannot hold: {error}"
+        fault = f"{described.name} has parts of another distribution, which a file cannot hold: {error} [E0558]"
         raise ModelError(Problem("save", fault, hint)) from None
 
 
@@ -249,6 +249,8 @@ def to_text(value: Any) -> str:
         kind = type(item)
         if item is None or kind in (str, int, float, bool):
             return item
+        if kind is Message:
+            return {"message": item.line}
         if kind is tuple:
             return [convert(part) for part in item]
         if kind not in kinds:
@@ -335,6 +337,7 @@ def _method(value: Any, read: Callable[[Any], Any]) -> Any:
 
 _READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
     "map": lambda value, read: {read(key): read(part) for key, part in value},
+    "message": lambda value, _: Message(value),
     "bytes": lambda value, _: bytes.fromhex(value),
     "fraction": lambda value, _: _fraction(value),
     "array": lambda value, _: _array(value),

@@ -67,7 +67,7 @@ def load_model(path: str | os.PathLike[str]) -> Model:
         libraries = dict(zip(names, _libraries(arrays, builder, mode, len(names)), strict=True))
     except (KeyError, TypeError, ValueError, AttributeError, NoRecordError) as error:
         why = f"{error.args[0]} is missing" if isinstance(error, KeyError) else error
-        fault = f"this is not a {_NOUN} written by eomgen: {why}"
+        fault = f"this is not a {_NOUN} written by eomgen: {why} [E0134]"
         raise FileError(Problem(str(path), fault, _HINT)) from None
     own = names[0][0]
     stored = Stored(lambda selection, method: libraries.get((selection, method)), partial(load_model, path))

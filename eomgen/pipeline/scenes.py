@@ -88,11 +88,11 @@ def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     values = {item.name: item.value for item in scene.parameters} if defined else None
     said = numbers_of_constraints(named, values)
     first, *rest = error.problems
-    fault = str(first).removeprefix(f"{first.where}: ").partition("; try: ")[0]
+    fault = first.what
     place = _place_of(fault, scene) if first.where == "constraints" else first.where
     hint = first.hint + ("; numbers without a unit are in m and in rad" if defined and (said or doubts) else "")
     clauses = [fault, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
-    return ModelError([Problem(place, "; ".join(clauses), hint), *rest])
+    return ModelError([Problem(place, "; ".join(clauses), hint, first.code), *rest])
 
 
 def _place_of(fault: str, scene: Scene) -> str:

@@ -36,7 +36,7 @@ def operations_of_step(scene: Scene, name: str) -> dict[str, Any]:
     system = method.prepared(derive(scene, list(terms)))
     work = method.work(system, method_data(method, system))
     if not work:
-        fault = f"steps of {name} differ from each other: iterations or errors decide their work"
+        fault = f"steps of {name} differ from each other: iterations or errors decide their work [E0559]"
         raise UsageError(Problem("--method", fault, "rosenbrock or lsrt2; simulate --timing measures any method"))
     parts: list[dict[str, Any]] = []
     total = dict.fromkeys(_OPERATIONS, 0)

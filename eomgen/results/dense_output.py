@@ -45,7 +45,8 @@ def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
     """Return the factors that a solution's metadata hold. Raises UsageError if the metadata hold no factors."""
     if "factors" not in metadata:
         fault = (
-            "this solution does not say which groups its coordinates are of: it was made by hand or by an older eomgen"
+            "this solution does not say which groups its coordinates are of: it was made by hand or by an older"
+            " eomgen [E1262]"
         )
         raise UsageError(Problem("at", fault, "a solution of simulate"))
     return [Factor(group, "", *spans) for group, *spans in metadata["factors"]]
@@ -69,12 +70,14 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
             times, *(np.broadcast_to(array[0], (*times.shape, array.shape[1])).copy() for array in rows[1:])
         )
     if len(rows.t) < 2:
-        raise UsageError(Problem("at", f"the solution has {len(rows.t)} row, two are needed", "a run that made a step"))
+        raise UsageError(
+            Problem("at", f"the solution has {len(rows.t)} row, two are needed [E1263]", "a run that made a step")
+        )
     first, last = rows.t[0], rows.t[-1]
     slack = 1e-9 * (rows.t[1] - first)
     outside = (flat < first - slack) | (flat > last + slack)
     if np.any(outside):
-        fault = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s"
+        fault = f"t = {flat[np.argmax(outside)]:.9g} s is outside the solution, {first:.9g} s to {last:.9g} s [E1264]"
         raise UsageError(Problem("at", fault, "times within it, or a longer run"))
     index = np.clip(np.searchsorted(rows.t, flat, side="right") - 1, 0, len(rows.t) - 2)
     parts = [slice(k, k + _BATCH) for k in range(0, max(len(flat), 1), _BATCH)]
@@ -82,7 +85,7 @@ def state_at(rows: Rows, metadata: Mapping[str, Any], t: ArrayLike, between: Bet
         _check_turns(rows, factors, np.unique(index))
         kind = metadata.get("dense_output", "hermite_3")
         if kind == "none":
-            fault = f"there is nothing between the rows of {metadata.get('method')}"
+            fault = f"there is nothing between the rows of {metadata.get('method')} [E1265]"
             raise UsageError(Problem("at", fault, "record_every = 1, or another method"))
         by_velocity = kind == "hermite_3"
         pieces = [_between(rows, factors, flat[part], index[part], by_velocity) for part in parts]
@@ -137,7 +140,10 @@ def _check_turns(rows: Rows, factors: Sequence[Factor], index: Index) -> None:
         )
         if np.any(turns := speed * duration > np.pi):
             k = int(np.argmax(turns))
-            fault = f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g} s"
+            fault = (
+                f"a body turns by {speed[k] * duration[k]:.3g} rad between two rows at t = {rows.t[index[k]]:.9g}"
+                f" s [E1266]"
+            )
             raise UsageError(Problem("at", fault, "a smaller record_every: less than half a turn between rows"))
 
 
@@ -147,7 +153,9 @@ def largest_errors(rows: Rows, metadata: Mapping[str, Any]) -> dict[str, float]:
     Halfway between two rows the velocities of a quintic are better than elsewhere, so every second row would not do.
     """
     if len(rows.t) < 7:
-        raise UsageError(Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)}", "a longer run"))
+        raise UsageError(
+            Problem("interpolation_error", f"seven rows are needed, not {len(rows.t)} [E1267]", "a longer run")
+        )
     kept = Rows(*(array[::3] for array in rows))
     left_out = [k for k in range(3 * len(kept.t) - 3) if k % 3]
     interpolated = state_at(kept, metadata, rows.t[left_out])

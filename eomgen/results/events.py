@@ -81,7 +81,7 @@ class Events:
         """Return the events of a name. Raises UsageError for a name that the scene has no event of."""
         if name not in self.counts:
             hint = nearest(str(name), self.counts) or "a scene with [events]"
-            raise UsageError(Problem("events", f"there is no event {name!r}", hint))
+            raise UsageError(Problem("events", f"there is no event {name!r} [E1268]", hint))
         return self._chosen([k for k, other in enumerate(self.names) if other == name], {name: self.counts[name]})
 
     def _chosen(self, places: list[int], counts: Mapping[str, int]) -> Events:

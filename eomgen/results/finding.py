@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, Literal, Self
 
 from eomgen.base.data import asdict, dataclass, replace
+from eomgen.errors import Message
 
 Severity = Literal["note", "warning", "failure"]
 NOTE: Severity = "note"
@@ -45,6 +46,7 @@ class Finding:
     @classmethod
     def of(cls, sentence: str, value: float = math.nan, time: float = math.nan) -> Self:
         """Return a finding from a sentence that may end with a hint."""
+        sentence = str(Message(sentence))
         text, _, hint = sentence.rpartition(_HINT) if _HINT in sentence else (sentence, "", "")
         return cls(value=float(value), time=float(time), text=text, hint=hint)
 

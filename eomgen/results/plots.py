@@ -183,9 +183,9 @@ def _chosen_panels(
     curves, left_out = (chosen_curves(solution, names), "") if abscissa is None else _over(solution, names, abscissa)
     panels = _panels(curves)
     if not panels:
-        raise UsageError(Problem("plot", "there is no other column to draw over this one", "another name"))
+        raise UsageError(Problem("plot", "there is no other column to draw over this one [E1269]", "another name"))
     if len(panels) > _PANELS:
-        fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS}"
+        fault = f"{len(curves)} curves need {len(panels)} panels, and a figure has {_PANELS} [E1270]"
         raise UsageError(Problem("plot", fault, f"fewer names: one of {listed(_by_kind(solution))}, or of components"))
     return panels, left_out
 
@@ -329,7 +329,7 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
             close = get_close_matches(str(name), known)
             output = str(name).partition("[")[0]
             close = [curve.name for curves in kinds.values() for curve in curves if curve.output == output] or close
-            fault = f"the solution has no curve {shown(name)}"
+            fault = f"the solution has no curve {shown(name)} [E1271]"
             raise UsageError(Problem(asked_by, fault, " or ".join(close) if close else f"one of {listed(known)}"))
         chosen += matching
     return list({id(curve): curve for curve in chosen}.values())
@@ -338,7 +338,9 @@ def chosen_curves(solution: RecordedSolution, names: Sequence[str], asked_by: st
 def rows_from(t: Array, start: float | None, asked_by: str) -> NDArray[np.bool_]:
     """Return the mask (nt,) of rows from a time on; of all rows without a time. Raises UsageError for no time in s."""
     if not (start is None or isinstance(start, int | float | np.number)):
-        raise UsageError(Problem(f"{asked_by}: start", f"a time in s is needed, not {shown(start)}", "start=5.0"))
+        raise UsageError(
+            Problem(f"{asked_by}: start", f"a time in s is needed, not {shown(start)} [E1272]", "start=5.0")
+        )
     return np.asarray(t >= (-np.inf if start is None else float(start)))
 
 
@@ -351,11 +353,11 @@ def only_curve(solution: RecordedSolution, name: str, asked_by: str) -> PlottedC
         No curve of that name, or several.
     """
     if not isinstance(name, str):
-        fault = f"the name of one column is needed, not {shown(name)}"
+        fault = f"the name of one column is needed, not {shown(name)} [E1273]"
         raise UsageError(Problem(asked_by, fault, f'solution.{asked_by}("tip[2]"), and a call for each column'))
     curves = chosen_curves(solution, [name], asked_by)
     if len(curves) != 1:
-        fault = f"{ascii(name)[:64]} are {len(curves)} columns, and {asked_by} takes one"
+        fault = f"{ascii(name)[:64]} are {len(curves)} columns, and {asked_by} takes one [E1274]"
         raise UsageError(Problem(asked_by, fault, f"one of {listed([curve.name for curve in curves][:6])}"))
     known = solution.energy.get(curves[0].name) if not curves[0].output else None
     return curves[0] if known is None else replace(curves[0], values=known, quantity="")

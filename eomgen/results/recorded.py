@@ -113,7 +113,7 @@ class MotionWithModel(Protocol):
 def model_of(solution: MotionWithModel, call: str, need: str) -> ModelOfRun:
     """Return the model of the run of a solution. Raises UsageError for a stored solution, with a call and its need."""
     if solution.model is None:
-        fault = f"{need} the model and the inputs of the run, which a stored solution does not hold"
+        fault = f"{need} the model and the inputs of the run, which a stored solution does not hold [E1296]"
         hint = "model.attach(solution), with inputs={...} for the functions and tables that drove the run"
         raise UsageError(Problem(call, fault, hint))
     return solution.model

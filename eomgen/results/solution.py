@@ -144,7 +144,7 @@ class Solution(SolutionMethods):
         named: Mapping[str, Any] = self.metadata if there else {}
         if name in named.get("outputs", ()):
             hint = f'["{name}"] in place of .{name}'
-            raise UnknownAttribute(Problem("", f"a Solution has no {shown(name)}", hint))
+            raise UnknownAttribute(Problem("", f"a Solution has no {shown(name)} [E1292]", hint))
         raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
@@ -201,7 +201,7 @@ class Solution(SolutionMethods):
     def poses_and_scenery(self) -> PosesAndScenery:
         """Poses and scenery together; see ``poses``."""
         if self.model is None:
-            fault = "it was stored without poses of bodies, so it cannot be drawn"
+            fault = "it was stored without poses of bodies, so it cannot be drawn [E1293]"
             hint = "eomgen simulate, or model.simulate(...).save, with a model that has the term poses"
             raise UsageError(Problem("solution", fault, hint))
         return self.model.poses_and_scenery(self.t, self.q)
@@ -232,7 +232,7 @@ class Solution(SolutionMethods):
             The scene has no geometrically exact beam; the file was written without section loads.
         """
         if self.model is None:
-            fault = "it was stored without the loads of sections"
+            fault = "it was stored without the loads of sections [E1294]"
             hint = "model.attach(solution).section_loads, or solution.section_loads before save"
             raise UsageError(Problem("solution", fault, hint))
         return self.model.section_loads(StateArrays(self.t, self.q, self.v, self.a, self.z), self.multipliers)
@@ -318,7 +318,7 @@ class Solution(SolutionMethods):
         else:
             kind = path.suffix or "a file without a suffix"
             raise UsageError(
-                Problem(str(path), f"a solution cannot be saved as {kind}", ".npz, .csv, .mat or .parquet")
+                Problem(str(path), f"a solution cannot be saved as {kind} [E1295]", ".npz, .csv, .mat or .parquet")
             )
         return path
 
@@ -473,9 +473,11 @@ class Solution(SolutionMethods):
         same = ("scene", "fingerprint", "method", "settings", "parameters", "t_start", "record_every")
         other = [name for name in same if self.metadata.get(name) != later.metadata.get(name)]
         if other or not len(later.t) or later.t[0] > self.t[-1]:
-            fault = f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ"
+            fault = (
+                f"these are not parts of one run: {', '.join(other) or 'there is a gap between them'} differ [E1297]"
+            )
             if not other:
-                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s"
+                fault = f"there is a gap between the parts, from {self.t[-1]:.9g} s to {later.t[0]:.9g} s [E1298]"
             raise UsageError(Problem("followed_by", fault, "the solution of the run that wrote the checkpoint"))
         self._check_end(later)
         step, every = float(later.metadata["step"]), int(later.metadata["record_every"])
@@ -521,7 +523,8 @@ class Solution(SolutionMethods):
         begins = float(later.t[0])
         if len(self.t) > 1 and begins <= self.t[0]:
             fault = (
-                f"the second part begins at t = {begins:.9g} s, where the first one does, and does not go on from it"
+                f"the second part begins at t = {begins:.9g} s, where the first one does, and does not go on from"
+                f" it [E1299]"
             )
             raise UsageError(Problem("followed_by", fault, "first.followed_by(second), second of model.resume"))
         near = np.flatnonzero(np.abs(self.t - begins) <= 1e-9 * float(later.metadata["step"]))
@@ -532,7 +535,7 @@ class Solution(SolutionMethods):
             if np.any(off):
                 names = later.metadata.get("names", {}).get(name) or component_names("", name, len(off))
                 k = int(np.argmax(off))
-                fault = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part"
+                fault = f"at t = {begins:.9g} s {names[k]} is {first[near[-1], k]:.6g} in the first part [E1300]"
                 fault += f" and {second[0, k]:.6g} in the second, which does not go on from it"
                 raise UsageError(
                     Problem("followed_by", fault, "the solution of model.resume from this run's checkpoint")

@@ -75,7 +75,7 @@ def column_named(solution: RecordedSolution, name: str) -> Array:
         hint = " or ".join(map(repr, close)) or f"one of {', '.join(list(columns)[:8])}, ...: solution.columns()"
         if isinstance(name, int):
             hint = "t, q and v by their names: solution.q[0] is the first row, solution.q[:, 0] the first coordinate"
-        raise UnknownName(Problem("", f"there is no column {shown(name)}", hint))
+        raise UnknownName(Problem("", f"there is no column {shown(name)} [E0669]", hint))
     return columns[name]
 
 
@@ -173,16 +173,16 @@ def read_all(
         attributes["findings"] = tuple(map(Finding.from_data, metadata.pop("findings", ())))
         events = events_from(metadata["events"], groups["events"]) if "events" in metadata else NO_EVENTS
     except KeyError as error:
-        raise FileError(Problem(str(path), f"{no_solution}: {error.args[0]} is missing")) from None
+        raise FileError(Problem(str(path), f"{no_solution}: {error.args[0]} is missing [E1301]")) from None
     rows = np.shape(states["t"])
     if any(np.ndim(array) != (1 if name == "t" else 2) or array.shape[:1] != rows for name, array in states.items()):
-        raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together"))
+        raise FileError(Problem(str(path), f"{no_solution}: its arrays do not fit together [E1302]"))
     posed = metadata.pop(_POSED, ())
     if _POSES in plain:  # files of earlier versions have an array for each body
         groups[_POSES] = _by_body(plain[_POSES], posed, path, no_solution)
     wrong = [name for name, array in groups[_POSES].items() if array.shape != (*rows, 7)]
     if wrong:
-        raise FileError(Problem(str(path), f"{no_solution}: the poses of {wrong[0]} do not fit to its times"))
+        raise FileError(Problem(str(path), f"{no_solution}: the poses of {wrong[0]} do not fit to its times [E1303]"))
     scenery, summary = metadata.pop("scenery", None), metadata.pop("error", None)
     if summary is not None:
         attributes["error"] = ErrorEstimate.from_file(groups["error"], summary)
@@ -194,7 +194,7 @@ def read_all(
 def _by_body(poses: Array, names: Sequence[str], path: Path, fault: str) -> dict[str, Array]:
     """Return the poses of each body. Raises FileError if there are other poses than names."""
     if poses.ndim != 3 or poses.shape[1] != len(names):
-        raise FileError(Problem(str(path), f"{fault}: its arrays do not fit together"))
+        raise FileError(Problem(str(path), f"{fault}: its arrays do not fit together [E1302]"))
     return {name: poses[:, index] for index, name in enumerate(names)}
 
 
@@ -212,7 +212,9 @@ def _loads(arrays: Mapping[str, Array], rows: tuple[int, ...], path: Path) -> di
         except TypeError:
             fits = False
         if not fits:
-            fault = f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times"
+            fault = (
+                f"this is not a solution written by eomgen: the section loads of {beam} do not fit to its times [E1304]"
+            )
             raise FileError(Problem(str(path), fault))
     return result
 
@@ -364,4 +366,4 @@ def _package(name: str, call: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise UsageError(Problem(call, f"{name} is not installed", f"pip install {name}")) from None
+        raise UsageError(Problem(call, f"{name} is not installed [E1305]", f"pip install {name}")) from None

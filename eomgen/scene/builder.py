@@ -184,7 +184,9 @@ class SceneBuilder(SectionMethods):
         entry_name = section if key == section else str(name)
         if entry_name in entries:
             hint = "another name" if key != section else "one call"
-            self._problems.append(Problem(f"{place} ({key})", f"this was given before, at {self._lines[key]}", hint))
+            self._problems.append(
+                Problem(f"{place} ({key})", f"this was given before, at {self._lines[key]} [E1410]", hint)
+            )
         else:
             entries[entry_name] = entry
             self._lines[key] = place

@@ -145,7 +145,7 @@ def overridden(key: str, entry: Include, data: dict[str, Any], known: frozenset[
     for name, value in entry.parameters.items():
         place = f"{key}.parameters.{key_of(name)}"
         if name not in parameters:
-            fault = f"{shown(entry.file)} has no parameter {shown(name)}"
+            fault = f"{shown(entry.file)} has no parameter {shown(name)} [E1586]"
             report.add(place, fault, nearest(name, parameters) or "without parameters")
             continue
         if isinstance(value, str) and not is_quantity(value):
@@ -224,7 +224,9 @@ class _Includer:
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
             report.add(
-                "include", f"a table is needed here, not {described(written)}", '[include.left] and file = "left.toml"'
+                "include",
+                f"a table is needed here, not {described(written)} [E0716]",
+                '[include.left] and file = "left.toml"',
             )
             return part
         opened: list[tuple[str, Include, FileData]] = []
@@ -238,7 +240,7 @@ class _Includer:
         for name, entry, inner in opened:
             if entry.parent not in bodies:
                 key = f"{key_of('include', name)}.parent"
-                report.add(key, f"there is no body {shown(entry.parent)}", nearest(entry.parent, bodies))
+                report.add(key, f"there is no body {shown(entry.parent)} [E1587]", nearest(entry.parent, bodies))
                 entry = entry.model_copy(update={"parent": BASE})  # noqa: PLW2901 - so that it is one problem, not many
             _merge(name, entry, inner, part, report)
         return part
@@ -251,26 +253,34 @@ class _Includer:
             own = self.resolved(path)
             again = next((step for step in chain if self.resolved(step) == own), None)
         except (OSError, ValueError, RuntimeError) as error:
-            report.add(place, f"{shown(entry.file)} is not a path: {error}", "a path from the folder of this file")
+            report.add(
+                place, f"{shown(entry.file)} is not a path: {error} [E1588]", "a path from the folder of this file"
+            )
             return None
         if again is not None:
             names = ", ".join(self.shown_file(step) for step in [*chain[chain.index(again) :], path])
-            report.add(place, f"files include one another in a circle: {names}", "one of them without the include")
+            report.add(
+                place, f"files include one another in a circle: {names} [E1590]", "one of them without the include"
+            )
             return None
         if len(chain) > _DEEPEST or self.files > _MOST_FILES:
-            fault = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included"
+            fault = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included [E1591]"
             raise _TooManyFilesError(Problem(report.where(place), fault, "fewer of them"))
         source = source_of(path)
         if source is None:
             named = Path(entry.file) if path.is_dir() else path  # its files may include this one
-            report.add(place, f"{shown(entry.file)} is not a kind of file that can be included", readable(named))
+            report.add(
+                place, f"{shown(entry.file)} is not a kind of file that can be included [E1592]", readable(named)
+            )
             return None
         try:
             options = all_options()
             of_others = (options.keys() & entry.model_fields_set) - {option.name for option in source.options}
             for name in sorted(of_others):
                 report.add(
-                    f"{key}.{name}", f"{name} is for {options[name][0].name} only", "the joint in the included file"
+                    f"{key}.{name}",
+                    f"{name} is for {options[name][0].name} only [E1593]",
+                    "the joint in the included file",
                 )
             if source.scenes:
                 return self.scene(source, path, [*chain, path])
@@ -283,7 +293,7 @@ class _Includer:
             return part
         except FileError as error:
             problem = error.problems[0]
-            report.add(place, f"{shown(entry.file)} {problem.what}", f"a path from the folder of {report.file}")
+            report.add(place, f"{shown(entry.file)} {problem.what} [E1594]", f"a path from the folder of {report.file}")
         except OptionError as error:
             report.add(f"{key}.{error.option}", error.problems[0].what, error.problems[0].hint)
         except EomgenError as error:
@@ -309,7 +319,9 @@ class _Includer:
         self.report.noted += report.all()
         for left_out in ("base", "gravity"):
             if left_out in part.data:
-                part.notes.append(f"{file}: its {left_out} is left out, that of the scene which includes it holds")
+                part.notes.append(
+                    f"{file}: its {left_out} is left out, that of the scene which includes it holds [W0130]"
+                )
         return part
 
 
@@ -327,7 +339,9 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
         return None
     prefix = _prefix(name, entry)
     if prefix and not is_legal(prefix):
-        report.add(key_of("include", name), f"{shown(prefix)} cannot be the beginning of a name", 'prefix = "left_"')
+        report.add(
+            key_of("include", name), f"{shown(prefix)} cannot be the beginning of a name [E1595]", 'prefix = "left_"'
+        )
         return None
     return entry
 
@@ -343,19 +357,19 @@ def _part(source: Source, text: str, path: Path, file: str, entry: Include) -> F
 def _check_top_level(data: dict[str, Any], report: Report) -> None:
     """Report problems in the keys of an included file that the including scene ignores; drop illegal keys."""
     if data.get("format") != 1:
-        missing = ("the key format is missing", "format = 1")
+        missing = ("the key format is missing [E1596]", "format = 1")
         report.add("format", *(wrong_format(data["format"]) if "format" in data else missing))
     schema = document_for(data)
     sections = section_keys(data)
     for key in list(data):
         if key not in schema.model_fields:
-            report.add(key_of(key), f"the key {shown(key)} is unknown here", nearest(key, schema.known_keys()))
+            report.add(key_of(key), f"the key {shown(key)} is unknown here [E0722]", nearest(key, schema.known_keys()))
         elif key in sections and not isinstance(data[key], Mapping):
-            report.add(key, f"a table is needed here, not {described(data[key])}")
+            report.add(key, f"a table is needed here, not {described(data[key])} [E0716]")
             del data[key]
         elif key in sections:
             for name in [name for name in data[key] if not is_legal(name)]:
-                report.add(key_of(key, name), f"the name {shown(name)} is not legal", NAME_RULE)
+                report.add(key_of(key, name), f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
             data[key] = {name: entry for name, entry in data[key].items() if is_legal(name)}
 
 
@@ -382,7 +396,7 @@ def _merge(name: str, entry: Include, inner: FileData, part: FileData, report: R
         for twice in [entry_name for entry_name in renamed if entry_name in mine]:
             here = part.lines.get(key_of(section, twice), report.file)
             there = inner.lines.get(key_of(section, twice.removeprefix(prefix)), entry.file)
-            fault = f"the name {twice} in {section} is given twice, at {here} and at {there}"
+            fault = f"the name {twice} in {section} is given twice, at {here} and at {there} [E1597]"
             report.add(key, fault, f'another prefix than "{prefix}"')
         part.data[section] = {**mine, **renamed}
     for old, place in inner.lines.items():
@@ -405,7 +419,7 @@ def _start(key: str, entry: Include, data: dict[str, Any], report: Report) -> No
     for name, initial in entry.initial.items():
         place = f"{key}.initial.{key_of(name)}"
         if name not in joints:
-            report.add(place, f"{shown(entry.file)} has no joint {shown(name)}", nearest(name, joints))
+            report.add(place, f"{shown(entry.file)} has no joint {shown(name)} [E2132]", nearest(name, joints))
         else:
             start = start_in_si(data, name, place, initial, report)
             data["joints"] = joints = {**joints, name: {**joints[name], "initial": start}}
@@ -434,7 +448,9 @@ def _base(name: str, entry: Include, part: FileData, report: Report, taken: Coll
         if not isinstance(mine, Mapping):
             continue
         if body in mine:
-            report.add(key, f"the name {body} in {section} is needed for the place of this include", "another name")
+            report.add(
+                key, f"the name {body} in {section} is needed for the place of this include [E1598]", "another name"
+            )
         part.data[section] = {**mine, body: made}
         for place in ("", ".position", ".rotation"):
             if key + place in part.lines:

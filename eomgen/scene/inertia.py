@@ -106,17 +106,17 @@ def combined(parts: Sequence[Inertia]) -> Inertia:
 def impossible(mass: float, about_center: Array) -> str:
     """Return the reason why no real body has this mass and inertia; empty for a possible one."""
     if mass < 0.0:
-        return f"the mass {mass:.6g} is negative"
+        return f"the mass {mass:.6g} is negative [E1709]"
     moments = np.linalg.eigvalsh(about_center)
     listed = ", ".join(f"{moment:.6g}" for moment in moments)
     if _not_positive(moments):
-        return f"the inertia is not positive semidefinite: its principal moments are {listed}"
+        return f"the inertia is not positive semidefinite: its principal moments are {listed} [E1785]"
     if _one_sided(moments, 0.0):
         others = moments[0] + moments[1]
         excess = f" by {100.0 * (moments[2] / others - 1.0):.2g} %" if 2.0 * others > moments[2] else ""
         return (
             f"the principal moments {listed} violate the triangle inequality: the largest exceeds the sum of the"
-            f" other two{excess}"
+            f" other two{excess} [E1786]"
         )
     return ""
 

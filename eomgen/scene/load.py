@@ -59,7 +59,7 @@ def load(
     """
     path = _expanded(path)
     if coordinates not in (None, "joint", "absolute"):
-        raise UsageError(f"coordinates are {shown(coordinates)}", "joint or absolute")
+        raise UsageError(f"coordinates are {shown(coordinates)} [E1678]", "joint or absolute")
     read = _read(path, strict=strict, **options)
     return _from_read(read, shown_file(path), coordinates, path.parent, task_frames)
 
@@ -89,7 +89,7 @@ def named_method(data: Mapping[str, Any]) -> object:
 def _expanded(path: str | Path) -> Path:
     """Return a path with ``~`` in words. Raises UsageError for a text that is not a path."""
     if "\n" in str(path):
-        fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines"
+        fault = f"the path of a file is needed, and {shown(str(path))} is a text of several lines [E1679]"
         other = "" if str(path).lstrip().startswith("<") else ", or load(tomllib.loads(text))"
         raise UsageError(Problem("path", fault, f"the path of a file that holds the text{other}"))
     try:
@@ -102,10 +102,10 @@ def _read(path: Path, *, strict: bool, **options: Any) -> ConvertedScene:
     source = source_of(path)
     if source is None:
         if not path.suffix and not path.exists():
-            raise UsageError(f"there is no file {str(path)!a}", readable(path))
+            raise UsageError(f"there is no file {str(path)!a} [E2145]", readable(path))
         if absent := fault_of_absent(path.suffix.lower()):
-            raise UsageError(f"{str(path)!a} cannot be read: {absent[0]}", absent[1])
-        raise UsageError(f"{str(path)!a} is not a kind of file that can be read", readable(path))
+            raise UsageError(f"{str(path)!a} cannot be read: {absent[0]} [E0902]", absent[1])
+        raise UsageError(f"{str(path)!a} is not a kind of file that can be read [E1680]", readable(path))
     specified = checked_options(source, options)
     return source.convert(read_text(path, endings_like(path)), path, strict=strict, included=False, **specified)
 
@@ -209,7 +209,7 @@ def from_data(
     report = Report(file, lines or {})
     report.noted += [(0, problem) for problem in problems]
     if not data and not report.noted:
-        report.add("", "the scene is empty", 'format = 1, name = "...", and [bodies] and [joints]')
+        report.add("", "the scene is empty [E1681]", 'format = 1, name = "...", and [bodies] and [joints]')
         report.raise_problems()
     if "kind" in data and (fault := fault_of_kind(data["kind"])):
         report.add("kind", *fault)

@@ -55,21 +55,21 @@ def repeated(
         if key != "repeat"
     }
     if not isinstance(tables, Mapping):
-        report.add("repeat", f"a table is needed here, not {described(tables)}", f"[repeat.chain] and {_HOW}")
+        report.add("repeat", f"a table is needed here, not {described(tables)} [E0716]", f"[repeat.chain] and {_HOW}")
         return made
     sources = _by_entry(report.lines)
     total = 0
     for name, table in tables.items():
         key = key_of("repeat", str(name))
         if not isinstance(table, Mapping):
-            report.add(key, f"a table is needed here, not {described(table)}", f"[{key}] and {_HOW}")
+            report.add(key, f"a table is needed here, not {described(table)} [E0716]", f"[{key}] and {_HOW}")
             continue
         ranges = _ranges(key, table, report)
         if ranges is None:
             continue
         total += math.prod(len(numbers) for numbers in ranges.values())
         if total > MOST_COPIES:
-            report.add(f"{key}.{_INDICES}", f"more than {MOST_COPIES} copies are made", "fewer of them")
+            report.add(f"{key}.{_INDICES}", f"more than {MOST_COPIES} copies are made [E1847]", "fewer of them")
             break
         _Copies(key, table, ranges, report, lines, sources, sections).put(made)
     return made
@@ -113,18 +113,24 @@ def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, ran
     place = f"{key}.{_INDICES}"
     indices = table.get(_INDICES)
     if not isinstance(indices, Mapping) or not indices:
-        fault = f"the key {_INDICES} is missing" if indices is None else f"indices are {described(indices)}"
+        fault = (
+            f"the key {_INDICES} is missing [E1343]" if indices is None else f"indices are {described(indices)} [E1848]"
+        )
         report.add(place, fault, _HOW)
         return None
     ranges: dict[str, range] = {}
     for index, given in indices.items():
         bounds = [0, given - 1] if _whole(given) else given
         if not is_legal(str(index)):
-            report.add(place, f"the index {shown(index)} is not a name", NAME_RULE)
+            report.add(place, f"the index {shown(index)} is not a name [E1850]", NAME_RULE)
         elif not (isinstance(bounds, Sequence) and len(bounds) == 2 and all(map(_whole, bounds))):
-            report.add(f"{place}.{index}", f"an index counts by whole numbers, and here is {described(given)}", _HOW)
+            report.add(
+                f"{place}.{index}", f"an index counts by whole numbers, and here is {described(given)} [E1851]", _HOW
+            )
         elif bounds[1] < bounds[0]:
-            report.add(f"{place}.{index}", f"the index {index} takes no number from {bounds[0]} to {bounds[1]}", _HOW)
+            report.add(
+                f"{place}.{index}", f"the index {index} takes no number from {bounds[0]} to {bounds[1]} [E1852]", _HOW
+            )
         else:
             ranges[str(index)] = range(bounds[0], bounds[1] + 1)
     return ranges if len(ranges) == len(indices) else None
@@ -166,9 +172,9 @@ class _Copies:
             place = f"{self.key}.{section}"
             if section not in self.sections:
                 hint = nearest(str(section), self.sections)
-                self.report.add(place, f"there is no section {shown(section)} whose entries could repeat", hint)
+                self.report.add(place, f"there is no section {shown(section)} whose entries could repeat [E1853]", hint)
             elif not isinstance(templates, Mapping):
-                self.report.add(place, f"a table is needed here, not {described(templates)}")
+                self.report.add(place, f"a table is needed here, not {described(templates)} [E0716]")
             elif isinstance(entries := made.setdefault(section, {}), MutableMapping):
                 within = self.key.removeprefix("repeat.")
                 named = [(str(name), key_of("repeat", within, section, str(name))) for name in templates]
@@ -181,7 +187,7 @@ class _Copies:
         where = self.table.get(_WHERE, "1")
         key = f"{self.key}.{_WHERE}"
         if not isinstance(where, str):
-            self.report.add(key, f"a formula is needed here, not {described(where)}", 'where = "i < j"')
+            self.report.add(key, f"a formula is needed here, not {described(where)} [E0721]", 'where = "i < j"')
             return
         for numbers in itertools.product(*self.ranges.values()):
             values = dict(zip(self.ranges, numbers, strict=True))
@@ -202,13 +208,13 @@ class _Copies:
         if self.report.concerns(key):
             return
         if not is_legal(str(copy)):
-            self.report.add(key, f"the name {shown(copy)} is not legal", NAME_RULE)
+            self.report.add(key, f"the name {shown(copy)} is not legal [E0715]", NAME_RULE)
             return
         if copy in entries:
             if key not in self.twice:
                 self.twice.add(key)
                 hint = f"braces with all indices in the name: {shown(name + ''.join(f'_{{{i}}}' for i in self.ranges))}"
-                self.report.add(key, f"the name {copy} in {section} is given twice", hint)
+                self.report.add(key, f"the name {copy} in {section} is given twice [E1854]", hint)
             return
         entries[copy] = self._filled(entry, values, key)
         for rest, line in self.sources.get(key, ()):
@@ -233,7 +239,9 @@ class _Copies:
         pieces = self._pieces(text)
         filled = "".join(repr(self._number(piece, values, key)) if k % 2 else piece for k, piece in enumerate(pieces))
         if ("{" in filled or "}" in filled) and not self.report.concerns(key):
-            self.report.add(key, f"{shown(text)} has a brace without its other", f"{{{next(iter(self.ranges))}}}")
+            self.report.add(
+                key, f"{shown(text)} has a brace without its other [E1855]", f"{{{next(iter(self.ranges))}}}"
+            )
         return filled
 
     def _pieces(self, text: str) -> list[str]:

@@ -519,11 +519,11 @@ def fault_of_variables(
     """Return the fault of the names of ``count`` standard normal variables of ``owner``, "random process" or "sea"."""
     last = variables_of(name, count)[-1]
     if len(last) > NAME_LENGTH:
-        return f"the {owner} {name} has parameters such as {last}, whose names are too long", "a shorter name"
+        return f"the {owner} {name} has parameters such as {last}, whose names are too long [E1452]", "a shorter name"
     every = set(variables_of(name, count))
     for row in rows:
         for taken in every.intersection(document.section(row.key)) if row.bare else ():
-            fault = f"the {owner} {name} has the parameter {taken}, and there is {row.bare} of that name"
+            fault = f"the {owner} {name} has the parameter {taken}, and there is {row.bare} of that name [E1457]"
             return fault, "another name for one of them"
     return "", ""
 

@@ -57,7 +57,7 @@ def method_of(
         return method, ""
     for key, value in (given or {}).items():
         if value is not None and key in _OF_OTHERS:
-            fault = f"auto chooses between an explicit method and {STANDARD}, which take no {key}"
+            fault = f"auto chooses between an explicit method and {STANDARD}, which take no {key} [E1991]"
             raise UsageError(Problem(key, fault, f'method = "{_OF_OTHERS[key]}", or without {key}'))
     return automatic(model, initial, p, t, step)
 

@@ -94,17 +94,19 @@ class Checkpoint:
         arrays, run = read_arrays(path, _KIND, "a file that simulate(checkpoint=...) wrote")
         if run.pop("kind", None) != _KIND:
             raise FileError(
-                Problem(str(path), f"this is not a {_KIND} written by eomgen", "a file of simulate(checkpoint=...)")
+                Problem(
+                    str(path), f"this is not a {_KIND} written by eomgen [E1992]", "a file of simulate(checkpoint=...)"
+                )
             )
         if run["format"] != FORMAT:
             fault = (
                 f"a {_KIND} of format {run['format']!r}, written by eomgen {run.get('version')}; this one reads"
-                f" {FORMAT}"
+                f" {FORMAT} [E1993]"
             )
             raise FileError(Problem(str(path), fault, "the eomgen that wrote it"))
         wrong = [name for name, kind in _NEEDED.items() if not isinstance(run.get(name), kind)]
         if wrong or not {"state", "workspace"} <= set(arrays):
-            fault = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing"
+            fault = f"this is not a whole {_KIND}: {', '.join(wrong) or 'its state'} missing [E1994]"
             raise FileError(Problem(str(path), fault, "another checkpoint"))
         groups: dict[str, dict[str, Array]] = {"input": {}, "start": {}}
         for name, array in arrays.items():
@@ -121,13 +123,15 @@ class Checkpoint:
             " start.v"
         )
         if self.run["scene"] != scene:
-            fault = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r}"
+            fault = f"this checkpoint is one of the scene {self.run['scene']!r}, the model is {scene!r} [E1995]"
             raise ModelError(Problem(str(path), fault, hint))
         if self.run["fingerprint"] != library.layout["fingerprint"]:
-            fault = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed"
+            fault = f"this checkpoint was written by another model {scene!r}: the scene or eomgen changed [E1996]"
             raise ModelError(Problem(str(path), fault, hint))
         if self.run["build"] != library.digest or len(self.state) != library.lib.eomgen_stepper_size(0):
-            fault = f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ"
+            fault = (
+                f"this checkpoint was written by another compilation of {scene!r}, whose last bits may differ [E1997]"
+            )
             raise ModelError(Problem(str(path), fault, "the compiler, flags and machine of the first part; " + hint))
 
 
@@ -199,10 +203,14 @@ def checkpoint_writer(
     """Return the writer of the checkpoints of a run; None without a path. Raises UsageError."""
     if path is None:
         if every is not None:
-            raise UsageError(Problem("checkpoint_every", "there is no file to write to", 'checkpoint="run.ckpt"'))
+            raise UsageError(
+                Problem("checkpoint_every", "there is no file to write to [E1998]", 'checkpoint="run.ckpt"')
+            )
         return None
     if not isinstance(path, str | os.PathLike):
-        raise UsageError(Problem("checkpoint", f"a path is needed, not {type(path).__name__}", 'checkpoint="run.ckpt"'))
+        raise UsageError(
+            Problem("checkpoint", f"a path is needed, not {type(path).__name__} [E1999]", 'checkpoint="run.ckpt"')
+        )
     steps = None if every is None else count_of("checkpoint_every", every)
     return CheckpointWriter(Path(path), steps, lambda stepper: checkpoint_of(run, library, stepper))
 
@@ -247,11 +255,13 @@ class SimulatorState:
         hint = "the model, method and compiler that made it, or start(initial={'q': state.q, 'v': state.v})"
         fault = ""
         if self.scene != scene:
-            fault = f"this is a state of the scene {self.scene!r}, the simulator runs {scene!r}"
+            fault = f"this is a state of the scene {self.scene!r}, the simulator runs {scene!r} [E2000]"
         elif self.fingerprint != library.fingerprint:
-            fault = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ"
+            fault = f"this is a state of another model {scene!r}: its scene, terms, method or C code differ [E2001]"
         elif self.build != library.digest:
-            fault = f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently"
+            fault = (
+                f"this is a state of another compilation of {scene!r}, whose memory may be laid out differently [E2002]"
+            )
         if fault:
             raise ModelError(Problem("state", fault, hint))
 
@@ -343,7 +353,7 @@ def resume(
     stepper = Stepper(library, run.settings, p, run.controllers)
     stepper.restore(saved.state, saved.workspace)
     if grid.whole < stepper.count:
-        fault = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s"
+        fault = f"the end {end:.9g} s lies before the checkpoint's time {stepper.t:.9g} s [E2003]"
         raise UsageError(Problem("t_end", fault, "a later t_end"))
     check_memory((grid.steps - stepper.count) // run.every + 2, stepper.sizes["row"])
     check_span(model, library, method, p, run.signals.given, grid)
@@ -366,7 +376,7 @@ def _controllers(library: Library, given: Mapping[str, Controller] | None) -> Ca
     """Return the caller's functions. Raises UsageError if a function may keep data outside of the internal states."""
     functions = read_controllers(given, library.layout)
     if functions is not None and (names := functions.undeclared):
-        fault = f"the function of {names} may keep something that no checkpoint holds"
+        fault = f"the function of {names} may keep something that no checkpoint holds [E2004]"
         hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
         raise UsageError(Problem("controllers", fault, hint))
     return functions
@@ -381,7 +391,11 @@ def _same_parameters(model: CompiledModel, known: Array, given: Parameters) -> N
     )
     asked = model.parameter_array(whole)
     problems = [
-        Problem(f"parameter {name}", f"the run has {old:.9g}, not {new:.9g}", "a run of its own for other parameters")
+        Problem(
+            f"parameter {name}",
+            f"the run has {old:.9g}, not {new:.9g} [E2005]",
+            "a run of its own for other parameters",
+        )
         for name, old, new in zip(model.parameters, known, np.broadcast_to(asked, known.shape), strict=True)
         if old != new
     ]
@@ -396,12 +410,14 @@ def _inputs(saved: Checkpoint, given: Mapping[str, Signal] | None) -> dict[str, 
     problems = []
     for name, kind in kinds.items():
         if kind == "function" and not callable(asked.get(name)):
-            fault = "the run had a function of t here, which no file holds"
+            fault = "the run had a function of t here, which no file holds [E2006]"
             problems.append(Problem(f"input {name}", fault, "the same function again"))
         elif kind != "function" and name in asked and not _goes_on(saved.inputs[name], asked[name]):
-            problems.append(Problem(f"input {name}", f"the run has another {kind}", "none: it is in the checkpoint"))
+            problems.append(
+                Problem(f"input {name}", f"the run has another {kind} [E2007]", "none: it is in the checkpoint")
+            )
     problems += [
-        Problem(f"input {name}", "the run followed the scene here", "leave it out")
+        Problem(f"input {name}", "the run followed the scene here [E2008]", "leave it out")
         for name in asked
         if name not in kinds
     ]

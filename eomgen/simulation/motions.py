@@ -68,7 +68,7 @@ class Motions:
             return {}
         if not isinstance(given, Mapping):
             hint = 'motions={"lift": (position, rate, acceleration)}'
-            fault = f"a mapping from the names of motions is needed, not {type(given).__name__}"
+            fault = f"a mapping from the names of motions is needed, not {type(given).__name__} [E2018]"
             raise UsageError(Problem("motions", fault, hint))
         for name in given:
             check_name("motion", name, tuple(self._columns))
@@ -92,7 +92,7 @@ class Motions:
             if target is None and np.any(start[1:]):
                 fault = f"it is under way, with a rate of {start[1]:.6g} and an acceleration of {start[2]:.6g}"
                 hint = f"motions={{{name!r}: (position, rate, acceleration)}} at the end of the step"
-                raise UsageError(Problem(f"motion {name}", f"{fault}, and has no target", hint))
+                raise UsageError(Problem(f"motion {name}", f"{fault}, and has no target [E2019]", hint))
             end = start if target is None else read_target(name, target)
             moved[columns] = [t, *piece(start, end, duration)]
         return moved
@@ -166,7 +166,7 @@ def value_at(name: str, target: Target, t: float) -> Array:
     try:
         value = target(t)
     except Exception as error:
-        fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+        fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error} [E2020]"
         raise UsageError(Problem(f"motion {name}", fault)) from error
     return read_target(name, value, f" at t = {t:.9g} s")
 
@@ -176,7 +176,7 @@ def read_target(name: str, target: ArrayLike, when: str = "") -> Array:
     where = f"motion {name}"
     array = numbers(where, target)
     if array.shape != (3,):
-        fault = f"its position, rate and acceleration{when} are needed, three numbers, not shape {array.shape}"
+        fault = f"its position, rate and acceleration{when} are needed, three numbers, not shape {array.shape} [E2021]"
         hint = "(x, v, a): joints that follow the motion need its derivatives; of a spline s: (s(t), s(t, 1), s(t, 2))"
         raise UsageError(Problem(where, fault, hint))
     check_finite(where, array)
@@ -187,6 +187,6 @@ def refuse_as_inputs(given: object, motions: Collection[str]) -> None:
     """Raise UsageError if motions are among the given inputs."""
     for name in motions:
         if isinstance(given, Mapping) and name in given:
-            fault = "this is a motion, which its caller gives with rate and acceleration from step to step"
+            fault = "this is a motion, which its caller gives with rate and acceleration from step to step [E2022]"
             hint = f"run = model.start(...), then run.step(motions={{{name!r}: (position, rate, acceleration)}})"
             raise UsageError(Problem(f"input {name}", fault, hint))

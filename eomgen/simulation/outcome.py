@@ -15,6 +15,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
+from eomgen.errors import Message
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.finding import Finding
 from eomgen.results.solution import Solution
@@ -117,7 +118,7 @@ class Outcome(FinishedRun):
         model = run.model
         notes = [*model.notes, *run.method.warnings(bool(model.multipliers))]
         if beginning is not None:
-            of_scene = starts_beyond_limits(model, model.initial_q, model.parameter_array())
+            of_scene = [*map(Message, starts_beyond_limits(model, model.initial_q, model.parameter_array()))]
             notes = [note for note in notes if note not in of_scene]
             notes += [*self._notes("start"), *beginning.notes, *self._notes("call"), *self._verdict.unchecked]
         profile = self.stepper.library.profile
@@ -127,7 +128,7 @@ class Outcome(FinishedRun):
             **({} if events is None else {"events": events.described()}),
             "start": run.begun,
             "corrections": run.corrections,
-            "notes": notes,
+            "notes": [*map(Message, notes)],
             "energy_balance": str(self.balance),
         }
 

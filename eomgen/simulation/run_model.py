@@ -77,7 +77,9 @@ class StepsBetween:
             if not status:
                 status, _ = stepper.run(1, 1, table, record[place : place + 1])
             if status:
-                raise NumericalError(f"no state at t = {time:.9g} s: {stepper.status_text(status)}", "times of rows")
+                raise NumericalError(
+                    f"no state at t = {time:.9g} s: {stepper.status_text(status)} [E2023]", "times of rows"
+                )
         return q, v, a, z
 
 
@@ -193,18 +195,23 @@ def attach(model: CompiledModel, solution: Solution, inputs: Mapping[str, Signal
     (3,)
     """
     if not isinstance(solution, Solution):
-        fault = f"a solution is needed, not {type(solution).__name__}"
+        fault = f"a solution is needed, not {type(solution).__name__} [E2170]"
         raise UsageError(Problem("attach", fault, "model.attach(eomgen.Solution.load(path))"))
     data = solution.metadata
     missing = [name for name in ("scene", "fingerprint", "method_parameters", "inputs") if name not in data]
     if missing:
-        fault = f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older eomgen"
+        fault = (
+            f"the solution does not say of which run it is ({missing[0]} is missing): by hand, or an older"
+            f" eomgen [E2024]"
+        )
         raise UsageError(Problem("attach", fault, "a solution of simulate"))
     if data["fingerprint"] != model.library.layout.get("fingerprint"):
         other = f"another model {model.name!r}: the scene or eomgen changed"
         if data["scene"] != model.name:
             other = f"the scene {data['scene']!r}, the model is {model.name!r}"
-        raise ModelError(Problem("attach", f"this is a solution of {other}", "the model that made it, or a new run"))
+        raise ModelError(
+            Problem("attach", f"this is a solution of {other} [E2025]", "the model that made it, or a new run")
+        )
     method = method_named(data["method"], **data["method_parameters"])
     library = stepper_library(model, data["method"], method)
     run = stored_run(model, data, method, library, float(data["t_end"]), _inputs(data["inputs"], inputs or {}))
@@ -216,12 +223,14 @@ def _inputs(known: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Sig
     problems = []
     for name, value in known.items():
         if isinstance(value, str) and name not in given:
-            fault = f"the run had a {value} here, which a solution does not hold"
+            fault = f"the run had a {value} here, which a solution does not hold [E2026]"
             problems.append(Problem(f"input {name}", fault, f"the same again: inputs={{{name!r}: ...}}"))
         elif not isinstance(value, str) and name in given and not np.array_equal(given[name], value):
-            problems.append(Problem(f"input {name}", f"the run had {value:.9g} here", "leave it out"))
+            problems.append(Problem(f"input {name}", f"the run had {value:.9g} here [E2027]", "leave it out"))
     of_scene = [name for name in given if name not in known]
-    problems += [Problem(f"input {name}", "the run followed the scene here", "leave it out") for name in of_scene]
+    problems += [
+        Problem(f"input {name}", "the run followed the scene here [E2008]", "leave it out") for name in of_scene
+    ]
     if problems:
         raise UsageError(problems)
     return {**{name: value for name, value in known.items() if not isinstance(value, str)}, **given}

@@ -359,7 +359,7 @@ def _stepped(
         table = driven(grid.start + first)
     status = stepper.initialize(grid.start, state.q, state.v, table, state.z)
     if status == BAD_ARGUMENT.number:
-        fault = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)}"
+        fault = f"{run.name} refuses {_listed(run.settings)}: {stepper.status_text(status)} [E2028]"
         raise UsageError(Problem("settings", fault, "the defaults"))
     if status:
         unknown = np.full(model.nv + len(model.multipliers), np.nan)

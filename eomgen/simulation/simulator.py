@@ -16,7 +16,7 @@ from eomgen.base.calls import NamedResults, ReadOnly, UnknownAttribute, checked_
 from eomgen.base.data import replace
 from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
-from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
+from eomgen.errors import EomgenError, Message, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED
 from eomgen.integrators.families.family import BAD_ARGUMENT
 from eomgen.integrators.stepper_layout import INPUT_NOT_FINITE
@@ -60,7 +60,7 @@ class StepEvent(NamedTuple):
 def _no_assignment(name: str) -> UnknownAttribute:
     """Return the error of a quantity that is read, and set otherwise."""
     hint = "set_state(t=...)" if name == "t" else f'set_state({{"{name}": ...}})'
-    return UnknownAttribute(Problem("", f"{name} of a Simulator is read, and not assigned to", hint))
+    return UnknownAttribute(Problem("", f"{name} of a Simulator is read, and not assigned to [E2029]", hint))
 
 
 @checked_calls(
@@ -227,12 +227,12 @@ class Simulator:
         """
         now, target = self.t, number_of("t", t)
         if target < now:
-            fault = f"{target:.9g} s lies before the time of the state, {now:.9g} s"
+            fault = f"{target:.9g} s lies before the time of the state, {now:.9g} s [E2030]"
             raise UsageError(Problem("t", fault, "a later time, or restore(state) of an earlier one"))
         if target == now == self._advanced:
             warnings.warn(
                 f"advance({target:.9g}) takes the time to go to, and the motion is there already: it stays "
-                f"there; try: advance(run.t + {target:.9g}) for a time span",
+                f"there; try: advance(run.t + {target:.9g}) for a time span [W0205]",
                 RuntimeWarning,
                 stacklevel=3,
             )
@@ -303,7 +303,7 @@ class Simulator:
         """
         model = self.model
         if not isinstance(values, Mapping):
-            fault = f"a mapping from names to numbers is needed, not {type(values).__name__}"
+            fault = f"a mapping from names to numbers is needed, not {type(values).__name__} [E2031]"
             raise UsageError(Problem("parameters", fault, 'run.set_parameters({"load": 0.5})'))
         for name in values:
             check_name("parameter", name, tuple(model.parameters), model.evaluator.fixed_parameters)
@@ -344,7 +344,7 @@ class Simulator:
         (array([0.8, 0.2]), array([0., 1.]))
         """
         if state is not None and not isinstance(state, Mapping):
-            fault = f"a mapping is needed, not {type(state).__name__}"
+            fault = f"a mapping is needed, not {type(state).__name__} [E0090]"
             raise UsageError(Problem("state", fault, 'set_state({"q": q, "v": v}), or {"joint": position}'))
         time = self.t if t is None else number_of("t", t)
         p = self._motions.later(self._present(), time - self.t)
@@ -382,7 +382,7 @@ class Simulator:
         except EomgenError:
             self._stepper.restore(*before)
             raise
-        self.notes, self._stopped, self._cleared, self._found = tuple(notes), "", 0, ()
+        self.notes, self._stopped, self._cleared, self._found = tuple(map(Message, notes)), "", 0, ()
         self._advanced = None
         self._begun = state
 
@@ -409,8 +409,10 @@ class Simulator:
             settings = ", ".join(f"{name} = {value:.6g}" for name, value in self._run.settings.items())
             text = stepper.status_text(status)
             if status == BAD_ARGUMENT.number:
-                raise UsageError(Problem("settings", f"{self.method} refuses {settings}: {text}", "the defaults"))
-            fault = f"the motion cannot start at t = {t:.9g} s: {text}"
+                raise UsageError(
+                    Problem("settings", f"{self.method} refuses {settings}: {text} [E2028]", "the defaults")
+                )
+            fault = f"the motion cannot start at t = {t:.9g} s: {text} [E2036]"
             raise NumericalError(Problem("start", fault, "another state, other parameters or inputs"))
 
     # -- present state ------------------------------------------------------------------------------------------------
@@ -563,7 +565,7 @@ class Simulator:
         array([0.   , 0.005])
         """
         if not self._recorded:
-            fault = "there are no rows: a simulator keeps the states that it is asked to record"
+            fault = "there are no rows: a simulator keeps the states that it is asked to record [E2037]"
             raise UsageError(Problem("solution", fault, "run.record() at the start and after steps"))
         return recorded_solution(self._run, self._recorded, self.statistics, self.notes, self._stopped)
 
@@ -618,10 +620,12 @@ class Simulator:
         """
         if not isinstance(state, SimulatorState):
             hint = "run.state of before, or set_state({'q': q, 'v': v})"
-            raise UsageError(Problem("state", f"a state of a simulator is needed, not {type(state).__name__}", hint))
+            raise UsageError(
+                Problem("state", f"a state of a simulator is needed, not {type(state).__name__} [E2038]", hint)
+            )
         state.check(self.model.name, self._library)
         if self._run.controllers is not None and (names := self._run.controllers.undeclared):
-            fault = f"the function of {names} may keep something that no state holds"
+            fault = f"the function of {names} may keep something that no state holds [E2039]"
             hint = "memory = 0, or how many numbers it keeps, in the scene's controller"
             raise UsageError(Problem("state", fault, hint))
         stepper = self._stepper
@@ -702,16 +706,18 @@ class Simulator:
             u = [given[key] for key in self.model.inputs] if len(given) == self.model.nu else None
         if u is None:
             hint = f"u and end as lists of {self.model.nu}, in the order of model.inputs, or both by all names"
-            raise UsageError(Problem(name, "inputs that move linearly need all of them at both ends", hint))
+            raise UsageError(Problem(name, "inputs that move linearly need all of them at both ends [E2040]", hint))
         array = numbers(name, u)
         if array.ndim == 0 and self._shape == (1,):
             array = array.reshape(1)
         if array.ndim == 0 and not self._shape[0]:
-            fault = f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long"
+            fault = (
+                f"these are the inputs of a step, and the scene has none; a step is {self.step_size:.9g} s long [E2041]"
+            )
             raise UsageError(Problem(name, fault, "step() or step(n=...); the size of steps is set by start(step=...)"))
         if array.shape != self._shape:
             names = ", ".join(self.model.inputs) or "none: the scene has no inputs"
-            fault = f"the shape is {array.shape}, {self._shape} is needed: {names}"
+            fault = f"the shape is {array.shape}, {self._shape} is needed: {names} [E2042]"
             raise UsageError(Problem(name, fault, "one number for each input, or a mapping from names"))
         check_finite(name, array, self.model.inputs)
         return array
@@ -719,9 +725,9 @@ class Simulator:
     def _steps(self, u: StepInputs, n: int, end: StepInputs) -> None:
         if self._stopped:
             hint = "restore(state) of before, or set_state"
-            raise UsageError(Problem("step", f"the motion was {self._stopped}", hint))
+            raise UsageError(Problem("step", f"the motion was {self._stopped} [E2043]", hint))
         if end is not None and not self._linear:
-            fault = f"{self.method} holds its inputs over each step"
+            fault = f"{self.method} holds its inputs over each step [E2044]"
             raise UsageError(Problem("end", fault, "shorter steps with held inputs, or another method"))
         held = None if u is None or isinstance(u, Mapping) else self._inputs_of("u", u)
         last = None if end is None else self._inputs_of("end", end)
@@ -729,7 +735,7 @@ class Simulator:
         if self._begun is not None and isinstance(u, float) and u == self.step_size:
             warnings.warn(
                 f"step({u:.9g}) takes {u:.9g} as the input {self.model.inputs[0]}, not as the size of the step: "
-                "that is set by start(step=...), and step() without inputs takes one",
+                "that is set by start(step=...), and step() without inputs takes one [W0206]",
                 RuntimeWarning,
                 stacklevel=4,
             )
@@ -761,7 +767,7 @@ class Simulator:
             return
         targets = moves.check(given)
         if targets and self._run.method.chooses_steps:
-            fault = f"{self.method} chooses its steps, which lie ahead of the time to which motions are known"
+            fault = f"{self.method} chooses its steps, which lie ahead of the time to which motions are known [E2045]"
             raise UsageError(Problem("motions", fault, "generalized_alpha, or another method with steps of one size"))
         before = self.state if self._library.layout["left_out"] else None
         self._take(moves.begin(self._present(), self.t, duration, targets))
@@ -815,7 +821,9 @@ class Simulator:
         for name, signal in read.items():
             if isinstance(signal, np.ndarray):
                 hint = "a number, or a function of t"
-                raise UsageError(Problem(f"input {name}", "a table does not say to which steps it belongs", hint))
+                raise UsageError(
+                    Problem(f"input {name}", "a table does not say to which steps it belongs [E2046]", hint)
+                )
         if self._run.method.inputs == "series":
             check_held(self.method, read)
         return read
@@ -848,7 +856,7 @@ class Simulator:
             self._cleared += 1
             check_finite("u", self._u, self.model.inputs)
         if status == STOPPED.number:
-            self._stopped, self._cleared = ending(status, self._stepper), 0
+            self._stopped, self._cleared = Message(ending(status, self._stepper)), 0
             return
         self._cleared = 0
         if status in AT_EVENTS:

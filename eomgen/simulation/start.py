@@ -112,13 +112,16 @@ def start(
     library = chosen.library
     apart = float(np.spacing((np.float32 if library.real == "float" else np.float64)(abs(t))))
     if size < FINEST * apart:
-        fault = f"at t = {t:.9g} s neighbouring numbers differ by {apart:.3g} s, too much for a step of {size:.3g} s"
+        fault = (
+            f"at t = {t:.9g} s neighbouring numbers differ by {apart:.3g} s, too much for a step of {size:.3g}"
+            f" s [E2052]"
+        )
         raise UsageError(Problem("step", fault, f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0"))
     refuse_as_inputs(inputs, tuple(moves))
     from_caller = read_signals(inputs, model.inputs, 0, model.input_units)
     for key, signal in from_caller.items():
         if isinstance(signal, np.ndarray):
-            fault = "a table is for a run whose end is known"
+            fault = "a table is for a run whose end is known [E2053]"
             raise UsageError(Problem(f"input {key}", fault, "a number or a function of t here, and values in step(u)"))
     if chosen.method.inputs == "series":
         check_held(chosen.name, from_caller)

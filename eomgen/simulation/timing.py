@@ -94,7 +94,7 @@ def step_times(
     """
     described = solution.metadata
     if not solution.success:
-        fault = "a run that stops early has no times of all its steps"
+        fault = "a run that stops early has no times of all its steps [E2080]"
         raise NumericalError(Problem("timing", fault, "a run that reaches its end"))
     method = method_named(described["method"], **described["method_parameters"])
     repeated = RepeatedRun(model, solution, method, inputs)
@@ -200,7 +200,7 @@ class RepeatedRun:
 
     def _check(self, status: int) -> None:
         if status:
-            fault = f"the run cannot be repeated: {self._stepper.status_text(status)}"
+            fault = f"the run cannot be repeated: {self._stepper.status_text(status)} [E2081]"
             raise NumericalError(Problem("timing", fault, "a run that reaches its end"))
 
 

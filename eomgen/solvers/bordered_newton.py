@@ -205,9 +205,9 @@ def corrected(
         try:
             tangents, balance = statics.tangents(rest), statics.balance(rest).joined
         except np.linalg.LinAlgError:
-            return CorrectedPoint(rest, displacement, count, "the equations cannot be evaluated there")
+            return CorrectedPoint(rest, displacement, count, "the equations cannot be evaluated there [E2084]")
         if not np.isfinite(balance).all():
-            return CorrectedPoint(rest, displacement, count, "forces are not finite there")
+            return CorrectedPoint(rest, displacement, count, "forces are not finite there [E2085]")
         strains = statics.strains(rest.s)
         if strains is not None:
             d = strains.values(rest.q)
@@ -220,13 +220,13 @@ def corrected(
         solution = _solution(statics, rest, tangents, plane, fixed=not plane.unknowns.any())
         solved = solution(np.append(-balance, 0.0))
         if solved is None:
-            return CorrectedPoint(rest, displacement, count, "the tangent stiffness is singular there")
+            return CorrectedPoint(rest, displacement, count, "the tangent stiffness is singular there [E2086]")
         step = solved[:nv]
         if strains is not None:
             predicted = d + (derivative @ step).reshape(d.shape)
         size, moved = _sizes(statics, solved)
         if size > 10.0:
-            return CorrectedPoint(rest, displacement, count, "corrections grow")
+            return CorrectedPoint(rest, displacement, count, "corrections grow [E2087]")
         rest, displacement = _moved(statics, rest, solved[:-1], float(solved[-1])), displacement + step
         if moved <= _LAST or (moved <= _ROUNDING and count > 2 and moved > 0.3 * last):
             return CorrectedPoint(rest, displacement, count)
@@ -236,9 +236,9 @@ def corrected(
                 rest = _moved(statics, rest, solved[:-1], float(solved[-1]))
                 return CorrectedPoint(rest, displacement + solved[:nv], count + 1)
         if count > 5 and moved > 2.0 * last:
-            return CorrectedPoint(rest, displacement, count, "corrections grow")
+            return CorrectedPoint(rest, displacement, count, "corrections grow [E2087]")
         last = moved
-    return CorrectedPoint(rest, displacement, ITERATIONS, "corrections do not converge")
+    return CorrectedPoint(rest, displacement, ITERATIONS, "corrections do not converge [E2088]")
 
 
 def _sizes(statics: LoadedStatics, solved: Array) -> tuple[float, float]:

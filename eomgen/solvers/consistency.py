@@ -88,10 +88,11 @@ class Assembly:
             One sentence for each.
         """
         at_position = [
-            f"initial position corrected: {name} was off by {value:.3g}" for name, value in self.violations.items()
+            f"initial position corrected: {name} was off by {value:.3g} [W0286]"
+            for name, value in self.violations.items()
         ]
         rates = self.rate_violations.items()
-        at_position += [f"initial position corrected: {self.strained}"] if self.strained is not None else []
+        at_position += [f"initial position corrected: {self.strained} [W0287]"] if self.strained is not None else []
         return at_position + [
             f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates
         ]
@@ -331,7 +332,7 @@ def _contradiction(
     worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
     text = (
         f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
-        f" {'; '.join(worst)}"
+        f" {'; '.join(worst)} [E2082]"
     )
     first, lengths = int(order[0]), _lengths(names, left, limits)
     if lengths:

@@ -415,7 +415,7 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
         listed = ", ".join(undefined[:LISTED]) + (
             f" and {len(undefined) - LISTED} more" if len(undefined) > LISTED else ""
         )
-        fault = f"these rows have no finite derivative where constraints are to be met: {listed}"
+        fault = f"these rows have no finite derivative where constraints are to be met: {listed} [E2083]"
         kinds = {name.rpartition(": ")[2] for name in undefined}
         remedies = {
             "discs": "a state in which no disc lies flat on the plane on which it rolls",

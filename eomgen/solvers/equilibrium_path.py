@@ -92,7 +92,7 @@ def first_point(statics: LoadedStatics, guess: LoadedState, sign: float, *, bala
         raise PathEndError(result.trouble, None)
     onwards = direction(statics, result.rest, held)
     if onwards is None:
-        raise PathEndError("the tangent stiffness is singular there", None)
+        raise PathEndError("the tangent stiffness is singular there [E2086]", None)
     return PathPoint(result.rest, onwards, 0.0, result.corrections, 0.0)
 
 
@@ -153,12 +153,12 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     rest = LoadedState(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
     length = _length(statics, result, start, rest)
     if _off(statics, result, along, left if ends else way) > _SHARE * length:
-        return "the path turns too sharply"
+        return "the path turns too sharply [E2089]"
     onwards = direction(statics, rest, along)
     if onwards is None:
-        return "the tangent stiffness is singular there"
+        return "the tangent stiffness is singular there [E2086]"
     if _cosine(statics, along, onwards) < _COSINE:
-        return "the path turns too sharply"
+        return "the path turns too sharply [E2089]"
     return PathPoint(rest, onwards, point.way + length, result.corrections, left if ends else way)
 
 

@@ -276,9 +276,9 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
                 before, point = point, reached
                 path.append(point.rest.q)
                 if point.way > _FAR:
-                    raise PathEndError("displacements grow without more load: nothing opposes them", point)
+                    raise PathEndError("displacements grow without more load: nothing opposes them [E2090]", point)
                 if len(path) > MAX_STEPS:
-                    raise PathEndError(f"{MAX_STEPS} steps are not enough", point)
+                    raise PathEndError(f"{MAX_STEPS} steps are not enough [E2091]", point)
                 branch = stable_branch(held, point.rest, before.direction) if stable else None
                 if branch is not None:
                     left_along = branch.left_along if left_along is None else left_along

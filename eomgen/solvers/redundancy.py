@@ -121,7 +121,7 @@ def redundancy(
     flat = [row for row in of_formulas if _vanishes(row, at_configurations)]
     if flat:
         listed = ", ".join(system.names[row] for row in flat[:LISTED])
-        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed}"
+        fault = f"the derivatives of these equations vanish at their zeros, so they hold no motion: {listed} [E2092]"
         raise ModelError(Problem("constraints", fault, "equations that change their sign there: x in place of x**2"))
     hidden = [
         row
@@ -145,7 +145,8 @@ def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
 def _lever_too_long(system: ConstrainedSystem, here: RowsInMetric, row: int, dependent: Sequence[int]) -> ModelError:
     listed = ", ".join(system.names[row] for row in dependent[:LISTED])
     fault = (
-        f"{long_lever(here, system.names, row)}, so that it is unknown whether these rows follow from others: {listed}"
+        f"{long_lever(here, system.names, row)}, so that it is unknown whether these rows follow from others:"
+        f" {listed} [E2093]"
     )
     return ModelError(Problem("constraints", fault, f'{NEARER_FRAMES}, or coordinates = "joint"'))
 
@@ -155,7 +156,7 @@ def _too_far_away(system: ConstrainedSystem, here: RowsInMetric, rows: Sequence[
     size, extent = max(float(here.size[row]) for row in rows), min(float(here.extent[row]) for row in rows)
     fault = (
         f"rounding hides whether these rows follow from others: {listed}; places up to {size:.3g} m away are"
-        " subtracted in "
+        " subtracted in [E2094] "
     )
     fault += f"them, and the bodies that they join measure {extent:.3g} m"
     return ModelError(Problem("constraints", fault, "frames of constraints and an origin nearer to the machine"))
@@ -241,14 +242,20 @@ def check_left_out(
         rates, limits = system.velocity(q, v, t), there.rate_limits(np.abs(v))
         off = [f"{system.names[row]} by {rates[row]:.3g} per s" for row in rows if not abs(rates[row]) <= limits[row]]
     if off:
-        fault = f"rows that were left out, because they follow from others at the default parameters, are off at {at}: "
+        fault = (
+            f"rows that were left out, because they follow from others at the default parameters, are off at {at}"
+            f" [E2095]: "
+        )
         fault += "; ".join(off[:LISTED])
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     kept = [row for row in range(len(system.names)) if row not in rows]
     dependent = redundancy(system, q, t, rows=[*kept, *rows]).dependent
     if len(dependent) < len(rows):
         new = [system.names[row] for row in rows if row not in dependent]
-        fault = f"rows that were left out, because they follow from others at the default parameters, do not at {at}: "
+        fault = (
+            f"rows that were left out, because they follow from others at the default parameters, do not at {at}"
+            f" [E2096]: "
+        )
         fault += ", ".join(new[:LISTED])
         raise ModelError(Problem("constraints", fault, _LEFT_OUT))
     by = left_over(system, q, rows, t)

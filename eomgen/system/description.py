@@ -115,7 +115,8 @@ class Limit:
                 effort = f"{value(self.stiffness) * depth:.3g} {'N m' if self.unit == 'rad' else 'N'}"
                 return (
                     f"{self.subject} starts at {position:.4g} {self.unit}, beyond its {side} limit {limit:.4g}"
-                    f" {self.unit}: the stop pushes back with up to {effort}; try an initial position within the limits"
+                    f" {self.unit}: the stop pushes back with up to {effort}; try an initial position within the"
+                    f" limits [W0112]"
                 )
         return ""
 
@@ -368,7 +369,7 @@ class Wheel:
             return ""
         start = f"the tyre {self.name} starts {depth:.4g} m deep in its road, with a radius of {radius:.4g} m"
         force = f"{stiffness * depth / 1e3:.3g} kN push it out"
-        return f"{start}: {force}; its centre belongs about {radius:.4g} m above the road"
+        return f"{start}: {force}; its centre belongs about {radius:.4g} m above the road [W0204]"
 
 
 @dataclass(frozen=True)

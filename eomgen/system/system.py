@@ -636,6 +636,6 @@ class System:
     def _block(self, call: str, term: str) -> Block:
         if term not in self.functions:
             hint = f'eomgen.derive(scene, terms=[..., "{term}"])' if term in TERMS else nearest_term(str(term))
-            fault = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)}"
+            fault = f"the term {term} is not in this System, which was derived with {', '.join(self.functions)} [E2097]"
             raise UsageError(Problem(call, fault, hint))
         return self.functions[term].outputs[0]

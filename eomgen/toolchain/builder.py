@@ -176,7 +176,7 @@ class Builder:
         timeout: float = DEFAULT_TIMEOUT,
     ) -> None:
         if real not in _REALS:
-            raise ToolchainError(f"no number type {real!r}", f"one of {', '.join(_REALS)}")
+            raise ToolchainError(f"no number type {real!r} [E2098]", f"one of {', '.join(_REALS)}")
         self.profile: Profile = profile_named(profile)
         self.real = real
         self._compiler = compiler
@@ -189,7 +189,8 @@ class Builder:
         self.headers = python_headers() if mode in (None, "api") else None
         if mode == "api" and self.headers is None:
             raise ToolchainError(
-                "Python.h is missing, so the API mode of cffi cannot be built", "apt install python3-dev, or mode abi"
+                "Python.h is missing, so the API mode of cffi cannot be built [E2099]",
+                "apt install python3-dev, or mode abi",
             )
         self.mode = "abi" if self.headers is None else "api"
         self.cache = Cache() if cache is None else cache
@@ -216,10 +217,10 @@ class Builder:
         """The compiler. Raises ToolchainError if there is none."""
         if self._compiler is not None:
             return self._compiler
-        problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler")
+        problem = self._missing.problems[0] if self._missing is not None else Problem("", "no C compiler [E2100]")
         fault = (
             f"{problem.what}, and the cache {self.cache.folder} has no library of this model with these terms, this"
-            f" method and profile {self.profile.name} for this machine"
+            f" method and profile {self.profile.name} for this machine [E2101]"
         )
         raise ToolchainError(fault, problem.hint)
 

@@ -91,7 +91,7 @@ def default_folder(environ: Mapping[str, str] | None = None) -> Path:
         try:
             return Path(chosen).expanduser()
         except RuntimeError as error:
-            fault = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')}"
+            fault = f"the folder {chosen!r} cannot be found: {str(error).rstrip('.')} [E2102]"
             raise FileError(Problem("environment variable EOMGEN_CACHE", fault, "a full path")) from None
     base = os.environ.get("XDG_CACHE_HOME") or (os.environ.get("HOME", "") and f"{os.environ['HOME']}/.cache")
     if sys.platform == "linux" and base.startswith("/") and not base[-1].isspace():
@@ -127,7 +127,7 @@ class Cache:
             mode = closing(self.folder)
             warnings.warn(
                 f"the cache {self.folder} {others}, and its libraries are run: set EOMGEN_CACHE to a folder of your own"
-                f"{mode and f' (try: {mode})'}",
+                f"{mode and f' (try: {mode})'} [W0207]",
                 RuntimeWarning,
                 stacklevel=3,
             )
@@ -183,7 +183,7 @@ class Cache:
                 reason = _reason(error)
                 if folder in _SUBSTITUTES.values():
                     named = f"cache {self.read_only or folder}"
-                    fault = f"a compiled model cannot be kept: {reason}"
+                    fault = f"a compiled model cannot be kept: {reason} [E2103]"
                     raise FileError(Problem(named, fault, "space there, or EOMGEN_CACHE=<another folder>")) from error
             self._substitute(folder, reason)
 
@@ -285,13 +285,16 @@ class Cache:
                 try:
                     substitute = _SUBSTITUTES[folder] = _new_folder("eomgen-cache-")
                 except OSError as error:
-                    fault = f"a compiled model cannot be kept: {reason}, nor in a temporary folder: {_reason(error)}"
+                    fault = (
+                        f"a compiled model cannot be kept: {reason}, nor in a temporary folder:"
+                        f" {_reason(error)} [E2206]"
+                    )
                     hint = "EOMGEN_CACHE=<a folder that can be written>"
                     raise FileError(Problem(f"cache {folder}", fault, hint)) from None
                 atexit.register(shutil.rmtree, substitute, ignore_errors=True)
                 warnings.warn(
                     f"the cache {folder} cannot be written ({reason}); building in {substitute} instead. "
-                    "Set EOMGEN_CACHE to a folder that can be written to keep compiled models",
+                    "Set EOMGEN_CACHE to a folder that can be written to keep compiled models [W0208]",
                     RuntimeWarning,
                     stacklevel=4,
                 )

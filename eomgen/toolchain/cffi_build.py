@@ -92,7 +92,7 @@ def unloadable(path: Path, error: Exception) -> ToolchainError:
         if where_nothing_runs
         else "building again"
     )
-    return ToolchainError(f"the compiled library {path} cannot be loaded: {error}", hint)
+    return ToolchainError(f"the compiled library {path} cannot be loaded: {error} [E2104]", hint)
 
 
 #: The file that a companion is compiled from.

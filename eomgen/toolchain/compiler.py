@@ -100,7 +100,7 @@ class Compiler:
             )
         except (OSError, subprocess.TimeoutExpired) as error:
             raise ToolchainError(
-                f"the C compiler {self.path} does not run: {error}", "another one with CC=..."
+                f"the C compiler {self.path} does not run: {error} [E2105]", "another one with CC=..."
             ) from error
         lines = (result.stdout or result.stderr).splitlines()
         return printable(lines[0]) if lines else "unknown version"
@@ -121,14 +121,14 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
         chosen = _words(environ.get("CC", ""))
     except ValueError as error:
         where = "environment variable CC"
-        raise ToolchainError(Problem(where, f"{environ['CC']!r} cannot be read: {error}", "CC=gcc")) from None
+        raise ToolchainError(Problem(where, f"{environ['CC']!r} cannot be read: {error} [E0902]", "CC=gcc")) from None
     if chosen:
         program = shutil.which(chosen[0], path=path)
         if program is None:
             raise ToolchainError(
                 Problem(
                     "environment variable CC",
-                    f"no C compiler {chosen[0]!r} on the path",
+                    f"no C compiler {chosen[0]!r} on the path [E2106]",
                     "unset CC, or name one that is installed",
                 )
             )
@@ -142,7 +142,7 @@ def find_compiler(environ: Mapping[str, str] | None = None) -> Compiler:
         return Compiler((str(zig), "cc", *_OF_ZIG), zig)
     raise ToolchainError(
         f"no C compiler found: looked for {', '.join(CANDIDATES)} on the path, in CC, and for the package"
-        f" {ZIG_PACKAGE}",
+        f" {ZIG_PACKAGE} [E2107]",
         ", or ".join(filter(None, (_system_command(), PIP_INSTALL))),
     )
 
@@ -633,12 +633,12 @@ def faults_in(output: str, written: Mapping[str, str]) -> list[Problem]:
             continue
         for file, line, fault in re.findall(_FAULT, output):
             if re.split(r"[/\\]", file)[-1] == shown_as:
-                problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {fault}", _C_HINT)
+                problem = Problem(f"{shown_as}:{line}", f"the C compiler finds {fault} [E2108]", _C_HINT)
                 result.setdefault((shown_as, line), problem)
     for name, function in re.findall(_TWICE, output):
         if name in written:
             shown_as = written[name]
-            fault = f"the function {function} is defined in another file, too, and models have all files linked"
+            fault = f"the function {function} is defined in another file, too, and models have all files linked [E2109]"
             result.setdefault((shown_as, function), Problem(shown_as, fault, f"static before {function}"))
     return list(result.values())
 
@@ -729,34 +729,34 @@ def _run(
         raise ToolchainError(
             Problem(
                 where,
-                f"{shlex.join(command)} did not finish in time",
+                f"{shlex.join(command)} did not finish in time [E2110]",
                 "a longer timeout, fewer functions, or a smaller scene",
             )
         ) from error
     except OSError as error:
         raise ToolchainError(
-            Problem(where, f"{shlex.join(command)} does not run: {error.strerror}", install_command())
+            Problem(where, f"{shlex.join(command)} does not run: {error.strerror} [E2111]", install_command())
         ) from error
     if process.returncode != 0 and running is not None and running.stopped:
-        raise StoppedError(Problem(where, f"{shlex.join(command)} was ended with its process"))
+        raise StoppedError(Problem(where, f"{shlex.join(command)} was ended with its process [E2112]"))
     printed = printable("\n".join((complaints or output).splitlines()[-20:])) or "(it said nothing)"
     if process.returncode in _NOT_RUN:
-        fault = f"{shlex.join(command)} does not run: {printed.rpartition(': ')[2]}"
+        fault = f"{shlex.join(command)} does not run: {printed.rpartition(': ')[2]} [E2111]"
         raise ToolchainError(Problem(where, fault, install_command()))
     if process.returncode != 0 and (full := next((word for word in _FULL if word in complaints), None)):
         import tempfile  # noqa: PLC0415  # for a fault only
 
-        fault = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full}"
+        fault = f"the compiler found no room here, or in {tempfile.gettempdir()} for its own files: {full} [E2113]"
         hint = "space there, or EOMGEN_CACHE=<another folder>, or TMPDIR=<another folder>"
         raise FileError(Problem(str(made.parent.parent), fault, hint))
     if process.returncode == 0 and not made.is_file():
-        fault = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{printed}\n"
+        fault = f"{shlex.join(command)} reported success but wrote no {made.name}, and said:\n{printed}\n [E2114]"
         raise ToolchainError(Problem(where, fault, "another compiler with CC=..."))
     if process.returncode != 0:
         raise ToolchainError(
             Problem(
                 where,
-                f"{shlex.join(command)} ended with status {process.returncode} and said:\n{printed}\n",
+                f"{shlex.join(command)} ended with status {process.returncode} and said:\n{printed}\n [E2115]",
                 "eomgen doctor; if the compiler is sound, report this with the folder",
             )
         )

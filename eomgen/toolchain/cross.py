@@ -84,7 +84,7 @@ class CrossBuild(NamedTuple):
 def cross_target(name: str) -> CrossTarget:
     """Return a target. Raises UsageError with the known names."""
     if name not in TARGETS:
-        fault = f"no machine is called {shown(name)}"
+        fault = f"no machine is called {shown(name)} [E0859]"
         raise UsageError(Problem("--for", fault, f"{nearest(name, list(TARGETS))}; known are {', '.join(TARGETS)}"))
     return TARGETS[name]
 
@@ -93,7 +93,7 @@ def zig() -> Compiler:
     """Return the compiler zig. Raises ToolchainError."""
     program = zig_program()
     if program is None:
-        fault = f"files for other machines are made by the package {ZIG_PACKAGE}, which is not installed"
+        fault = f"files for other machines are made by the package {ZIG_PACKAGE}, which is not installed [E2116]"
         raise ToolchainError(Problem("--for", fault, PIP_INSTALL))
     return Compiler((str(program), "cc"), program)
 
@@ -115,7 +115,9 @@ def cross_build(folder: Path, name: str) -> CrossBuild:
         manifest = json.loads(read_file(folder / "manifest.json"))
         words, prefix = shlex.split(manifest["compile"]), str(manifest["model"])
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError(Problem(str(folder), f"this is not a folder of eomgen's: {error}", "eomgen generate")) from None
+        raise FileError(
+            Problem(str(folder), f"this is not a folder of eomgen's: {error} [E2117]", "eomgen generate")
+        ) from None
     flags = [word for word in words if word.startswith(("-std", "-O", "-f", "-D"))]
     common = [*compiler.command, "-target", target.triple, *target.flags, *flags, "-g0"]
     output = (folder / f"{prefix}-{name}{target.ending}").resolve()

@@ -119,7 +119,7 @@ class Library:
         functions = layout["functions"]
         if lib.eomgen_size(0) != len(functions):
             raise ToolchainError(
-                f"the library in {folder} has {lib.eomgen_size(0)} functions, its layout {len(functions)}",
+                f"the library in {folder} has {lib.eomgen_size(0)} functions, its layout {len(functions)} [E2118]",
                 "building again",
             )
         self._input_sizes = [tuple(function["input_sizes"]) for function in functions]
@@ -152,7 +152,7 @@ class Library:
         if len(inputs) != len(sizes) or len(outputs) != len(results):
             raise UsageError(
                 f"{self._name(number)} takes {len(sizes)} arrays and fills {len(results)}, not {len(inputs)} and"
-                f" {len(outputs)}",
+                f" {len(outputs)} [E2119]",
                 f"inputs {', '.join(self.layout['functions'][number]['inputs'])}",
             )
         count, strides = 0, []
@@ -166,8 +166,8 @@ class Library:
                 strides.append(size * self._width)
             else:
                 raise UsageError(
-                    f"{self._argument(number, 'inputs', position)} has shape {array.shape}"
-                    + (f" where other inputs have {count} samples" if count else ""),
+                    f"{self._argument(number, 'inputs', position)} has shape {array.shape} [E2121]"
+                    + (f" where other inputs have {count} samples [E2120]" if count else ""),
                     f"({size},) or ({count or 'samples'}, {size})",
                 )
         count = count or 1
@@ -181,7 +181,7 @@ class Library:
             if array.size != count * size:
                 raise UsageError(
                     f"{self._argument(number, 'outputs', position)} has {array.size} numbers for {count} samples of"
-                    f" {size}"
+                    f" {size} [E2123]"
                 )
 
     def call(self, function: int | str, inputs: Sequence[Array], outputs: Sequence[Array]) -> None:
@@ -210,7 +210,7 @@ class Library:
     def _wrong_kind(self, array: Array, number: int, kind: str, position: int) -> UsageError:
         order = "" if array.flags.c_contiguous else ", not contiguous"
         return UsageError(
-            f"{self._argument(number, kind, position)} is {array.dtype}{order}",
+            f"{self._argument(number, kind, position)} is {array.dtype}{order} [E2124]",
             f"numpy.ascontiguousarray(x, dtype=numpy.{self.dtype})",
         )
 

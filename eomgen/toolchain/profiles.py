@@ -158,7 +158,7 @@ def profile(name: str) -> Profile:
     """Return a profile by name. Raises ToolchainError with the known names."""
     if name not in PROFILES:
         where = f"environment variable {PROFILE_VARIABLE}" if name == os.environ.get(PROFILE_VARIABLE) else ""
-        raise ToolchainError(Problem(where, f"no build profile {name!r}", f"one of {', '.join(PROFILES)}"))
+        raise ToolchainError(Problem(where, f"no build profile {name!r} [E2125]", f"one of {', '.join(PROFILES)}"))
     return PROFILES[name]
 
 

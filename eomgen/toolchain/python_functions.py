@@ -89,10 +89,10 @@ class PythonFunctions:
                 raise TypeError
             numbers: NDArray[Any] = np.asarray(given, dtype=kind).ravel()
         except (TypeError, ValueError) as error:
-            fault = f"{function.__name__} gives {shown(given)}, and {counted(size, 'number')} are needed"
+            fault = f"{function.__name__} gives {shown(given)}, and {counted(size, 'number')} are needed [E2126]"
             raise self._fault(fault, "return a number, or a list of all results") from error
         if len(numbers) != size:
-            fault = f"{function.__name__} gives {counted(len(numbers), 'number')}, and {size} are needed"
+            fault = f"{function.__name__} gives {counted(len(numbers), 'number')}, and {size} are needed [E2126]"
             raise self._fault(fault, "return a number, or a list of all results")
         return numbers
 
@@ -111,7 +111,7 @@ class PythonFunctions:
             hint = f"arguments and parameters as numbers, one by one: def {self._function.__name__}({taken})"
         elif self._data["complex_step"]:
             hint += "; a function for complex steps calls numpy or cmath in place of math"
-        return self._fault(f"{place}: {type(error).__name__}: {error}, at the arguments {point}", hint)
+        return self._fault(f"{place}: {type(error).__name__}: {error}, at the arguments {point} [E2127]", hint)
 
     def _fault(self, fault: str, hint: str) -> ModelError:
         return ModelError(Problem(str(self._data["label"]), fault, hint))
@@ -120,7 +120,7 @@ class PythonFunctions:
         function = names.get(name)
         if not callable(function):
             raise self._fault(
-                f"{Path(self._data['file']).name} has no function {name}", f"def {name}(...): in the file"
+                f"{Path(self._data['file']).name} has no function {name} [E0904]", f"def {name}(...): in the file"
             )
         made: Callable[..., Any] = function
         return made
@@ -152,7 +152,7 @@ def _executed(label: str, file: str, text: str) -> types.ModuleType:
     except (Exception, SystemExit) as error:
         lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == file]
         place = f"{Path(file).name}:{lines[-1]}" if lines else Path(file).name
-        fault = f"{place}: {type(error).__name__}: {error}"
+        fault = f"{place}: {type(error).__name__}: {error} [E2233]"
         raise ModelError(Problem(label, fault, "a file that Python runs without an error")) from error
     return module
 

@@ -257,7 +257,7 @@ def test_tyres_start_deep_from_a_quarter_of_their_radius(depth: float, told: boo
     if told:
         assert note == (
             "the tyre front starts 0.1251 m deep in its road, with a radius of 0.5 m: 12.5 kN push it out; its centre"
-            " belongs about 0.5 m above the road"
+            " belongs about 0.5 m above the road [W0204]"
         )
     assert wheel.deep(-1.0, 0.0, 0.0, 1e5) == ""
 

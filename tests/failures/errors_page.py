@@ -12,7 +12,6 @@ from pathlib import Path
 
 from tests.failures.catalogue import CHAPTERS
 from tests.failures.failure import SCENE, Failure
-from tests.messages.answers import with_codes
 
 ROOT = Path(__file__).parents[2]
 _LONGEST = 160
@@ -49,7 +48,7 @@ def page(folder: Path) -> str:
 def shown_entry(entry: Failure) -> str:
     """Return the bad input of an entry, its command and the answer as text."""
     shown = [_visible(line) for line in entry.shown().splitlines()]
-    answer = with_codes(entry.message).replace("{any}", "...").replace("{folder}", "/an/empty/folder").splitlines()
+    answer = entry.message.replace("{any}", "...").replace("{folder}", "/an/empty/folder").splitlines()
     lines = [*shown, *([""] if shown else []), f"$ eomgen {entry.command}", *answer]
     return "\n".join(lines)
 

@@ -322,7 +322,7 @@ def test_warnings_count_the_values_of_the_caller(overhung: eomgen.Model, monkeyp
         diagram = overhung.campbell("spin", np.linspace(10.0, 300.0, 4), orders=(1, 2))
     assert diagram.crossings
     said = [str(item.message) for item in caught if "frozen" in str(item.message)]
-    assert said == ["Campbell diagram: at 4 values of spin from 10 to 300, at spin = 10 for instance: frozen"]
+    assert said == ["Campbell diagram: at 4 values of spin from 10 to 300, at spin = 10 for instance: frozen [W0040]"]
 
 
 def test_warnings_of_a_root_locus_are_one_with_a_count(overhung: eomgen.Model, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -338,7 +338,8 @@ def test_warnings_of_a_root_locus_are_one_with_a_count(overhung: eomgen.Model, m
         overhung.root_locus("damping", [1.0, 2.0, 4.0], at="initial")
     assert [(str(item.message), item.filename) for item in caught] == [
         (
-            "root locus: at 3 values of damping from 1 to 4, at damping = 1 for instance: coefficients change by 1 %",
+            "root locus: at 3 values of damping from 1 to 4, at damping = 1 for instance: coefficients change by 1"
+            " % [W0040]",
             __file__,
         )
     ]
@@ -372,7 +373,7 @@ def test_deflections_against_the_sense_of_the_spin_are_warned_of(overhung: eomge
         overhung.campbell("spin", [10.0, 20.0], whirl=[pair], orders=())
     first, second = pair
     said = f"campbell: whirl {first}:{second} is against the sense of spin: the axis of {second} is a quarter turn "
-    said += f"before the axis of {first}, so that forward and backward are exchanged; try: {second}:{first}"
+    said += f"before the axis of {first}, so that forward and backward are exchanged; try: {second}:{first} [W0001]"
     found = [(str(each.message), each.filename) for each in caught]
     assert found == ([(said, __file__)] if first.endswith("y") else [])
 

@@ -37,7 +37,7 @@ def test_a_step_through_a_spline_is_noted_with_place_and_size_and_other_curves_a
     step = np.array([0.0, 1.0, 1.1, 2.0]), np.array([0.0, 0.0, 1.0, 1.0])
     (note,) = overshoots([Curve("step", *step), Curve("bent", *step, interpolation="linear")])
     assert note.startswith("step: the spline is -3.287 at 0.4444, 3.3e+02 % of the range of its points, 0 to 1, beyond")
-    assert note.endswith('them; more points where they turn, or interpolation = "linear", keep it within')
+    assert note.endswith('them; more points where they turn, or interpolation = "linear", keep it within [W0273]')
     t = np.linspace(0.0, 1.0, 9)
     smooth = [Curve("sine", t, np.sin(2.0 * np.pi * t), outside="periodic"), Curve("flat", t, np.ones(9))]
     assert not list(overshoots([*smooth, Curve("two", t[:2], t[:2])]))

@@ -123,7 +123,7 @@ def test_counts_replace_probabilities_that_they_contradict() -> None:
         sign = ">" if upper else "<="
         assert notes[k - 1] == (
             f"P(y {sign} {threshold:g}) is {told:.3g} by samples about its most probable point and {share:.3g} by 200"
-            " samples about the mean, which is taken: there are other regions that lead there"
+            " samples about the mean, which is taken: there are other regions that lead there [W0061]"
         )
     assert len(notes) == 3 and np.isnan(result.below[0]) and result.below[4] == below[4]
 
@@ -180,14 +180,14 @@ def test_notes_name_the_worst_form_and_all_vague_corrections() -> None:
     errors = {"quadratic": np.array([0.02, np.nan, -0.35]), "form": np.array([0.1, 0.2, 0.25])}
     thresholds = np.array([1.0, 2.0, 3.0])
     assert under_test.doubts_of_forms(thresholds, errors, true) == [
-        "probabilities of `quadratic` are off by up to 35 %, at 3 (-35 %; `form` +25 %): take `corrected`"
+        "probabilities of `quadratic` are off by up to 35 %, at 3 (-35 %; `form` +25 %): take `corrected` [W0062]"
     ]
     errors["quadratic"][2] = 0.1
     true.low[0], true.high[0] = 0.008, 0.012
     true.low[1], true.high[1] = 0.425, 0.575
     assert under_test.doubts_of_forms(thresholds, errors, true) == [
         "`corrected` probabilities are known less well at 1 (+- 20 %); try: samples=... or tail_samples=..."
-        " (--monte-carlo, --tail-samples)"
+        " (--monte-carlo, --tail-samples) [W0063]"
     ]
     errors["quadratic"][0] = -0.19
     assert len(under_test.doubts_of_forms(thresholds, errors, true)) == 1  # within the spread of samples
@@ -216,7 +216,8 @@ def test_ends_of_curves_are_noted_once_with_all_thresholds_beyond() -> None:
     notes = under_test.unreached(missed, thresholds, lambda: ["abs", "min"])
     begin = "the curve of most probable points ends at"
     assert notes == [
-        f"{begin} -5, 3 standard deviations out, the limit of runs: -9, -6 have none, trust samples there",
-        f"{begin} 8, 3.5 standard deviations out, {JUMPING}: by abs, min: 10, 12 have none, trust samples there",
+        f"{begin} -5, 3 standard deviations out, the limit of runs: -9, -6 have none, trust samples there [W0060]",
+        f"{begin} 8, 3.5 standard deviations out, {JUMPING}: by abs, min: 10, 12 have none, trust samples"
+        f" there [W0060]",
     ]
     assert under_test.why_gradient_changes([]).startswith("where the gradient of the response changes more than its")

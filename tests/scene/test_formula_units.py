@@ -89,17 +89,17 @@ def test_units_follow_from_quantities_and_labels(text: str, unit: str) -> None:
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("k * (q.x + v.x)", "the formula adds q.x in m and v.x in m/s"),
-        ("c * sin(q.hinge) * (3 - (load_in - k))", "the formula subtracts k in N/m from load_in in N"),
-        ("d * v.x - k * v.x", "the formula subtracts k * v.x in kg m/s^3 from d * v.x in N"),
-        ("max(q.x, v.x)", "max() has the arguments q.x in m and v.x in m/s"),
-        ("1 if q.x > t else 0", "the formula compares t in s with q.x in m"),
-        ("q.x if t > 1 else load_in", "the formula chooses between q.x in m and load_in in N"),
-        ("atan2(v.x, position.tip[0])", "atan2() has the arguments v.x in m/s and position.tip[0] in m"),
-        ("sin(L)", "sin() takes a plain number or an angle, not L in m"),
-        ("exp(-k * q.x)", "exp() takes a plain number or an angle, not -k * q.x in N"),
-        ("energy.total + load_in", "the formula adds energy.total in J and load_in in N"),
-        ("q.hinge + L", "the formula adds q.hinge in rad and L in m"),
+        ("k * (q.x + v.x)", "the formula adds q.x in m and v.x in m/s [W0136]"),
+        ("c * sin(q.hinge) * (3 - (load_in - k))", "the formula subtracts k in N/m from load_in in N [W0137]"),
+        ("d * v.x - k * v.x", "the formula subtracts k * v.x in kg m/s^3 from d * v.x in N [W0137]"),
+        ("max(q.x, v.x)", "max() has the arguments q.x in m and v.x in m/s [W0282]"),
+        ("1 if q.x > t else 0", "the formula compares t in s with q.x in m [W0138]"),
+        ("q.x if t > 1 else load_in", "the formula chooses between q.x in m and load_in in N [W0139]"),
+        ("atan2(v.x, position.tip[0])", "atan2() has the arguments v.x in m/s and position.tip[0] in m [W0282]"),
+        ("sin(L)", "sin() takes a plain number or an angle, not L in m [W0135]"),
+        ("exp(-k * q.x)", "exp() takes a plain number or an angle, not -k * q.x in N [W0135]"),
+        ("energy.total + load_in", "the formula adds energy.total in J and load_in in N [W0136]"),
+        ("q.hinge + L", "the formula adds q.hinge in rad and L in m [W0136]"),
     ],
 )
 def test_terms_of_known_and_different_units_are_named(text: str, expected: str) -> None:

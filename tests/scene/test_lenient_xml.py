@@ -60,7 +60,7 @@ def test_other_faults_stay_faults() -> None:
             read_xml(text, "a.xml")
     root = read_xml('<a b="1"c="2"><![CDATA[<!-- -- --></b>]]></a>', "a.xml")
     assert root.get("c") == "2" and root.text() == "<!-- -- --></b>"
-    assert root.liberties == ["a.xml:1: not XML, but read: attributes without a blank between them"]
+    assert root.liberties == ["a.xml:1: not XML, but read: attributes without a blank between them [W0285]"]
 
 
 @pytest.mark.parametrize("text", ["<a '/>", '<a "', "<!--", "<a>", "</b>"])

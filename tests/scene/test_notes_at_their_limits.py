@@ -48,8 +48,7 @@ def test_far_places_are_told_with_the_size_of_the_rest() -> None:
     given = arms(500.0, 1.0, 2.0, 300.0)  # the last one does not move
     assert scale._far_places([given[0], given[3]], given) == [
         "points.p0.position: the point is 500 m from the body's origin, and all else is within 2 m; numbers without"
-        " a unit"
-        " are in m"
+        " a unit are in m [W0119]"
     ]
     assert scale._far_places([], given) == []
 
@@ -70,7 +69,7 @@ def test_far_places_are_told_with_the_size_of_the_rest() -> None:
 def test_lengths_beyond_the_scene_are_told(key: str, length: float, well_known: bool, told: bool) -> None:
     notes = scale._too_long([(key, "the length", length, "m")], 2.0, well_known=well_known)
     beside = f"{length:.3g} m, and the scene is no larger than 2 m"
-    assert notes == ([f"{key}: the length is {beside}; numbers without a unit are in m"] if told else [])
+    assert notes == ([f"{key}: the length is {beside}; numbers without a unit are in m [W0120]"] if told else [])
 
 
 @pytest.mark.parametrize(
@@ -86,7 +85,7 @@ def test_bodies_heavier_than_a_cube_of_steel_are_told(mass: float, more: dict[st
     body = SimpleNamespace(**{"name": "b", "mass": Number(mass), "beam": None, "node_of": "", **more})
     notes = [*scale._too_heavy([cast(Any, body)], 2.0, VALUES)]
     text = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, 2 m, has less"
-    assert notes == ([f"bodies.b.mass: {text}; numbers without a unit are in kg"] if told else [])
+    assert notes == ([f"bodies.b.mass: {text}; numbers without a unit are in kg [W0118]"] if told else [])
 
 
 @pytest.mark.parametrize(
@@ -178,11 +177,12 @@ def times(delay: Any, sample: Any, period: float) -> list[str]:
     ("delay", "sample", "period", "note"),
     [
         (5, 0.1, 0.1, "controllers.servo.delay: the delay 5 is 5 s, 50 samples: times without a unit are in s, and one"
-         ' sample is "0.1 s"'),
+         ' sample is "0.1 s" [W0124]'),
         (4, 0.1, 0.1, ""),
         (5.5, 0.1, 0.1, ""),  # no whole number
         ("5 s", 0.1, 0.1, ""),
-        (0.1, 10, 10.0, 'controllers.servo.sample: the time between two samples is 10 s; 10 a second are "0.1 s"'),
+        (0.1, 10, 10.0, 'controllers.servo.sample: the time between two samples is 10 s; 10 a second are "0.1'
+' s" [W0123]'),
         (0.1, 9.9, 9.9, ""),
         (0.1, "20 s", 20.0, ""),
     ],

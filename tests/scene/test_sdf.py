@@ -172,8 +172,14 @@ OLD = """<sdf version="1.{0}"><world name="w">{1}<model name="m"><pose>0 0 1 0 0
         (5, "<physics><gravity>1 2 3</gravity></physics>", "", [0.0, 1.0, 0.0], [1.0, 2.0, 3.0]),
         (6, "<gravity>1 2 3</gravity>", 'frame="base"', [0.0, 1.0, 0.0], [1.0, 2.0, 3.0]),
         (6, "", 'frame="bases"', "bases", []),
-        (7, "<physics><gravity>1 2 3</gravity></physics>", "", "not read: elements <gravity> of <physics> (1)", []),
-        (7, "", 'frame="base"', "not read: the attribute 'frame' of <pose> (1: arm)", []),
+        (
+            7,
+            "<physics><gravity>1 2 3</gravity></physics>",
+            "",
+            "not read: elements <gravity> of <physics> (1) [W0193]",
+            [],
+        ),
+        (7, "", 'frame="base"', "not read: the attribute 'frame' of <pose> (1: arm) [W0193]", []),
     ],
 )
 def test_older_versions_keep_their_meaning(

@@ -196,8 +196,8 @@ def test_transmissions_to_joints_that_are_not_there_are_told_by_their_line() -> 
         cast(Any, robot), cast(Any, SimpleNamespace(known=(first, second), unknown={"magic": ["c"]})), (), ()
     )
     assert found.warnings == [
-        (1, "not modelled: transmissions of the type 'magic' (1: c)"),
-        (17, "not modelled: transmissions to joints that are not there (1: elbw), perhaps elbow"),
+        (1, "not modelled: transmissions of the type 'magic' (1: c) [W0197]"),
+        (17, "not modelled: transmissions to joints that are not there (1: elbw), perhaps elbow [W0199]"),
     ]
 
 

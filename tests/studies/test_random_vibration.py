@@ -508,12 +508,12 @@ def test_samples_contradict_rates_of_crossings_of_responses_that_are_not_normal(
     assert value == 0.01 and "has probability 2.4e-09 by the rate of crossings of a normal process and 0.01 by" in note
     value, note = judged_passage(5.0, 0.1, 0, 1000, normal=True)
     assert value == 0.0 and note.endswith(
-        "crossings come in clumps, and the rate takes each as independent of the others"
+        "crossings come in clumps, and the rate takes each as independent of the others [W0069]"
     )
     _, note = judged_passage(5.0, 0.1, 0, 1000, normal=False)
-    assert note.endswith("which is preferred: the response is not normal")
+    assert note.endswith("which is preferred: the response is not normal [W0069]")
     _, note = judged_passage(5.0, 0.1, 300, 1000, normal=True)
-    assert note.endswith("which is preferred")
+    assert note.endswith("which is preferred [W0069]")
     value, note = judged_passage(
         1.8, 0.3954, 2231, 6400, normal=True
     )  # eight standard errors, and a difference of 12 %

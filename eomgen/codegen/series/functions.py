@@ -45,7 +45,10 @@ def refuse_external(system: System) -> None:
     called = [tape.maps[tape.a[node]] for node in tape.live(refs) if tape.op[node] is Op.MAP]
     labels = dict.fromkeys(item.label for item in called if isinstance(item, Call))
     if labels:
-        fault = f"a series in time needs derivatives of all orders, and {listed(labels)} has values and slopes alone"
+        fault = (
+            f"a series in time needs derivatives of all orders, and {listed(labels)} has values and slopes"
+            f" alone [E0214]"
+        )
         raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
 
 
@@ -79,9 +82,9 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = Fa
             unknown.append(f"{operation}, decided by {decider}")
     if unknown:
         listed = "; ".join(dict.fromkeys(unknown))
-        needs = "a Taylor series needs smooth equations, or discontinuities at known times"
+        needs = "a Taylor series needs smooth equations, or discontinuities at known times [E0215]"
         if not analytic:
-            needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times"
+            needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times [E0216]"
         fault = f"{needs}; here are {listed}{_OF_BEAMS if nodes else ''}"
         raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
     return tuple(by_time[key] for key in sorted(by_time))

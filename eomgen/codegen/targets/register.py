@@ -45,6 +45,10 @@ def target_named(name: str) -> Target:
         return own
     if name not in targets():
         if absent := fault_of_absent(str(name)):
-            raise UsageError(Problem("target", f"there is no target {shown(str(name))}: {absent[0]}", absent[1]))
-        raise UsageError(Problem("target", f"there is no target {shown(str(name))}", nearest(str(name), targets())))
+            raise UsageError(
+                Problem("target", f"there is no target {shown(str(name))}: {absent[0]} [E0221]", absent[1])
+            )
+        raise UsageError(
+            Problem("target", f"there is no target {shown(str(name))} [E0222]", nearest(str(name), targets()))
+        )
     return targets()[name]

@@ -68,7 +68,7 @@ def to_unit(quantity: QuantityWithUnit, unit: str, *, over_time: bool = False) -
     size, dimension = measure(quantity.factors)
     wanted_size, wanted = measure(read_unit(unit))
     if not _matches(dimension, wanted):
-        fault = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)}"
+        fault = f"{shown(quantity.text)} is {_words(quantity.factors)}, {_expected(unit)} [E0303]"
         value = _finite(quantity, quantity.number * size)
         raise UnitError(fault, _hint(quantity, wanted, unit, value, over_time=over_time))
     return _finite(quantity, quantity.number * size / wanted_size)
@@ -88,7 +88,7 @@ def unit_fault(text: str, factors: Factors, unit: str) -> tuple[str, str] | None
     hint = f'"{unit}", or another unit of the same kind'
     if factors == (("g", 1),) and wanted == {"[length]": 1, "[time]": -2}:
         hint = '"g0", 9.80665 m/s^2: g is the gram'
-    return f"the unit {shown(text)} is {_of_kind(factors)}, {_expected(unit)}", hint
+    return f"the unit {shown(text)} is {_of_kind(factors)}, {_expected(unit)} [E1882]", hint
 
 
 def _of_kind(factors: Factors) -> str:
@@ -193,5 +193,5 @@ def _finite(quantity: QuantityWithUnit, value: Fraction) -> float:
         return float(value)
     except OverflowError:
         raise UnitError(
-            f"{shown(quantity.text)} is out of the range of double precision in SI", "a number below 1e300"
+            f"{shown(quantity.text)} is out of the range of double precision in SI [E0304]", "a number below 1e300"
         ) from None

@@ -19,7 +19,7 @@ def several_turns(subject: str, angle: float) -> str:
     if not 2.0 * math.pi < abs(angle) < math.inf:
         return ""
     turns = f"{subject} {angle:.6g} rad, {abs(angle) / (2.0 * math.pi):.3g} turns"
-    return f'{turns}: angles without a unit are radians, "30 deg" is in degrees'
+    return f'{turns}: angles without a unit are radians, "30 deg" is in degrees [W0027]'
 
 
 def in_label(where: str, text: str, label: str) -> float:
@@ -38,7 +38,7 @@ def in_label(where: str, text: str, label: str) -> float:
     """
     if not is_quantity(text):
         raise UsageError(
-            Problem(where, f"{shown(text)} is neither a number nor a number with a unit", '0.25 or "250 mm"')
+            Problem(where, f"{shown(text)} is neither a number nor a number with a unit [E0244]", '0.25 or "250 mm"')
         )
     try:
         return number_in_label(text, label)[0]
@@ -62,6 +62,6 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     try:
         read_unit(label)
     except UnitError:
-        fault = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to"
+        fault = f"its label {shown(label)} in the scene is not a unit that numbers could be converted to [E0305]"
         raise UnitError(fault, "a plain number") from None
     return to_unit(quantity, label), label

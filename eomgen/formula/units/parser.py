@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import shown
-from eomgen.errors import DescriptionError, Problem
+from eomgen.errors import DescriptionError, Message, Problem
 from eomgen.formula.units.table import REFUSED, names
 from eomgen.formula.words import RESERVED, WORDS
 
@@ -60,7 +60,7 @@ class UnitError(DescriptionError):
     """A unit string that cannot be read: ``what`` and ``hint`` are fault and remedy of the string."""
 
     def __init__(self, fault: str, hint: str = "") -> None:
-        self.what = fault
+        self.what = Message(fault)
         self.hint = hint
         super().__init__(Problem("unit", fault, hint))
 
@@ -107,20 +107,21 @@ def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
         For a text that is not a number with a unit, or whose unit is not known.
     """
     if len(text) > LENGTH:
-        raise UnitError(f"a number with a unit has at most {LENGTH} characters, not {len(text)}", '"250 mm"')
+        raise UnitError(f"a number with a unit has at most {LENGTH} characters, not {len(text)} [E0306]", '"250 mm"')
     comma = re.match(_DECIMAL_COMMA, text)
     if comma:
-        raise UnitError(f"{shown(text)} has a comma in its number", f'"{comma[1]}.{comma[2]} {comma[3]}"')
+        raise UnitError(f"{shown(text)} has a comma in its number [E0307]", f'"{comma[1]}.{comma[2]} {comma[3]}"')
     match = re.fullmatch(_QUANTITY, text.rstrip(" \t"))
     if match is None:
-        raise UnitError(f"{shown(text)} is not a number with a unit", '"250 mm"')
+        raise UnitError(f"{shown(text)} is not a number with a unit [E0308]", '"250 mm"')
     from fractions import Fraction  # noqa: PLC0415  # brings decimal arithmetic, which scenes without units do not need
 
     digits = match[1].replace(" ", "").replace("\t", "")
     number, value = Fraction(digits), float(digits)
     if not math.isfinite(value) or (value == 0.0 and number != 0):
         raise UnitError(
-            f"the number of {shown(text)} is out of the range of double precision", "a number between 1e-300 and 1e300"
+            f"the number of {shown(text)} is out of the range of double precision [E0309]",
+            "a number between 1e-300 and 1e300",
         )
     return QuantityWithUnit(text, number, _Unit(match[2], text, known).read())
 
@@ -128,7 +129,7 @@ def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
 def read_unit(text: str) -> Factors:
     """Read a unit alone, such as a label; ``1`` of plain numbers has no factors. Raises UnitError."""
     if not text.strip() or len(text) > LENGTH:
-        raise UnitError(f"{shown(text)} is not a unit", '"mm"')
+        raise UnitError(f"{shown(text)} is not a unit [E0310]", '"mm"')
     return () if text.strip(" \t") == "1" else _Unit(text.strip(" \t"), text, ()).read()
 
 
@@ -157,7 +158,8 @@ class _Unit:
                 divides = True
             elif divides and self.accept(_TIMES):
                 raise UnitError(
-                    f"{shown(self.text)} can be read in two ways", "brackets, N/(m s), or the divisor last, N s/m"
+                    f"{shown(self.text)} can be read in two ways [E0312]",
+                    "brackets, N/(m s), or the divisor last, N s/m",
                 )
             else:
                 raise self.malformed()
@@ -179,7 +181,7 @@ class _Unit:
         if self.unit.startswith("(", self.place):
             self.place += 1
             if self.unit.count("(") > 1:
-                raise UnitError(f"{shown(self.text)} has more brackets than a unit needs", "N/(m s)")
+                raise UnitError(f"{shown(self.text)} has more brackets than a unit needs [E0313]", "N/(m s)")
             result = self.product(sign)
             if not self.unit.startswith(")", self.place):
                 raise self.malformed()
@@ -191,7 +193,7 @@ class _Unit:
         self.check(match[1])
         exponent = int(match[2] or 1)
         if not 1 <= abs(exponent) <= LARGEST_EXPONENT:
-            fault = f"an exponent in {shown(self.text)} is not a whole number from 1 to {LARGEST_EXPONENT}"
+            fault = f"an exponent in {shown(self.text)} is not a whole number from 1 to {LARGEST_EXPONENT} [E0314]"
             raise UnitError(fault, "m^2, or s^-1")
         self.place = match.end()
         return [(match[1], sign * exponent)]
@@ -199,35 +201,37 @@ class _Unit:
     def check(self, name: str) -> None:
         if name in names():
             if name in self.known:
-                fault = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name}"
+                fault = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name} [E0315]"
                 raise UnitError(
                     fault, f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
                 )
             return
         if name in REFUSED:
             fault, _, hint = REFUSED[name].partition("|")
-            raise UnitError(f"{shown(name)} is not accepted as a unit: {fault}", hint)
+            raise UnitError(f"{shown(name)} is not accepted as a unit: {fault} [E0316]", hint)
         if name in self.known or name in RESERVED:
-            raise UnitError(f"{shown(name)} is not a unit", f"a * before {name}")
+            raise UnitError(f"{shown(name)} is not a unit [E0310]", f"a * before {name}")
         import difflib  # noqa: PLC0415  # for a mistake only
 
         close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)
-        raise UnitError(f"there is no unit {shown(name)}", f"a * before {close[0]}" if close else _nearest(name))
+        raise UnitError(
+            f"there is no unit {shown(name)} [E0317]", f"a * before {close[0]}" if close else _nearest(name)
+        )
 
     def malformed(self) -> UnitError:
         rest = self.unit[self.place :].lstrip(" \t")
         if rest[:1] in _ADVICE:
-            return UnitError(f"{shown(rest[0])} is not part of a unit", _ADVICE[rest[0]])
+            return UnitError(f"{shown(rest[0])} is not part of a unit [E0318]", _ADVICE[rest[0]])
         before = self.unit[: self.place].strip()
         unit = before.rstrip("*/ \t")
         of_formula = rest[:1].isdigit() and unit not in (before, "1")  # as 2.5 kg*2
         if of_formula or rest[:1] in ("+", "*", "<", ">", "["):
             number = self.text[: len(self.text.rstrip(" \t")) - len(self.unit)].strip()
             read = unit if of_formula else before
-            fault = f"more follows {shown(f'{number} {read}')}, and units are not read within formulas"
+            fault = f"more follows {shown(f'{number} {read}')}, and units are not read within formulas [E0319]"
             return UnitError(fault, _parameter(number, read))
         where = f"at {shown(rest[:20])}" if rest else "at its end"
-        fault = f"{shown(self.text)} is not a number with a unit: it is not well formed {where}"
+        fault = f"{shown(self.text)} is not a number with a unit: it is not well formed {where} [E0320]"
         return UnitError(fault, 'a number and its unit, as in "2.5 kN/m"')
 
 
@@ -253,8 +257,10 @@ def _nearest(name: str) -> str:
 def in_formula(number: str, word: str) -> tuple[str, str]:
     """Return the fault of a number followed by a word within a formula, and a hint."""
     if word in names():
-        return f"{shown(f'{number} {word}')} is within a formula, where units are not read", _parameter(number, word)
-    return f"the number {shown(number)} runs into a name", f"a * after {number[:20]}"
+        return f"{shown(f'{number} {word}')} is within a formula, where units are not read [E1581]", _parameter(
+            number, word
+        )
+    return f"the number {shown(number)} runs into a name [E1580]", f"a * after {number[:20]}"
 
 
 def of_product(number: str, unit: str) -> str:

@@ -104,13 +104,17 @@ class Composition:
 
     def __post_init__(self) -> None:
         if len(self.fractions) % 2 == 0 or self.fractions != self.fractions[::-1]:
-            raise _wrong(self.name, "is not symmetric: a step backwards would not undo it", "the order of its list")
+            raise _wrong(
+                self.name, "is not symmetric: a step backwards would not undo it [E0324]", "the order of its list"
+            )
         for part, values in (("drifts", self.drifts), ("kicks", self.kicks)):
             if abs((total := math.fsum(values)) - 1) > _rounding(values):
-                raise _wrong(self.name, f"has {part} that sum up to {total:.15g} instead of 1", "its coefficients")
+                raise _wrong(
+                    self.name, f"has {part} that sum up to {total:.15g} instead of 1 [E0325]", "its coefficients"
+                )
         order = self._order_of_levels() if self.levels else order_of(self.fractions, self.order)
         if order != self.order:
-            fault = f"is said to have order {self.order}, and its coefficients have order {order}"
+            fault = f"is said to have order {self.order}, and its coefficients have order {order} [E0326]"
             raise _wrong(self.name, fault, "its coefficients, and whether its list begins with a drift or a kick")
 
     def _order_of_levels(self) -> int:

@@ -39,11 +39,11 @@ def leapfrog_recursion(order: int, forward: int, first: Part = "drift", name: st
         An odd or too high order, or fewer than one step.
     """
     if order not in range(2, HIGHEST_ORDER + 1, 2) or forward < 1:
-        fault = f"there is no recursion of leapfrogs of order {order} with {forward} on either side"
+        fault = f"there is no recursion of leapfrogs of order {order} with {forward} on either side [E0327]"
         raise UsageError(Problem("composition", fault, f"an even order of 2 to {HIGHEST_ORDER}, and at least 1"))
     count = (2 * forward + 1) ** (order // 2 - 1)
     if count > MOST_LEAPFROGS:
-        fault = f"a step of order {order} with {forward} leapfrogs on either side has {count} of them"
+        fault = f"a step of order {order} with {forward} leapfrogs on either side has {count} of them [E0328]"
         fewer = int((MOST_LEAPFROGS ** (1.0 / (order // 2 - 1)) - 1.0) / 2.0)
         raise UsageError(
             Problem("composition", fault, f"at most {fewer} on either side at this order, or a lower order")
@@ -253,7 +253,9 @@ def _key(name: str) -> str:
 @functools.lru_cache(maxsize=256)
 def _made(name: str, first: Part) -> Composition:
     if first not in ("drift", "kick"):
-        raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {shown(first)}", "drift"))
+        raise UsageError(
+            Problem("first", f"a step begins with a drift or a kick, not with {shown(first)} [E0329]", "drift")
+        )
     if name in _TABULATED:
         order, source, lists = _TABULATED[name]
         return Composition(name, order, first, lists.get(first, lists["drift"]), source)
@@ -261,7 +263,7 @@ def _made(name: str, first: Part) -> Composition:
     if rule is None or not names_composition(name):
         known = dict.fromkeys((*_TABULATED, "yoshida4", "yoshida6", "suzuki4", "suzuki6"))
         hint = nearest(name, known) or "yoshida<order>, suzuki<order> or one of " + ", ".join(_TABULATED)
-        raise UsageError(Problem("composition", f"there is no composition {shown(name)}", hint))
+        raise UsageError(Problem("composition", f"there is no composition {shown(name)} [E0330]", hint))
     return leapfrog_recursion(int(rule[2]), _FORWARD.get(rule[1]) or int(rule[3]), first, name)
 
 

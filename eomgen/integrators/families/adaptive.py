@@ -44,7 +44,7 @@ ACCURATE = 0.01
 def check_tolerance(tolerance: float) -> None:
     """Raise UsageError if a tolerance is out of its range."""
     if not (math.isfinite(tolerance) and SMALLEST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE):
-        fault = f"the tolerance must lie in {SMALLEST_TOLERANCE:g}..{LARGEST_TOLERANCE:g}, not {tolerance:g}"
+        fault = f"the tolerance must lie in {SMALLEST_TOLERANCE:g}..{LARGEST_TOLERANCE:g}, not {tolerance:g} [E0332]"
         raise UsageError(Problem("tolerance", fault, "1e-6"))
 
 

@@ -120,7 +120,7 @@ def _check_velocities(system: System) -> None:
             Problem(
                 "method",
                 "composition needs accelerations that do not depend on velocities, and gyroscopic or Coriolis forces"
-                " do: kicks by them would not be symplectic",
+                " do: kicks by them would not be symplectic [E0333]",
                 NO_VELOCITY_FORCES.alternative,
             )
         )

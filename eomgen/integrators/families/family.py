@@ -474,7 +474,7 @@ class Family(ABC):
 
 def hold(text: str, true: bool) -> None:
     if not true:
-        raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text}"))
+        raise UsageError(Problem("method", f"the coefficients break a condition of the method: {text} [E0334]"))
 
 
 def velocities(factors: Sequence[Any]) -> int:

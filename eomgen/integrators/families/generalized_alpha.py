@@ -152,13 +152,15 @@ class GeneralizedAlpha(Family):
             raise UsageError(
                 Problem(
                     "method.rho_inf",
-                    f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r}",
+                    f"the spectral radius at infinite frequency must lie in 0..1, not {self.rho_inf!r} [E0335]",
                     "0.9 for mild numerical damping, 1 for none, 0 for the most",
                 )
             )
         for key, value, known in (("form", self.form, (STABILISED, INDEX_3)), ("variant", self.variant, VARIANTS)):
             if value not in known:
-                raise UsageError(Problem(f"method.{key}", f"there is no {key} {value!r}", f"one of {', '.join(known)}"))
+                raise UsageError(
+                    Problem(f"method.{key}", f"there is no {key} {value!r} [E0100]", f"one of {', '.join(known)}")
+                )
         if self.form == INDEX_3 and self.rho_inf >= INDEX_3_REFUSED_RHO:
             self._refuse_index_3()
         self._check()
@@ -175,13 +177,13 @@ class GeneralizedAlpha(Family):
     def _refuse_index_3(self) -> None:
         fault = (
             f"index 3 does not bear a spectral radius of {self.rho_inf:g}: on the fast heavy top Newton's iteration "
-            "diverges after 351 steps of 1e-3 s at 1, after 472 at 0.99, because nothing damps the multipliers"
+            "diverges after 351 steps of 1e-3 s at 1, after 472 at 0.99, because nothing damps the multipliers [E0338]"
         )
         hint = "form stabilised, which runs at any radius, or a radius of at most 0.9"
         if self.case is not None:
             fault = (
                 f"{self.case.name} has a spectral radius of {self.rho_inf:.4g} here, and index 3 is weakly unstable"
-                " then: nothing damps the errors of the multipliers, which alternate from step to step and grow"
+                " then: nothing damps the errors of the multipliers, which alternate from step to step and grow [E0339]"
             )
             hint = f"{self.case.name} without _index3, the stabilised form, or hht_index3 with alpha = 0.05"
         raise UsageError(Problem("method.rho_inf", fault, hint))

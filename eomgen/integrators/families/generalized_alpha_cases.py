@@ -124,17 +124,17 @@ def newmark(beta: float | None = None, gamma: float | None = None, alpha: float 
     """
     if alpha is not None:
         if beta is not None or gamma is not None:
-            fault = "newmark takes alpha, or beta and gamma, not both"
+            fault = "newmark takes alpha, or beta and gamma, not both [E0342]"
             raise UsageError(Problem("method.alpha", fault, "alpha alone: gamma = 1/2 + alpha, beta = (1 + alpha)^2/4"))
         a = _damping("newmark", alpha, None, Fraction(1), "1", "1 is a spectral radius of zero already")
         return Coefficients("newmark", Fraction(0), Fraction(0), (1 + a) ** 2 / 4, _HALF + a, _NEWMARK)
     b = Fraction(1, 4) if beta is None else exact("method.beta", beta)
     g = _HALF if gamma is None else exact("method.gamma", gamma)
     if b <= 0:
-        fault = f"beta must be positive, not {beta!r}: with zero the step is explicit, and below it unstable"
+        fault = f"beta must be positive, not {beta!r}: with zero the step is explicit, and below it unstable [E0340]"
         raise UsageError(Problem("method.beta", fault, "0.25, or rk4 for an explicit method"))
     if g < _HALF:
-        fault = f"gamma must be at least 1/2, not {gamma!r}: below it every oscillation grows"
+        fault = f"gamma must be at least 1/2, not {gamma!r}: below it every oscillation grows [E0341]"
         raise UsageError(Problem("method.gamma", fault, "0.5"))
     return Coefficients("newmark", Fraction(0), Fraction(0), b, g, _NEWMARK)
 
@@ -147,7 +147,7 @@ def trapezoidal() -> Coefficients:
 def exact(where: str, value: object) -> Fraction:
     """Return a number as the decimal fraction that was written. Raises UsageError."""
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise UsageError(Problem(where, f"a finite number is needed, not {value!r}", "0.25"))
+        raise UsageError(Problem(where, f"a finite number is needed, not {value!r} [E0343]", "0.25"))
     return Fraction(repr(float(value)))
 
 
@@ -159,13 +159,13 @@ def _damping(
         value = exact("method.alpha", alpha)
         if not 0 <= value <= largest:
             why = "the papers and Abaqus have the opposite sign" if value < 0 else reason
-            fault = f"alpha of {name} must lie in 0..{text}, not {alpha!r}: {why}"
+            fault = f"alpha of {name} must lie in 0..{text}, not {alpha!r}: {why} [E0345]"
             raise UsageError(Problem("method.alpha", fault, f"{-alpha!r}" if -largest <= value < 0 else "0.05"))
         return value
     rho = Fraction(1) if rho_inf is None else exact("method.rho_inf", rho_inf)
     smallest = (1 - largest) / (1 + largest)
     if not smallest <= rho <= 1:
-        fault = f"{name} has spectral radii at infinite frequency of {smallest} to 1, not {rho_inf!r}"
+        fault = f"{name} has spectral radii at infinite frequency of {smallest} to 1, not {rho_inf!r} [E0344]"
         hint = "generalized_alpha or wbz, which go to 0" if 0 <= rho < smallest else "0.9 for mild numerical damping"
         raise UsageError(Problem("method.rho_inf", fault, hint))
     return (1 - rho) / (1 + rho)

@@ -109,7 +109,7 @@ def partition_data(system: System) -> Mapping[str, Any]:
     """Return the data for the templates of coordinate partitioning. Raises ModelError for more rows than components."""
     nv, nl = velocities(system.factors), len(system.multipliers)
     if nl > nv:
-        fault = f"there are {nl} constraint rows for {nv} velocity components: some repeat others"
+        fault = f"there are {nl} constraint rows for {nv} velocity components: some repeat others [E0346]"
         raise ModelError(Problem("method", fault, "leave out the rows that follow from others"))
     return {
         "matrices": False,

@@ -91,7 +91,7 @@ def family_named(name: str) -> type[Family]:
     result = next((family for family in BUILT_IN if family.family == name), None)
     result = result or next((family for family in families_of_others() if family.family == name), None)
     if result is None:
-        fault = f"there is no family of methods {shown(name)}"
+        fault = f"there is no family of methods {shown(name)} [E0347]"
         raise UsageError(Problem("method", fault, "the distribution that it came from"))
     return result
 
@@ -133,7 +133,7 @@ def row_of(name: str) -> Row:
     if key in others:
         return others[key]
     hint = nearest(key, {**method_names(), **others}, _ELSEWHERE)
-    raise UsageError(Problem("method", f"there is no method {shown(str(name))}", hint))
+    raise UsageError(Problem("method", f"there is no method {shown(str(name))} [E0348]", hint))
 
 
 @functools.lru_cache(maxsize=256)
@@ -176,7 +176,7 @@ def check_needs(method: Method, facts: Facts) -> None:
         Problem(
             "method",
             f"{method.family} needs a system {'with' if need.value else 'without'} {need.fact.replace('_', ' ')}:"
-            f" {need.reason}",
+            f" {need.reason} [E0349]",
             need.alternative,
         )
         for need in method.needs
@@ -239,12 +239,12 @@ def method_parameters(name: str, given: Mapping[str, float | None], scene: Mappi
     for key in specified:
         if key == "tolerance" and row.fixed_steps:
             why, hint = row.fixed_steps
-            raise UsageError(Problem(key, f"{row.name} takes no tolerance: {why}", hint))
+            raise UsageError(Problem(key, f"{row.name} takes no tolerance: {why} [E0350]", hint))
         if key not in (*row.parameters, *row.idle):
             hint = f"only {', '.join(row.parameters)}" if row.parameters else "leave it out"
-            raise UsageError(Problem(key, f"{row.name} takes no {key}", hint))
+            raise UsageError(Problem(key, f"{row.name} takes no {key} [E0351]", hint))
     if {"alpha", "rho_inf"} <= set(specified):
-        fault = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)"
+        fault = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha) [E0352]"
         raise UsageError(Problem("alpha", fault, "one of them"))
     said = {key for group in _SAYING_THE_SAME if group & set(specified) for key in group}
     left = {key: value for key in row.parameters if key not in said and (value := scene.get(key)) is not None}

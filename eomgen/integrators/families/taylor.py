@@ -95,19 +95,21 @@ class Taylor(Family):
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.tolerance) and 0.0 <= self.tolerance <= 0.1):
-            fault = f"the tolerance must lie in 0..0.1, not {self.tolerance:g}"
+            fault = f"the tolerance must lie in 0..0.1, not {self.tolerance:g} [E0353]"
             raise UsageError(Problem("tolerance", fault, "1e-10, or 0 for steps of the time grid"))
         if 0.0 < self.tolerance < SMALLEST_TOLERANCE:
-            fault = f"the tolerance {self.tolerance:g} is far below the resolution of double precision"
+            fault = f"the tolerance {self.tolerance:g} is far below the resolution of double precision [E0354]"
             raise UsageError(Problem("tolerance", fault, "1e-16 or more, or 0 for steps of the time grid"))
         if self.order == 0:
             if self.tolerance == 0.0:
-                fault = "without a tolerance, the series needs an order"
+                fault = "without a tolerance, the series needs an order [E0355]"
                 raise UsageError(Problem("order", fault, "order = 12, or a tolerance, from which the order follows"))
             object.__setattr__(self, "order", order_for(self.tolerance))
         if self.order != int(self.order) or not 2 <= self.order <= MAX_ORDER:
             raise UsageError(
-                Problem("order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g}", "20")
+                Problem(
+                    "order", f"the order must be a whole number, 2 to {MAX_ORDER}, not {self.order:g} [E0356]", "20"
+                )
             )
         object.__setattr__(self, "order", int(self.order))
 

@@ -83,7 +83,7 @@ class Elimination:
 
 def _singular(samples: Mapping[tuple[int, int], Array], constrained: bool) -> ModelError:
     """Return the error for a matrix without enough pivots, with possible causes."""
-    fault = "it is singular at the initial state: "
+    fault = "it is singular at the initial state [E0357]: "
     if constrained:
         fault += "constraints repeat each other, or a mass is missing"
         hint = "remove constraints that say the same twice, and give every moving part a mass"

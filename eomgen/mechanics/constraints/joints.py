@@ -167,7 +167,7 @@ class AbsoluteQuantities(Quantities):
             tape = self.algebra.tape
             return Scalar(tape, jacobian_vector(tape, [self._wrapped(symbol.name, symbol.index).ref], self.rates)[0])
         if symbol.kind == "a":
-            fault = f"the acceleration a.{symbol.name} of a joint is not a quantity of absolute coordinates"
+            fault = f"the acceleration a.{symbol.name} of a joint is not a quantity of absolute coordinates [E0487]"
             raise ModelError(fault, "the acceleration of a point")
         return super().__call__(symbol)
 
@@ -198,7 +198,7 @@ class AbsoluteQuantities(Quantities):
             item = self.constraints[joint]
             if item is None or not item.kind.coordinates:
                 raise ModelError(
-                    f"joint {joint!r} has no single coordinate that absolute coordinates could measure",
+                    f"joint {joint!r} has no single coordinate that absolute coordinates could measure [E0488]",
                     "a force or torque on the body, or joint coordinates",
                 )
             self._measures[joint] = self._measured(item)
@@ -281,7 +281,9 @@ def driven_rows(quantities: Quantities) -> list[ConstraintRow]:
 
 
 def _refuse(keys: Iterable[str]) -> None:
-    problems = [Problem(f"joints.{key}", "has no place in absolute coordinates", "joint coordinates") for key in keys]
+    problems = [
+        Problem(f"joints.{key}", "has no place in absolute coordinates [E0489]", "joint coordinates") for key in keys
+    ]
     if problems:
         raise ModelError(problems)
 

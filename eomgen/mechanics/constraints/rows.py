@@ -557,7 +557,7 @@ class ConstraintCalculus:
             result += forward_partials(self.tape, self.level, by_v)
         for row, tangent in zip(self.rows.all, result, strict=True):
             if isinstance(row.owner, Constraint) and row.owner.equation is not None and not tangent:
-                fault = "the equation names no coordinate of a moving joint and no point of a moving body"
+                fault = "the equation names no coordinate of a moving joint and no point of a moving body [E0490]"
                 raise ModelError(Problem(f"constraints.{row.owner.name}", fault, "a coordinate that it may hold"))
         return result
 

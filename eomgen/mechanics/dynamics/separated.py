@@ -334,7 +334,7 @@ class ReferenceEfforts:
         """
         coordinates = self.tree.coordinates[symbol.name]
         if any(joint.name == symbol.name and joint.mimic is not None for joint in self.scene.joints):
-            fault = f"the joint {symbol.name} follows another and has no equation of its own"
+            fault = f"the joint {symbol.name} follows another and has no equation of its own [E0498]"
             raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, "the joint that it follows"))
         if symbol.reference not in self._efforts:
             self._efforts[symbol.reference] = self._recorded(symbol.reference)

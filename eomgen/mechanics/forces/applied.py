@@ -64,9 +64,9 @@ def law_of(kind: type[ForceElement]) -> Law:
     try:
         law = _loaded(kind.law)
     except Exception as error:  # any error of a module of another distribution
-        raise _broken(kind, f"does not load: {type(error).__name__}: {error}") from error
+        raise _broken(kind, f"does not load: {type(error).__name__}: {error} [E0499]") from error
     if not isinstance(law, Law) or law.model is not kind:
-        raise _broken(kind, f"is not an eomgen.mechanics.forces.loads.Law of {kind.__qualname__}")
+        raise _broken(kind, f"is not an eomgen.mechanics.forces.loads.Law of {kind.__qualname__} [E0500]")
     return law
 
 

@@ -206,7 +206,10 @@ def _span(quantities: Quantities, spring: Spring) -> tuple[Vector, Vector]:
     span = minus(positions[1], positions[0])
     speed = minus(velocities[1], velocities[0])
     if all(part.is_zero for part in span):
-        fault = f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no direction"
+        fault = (
+            f"the points {spring.first} and {spring.second} coincide for all coordinates, so it has no"
+            f" direction [E0501]"
+        )
         raise ModelError(Problem(f"spring {spring.name}", fault, "points that can separate, or a torsion spring"))
     for quantity, vector in (("span", span), ("rate", speed)):
         quantities.algebra.named(f"{quantity}_{spring.name}", vector)

@@ -205,19 +205,19 @@ class DetachedSymbols(Quantities):
 
 def _no_dynamics(symbol: Symbol) -> Scalar:
     """Refuse inverse dynamics if joints have no coordinates."""
-    fault = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones"
+    fault = f"{symbol.kind}.{symbol.name} is of joint coordinates, and this scene has absolute ones [E0502]"
     raise ModelError(Problem(f"{symbol.kind}.{symbol.name}", fault, 'coordinates = "joint"'))
 
 
 def _no_reactions(symbol: Symbol) -> Scalar:
     """Refuse a reaction in a force, because accelerations would depend on themselves."""
-    fault = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it"
+    fault = f"{symbol.kind}.{symbol.name} follows from the accelerations, so no force can depend on it [E0503]"
     raise ModelError(fault, "an output, or an event")
 
 
 def _no_section_loads(symbol: Symbol) -> Scalar:
     """Refuse section loads outside of outputs and events."""
-    fault = f"sections of the beam {symbol.name} are known in outputs and events alone"
+    fault = f"sections of the beam {symbol.name} are known in outputs and events alone [E0504]"
     raise ModelError(fault, "an output")
 
 

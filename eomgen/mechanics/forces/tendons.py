@@ -83,7 +83,10 @@ def _path(quantities: Quantities, tendon: Tendon) -> _Path:
             distance = algebra.length(span)
             if distance.is_zero:
                 names = " and ".join(tendon.points[index : index + 2])
-                fault = f"the points {names} coincide for all coordinates, so the path has no direction between them"
+                fault = (
+                    f"the points {names} coincide for all coordinates, so the path has no direction between"
+                    f" them [E0505]"
+                )
                 raise ModelError(Problem(f"tendon {tendon.name}", fault, "one of the points"))
             direction = scaled(algebra.one / distance, span)
             lines.append((start, end, direction))

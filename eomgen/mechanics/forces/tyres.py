@@ -139,7 +139,7 @@ def _slip(quantities: Quantities, tyre: Tyre, slip: Slip, state: TyreContact) ->
     sideways = minus(axis, scaled(dot(axis, up), up))
     level = algebra.length(sideways)
     if level.is_zero:
-        fault = "the spin axis is normal to the road for all coordinates, so the wheel has no heading"
+        fault = "the spin axis is normal to the road for all coordinates, so the wheel has no heading [E2168]"
         raise ModelError(Problem(f"tyres.{tyre.name}.slip.axis", fault, "a level axis, as [0, 1, 0]"))
     sideways = scaled(algebra.one / level, sideways)
     forward = cross(sideways, up)

@@ -41,14 +41,18 @@ def event_rows(derivation: Derivation) -> tuple[EventRow, ...]:
     for event, value, place in zip(scene.events, _values(derivation), starts, strict=False):
         blocks = {symbol.block for symbol in derivation.tape.depends_on([value.ref])}
         if event.action == "impact" and (other_blocks := blocks - _POSITIONS):
-            fault = f"the impact needs a formula of positions and time, and this one depends on {_words(other_blocks)}"
+            fault = (
+                f"the impact needs a formula of positions and time, and this one depends on"
+                f" {_words(other_blocks)} [E0511]"
+            )
             raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball"')])
         if not blocks - {"p"}:
-            fault = "the formula does not change along a run: nothing of the motion and no time is left in it"
+            fault = "the formula does not change along a run: nothing of the motion and no time is left in it [E0512]"
             raise ModelError([Problem(event.place, fault, 'a formula such as "q.ball" or "t - 2"')])
         if event.action == "impact" and "q" not in blocks:
             fault = (
-                "the impact needs a formula of positions, for its impulse is along their gradient, and this has none"
+                "the impact needs a formula of positions, for its impulse is along their gradient, and this has"
+                " none [E0513]"
             )
             raise ModelError([Problem(event.place, fault, 'a distance, such as "q.ball", or action = "reset"')])
         rows.append(
@@ -232,5 +236,5 @@ def _sampled(derivation: Sampled) -> list[tuple[int, Sampling]]:
 def _circle(derivation: Sampled, sampled: Mapping[int, Sampling], levels: Mapping[int, int]) -> Problem:
     left = [k for k in sampled if k not in levels]
     names = ", ".join(derivation.scene.states[k].name for k in left)
-    fault = f"the sampled states {names} ask for each other's value at the same time"
+    fault = f"the sampled states {names} ask for each other's value at the same time [E0514]"
     return Problem(sampled[left[0]].place, fault, 'a delay of one of them: delay = "1 ms"')

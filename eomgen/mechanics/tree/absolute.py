@@ -111,7 +111,7 @@ def _check_masses(hosts: Sequence[Body], totals: Sequence[RecordedInertia]) -> N
             [
                 Problem(
                     f"bodies.{name}",
-                    "has no mass, which absolute coordinates cannot carry",
+                    "has no mass, which absolute coordinates cannot carry [E0515]",
                     "a mass, or joint coordinates",
                 )
                 for name in light

@@ -126,7 +126,7 @@ def _station_positions(scene: Scene, body: str, number: Callable[[Formula], Scal
     for label, formula in attached_along(scene, body):
         x = number(formula).constant
         if x is None:
-            reason = f"it is attached to beam {body} at a place along its axis that is a tunable parameter"
+            reason = f"it is attached to beam {body} at a place along its axis that is a tunable parameter [E0516]"
             raise ModelError(
                 Problem(label, reason, "a fixed number: shape functions are evaluated when the model is derived")
             )

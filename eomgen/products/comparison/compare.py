@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.calls import checked_call
 from eomgen.base.data import replace
 from eomgen.base.messages import shown
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Message, Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.comparison import causes
 from eomgen.products.comparison.differences import Pairing, differences, equal, of_solids
@@ -81,21 +81,25 @@ def compare(
     True
     """
     if states < 1:
-        raise UsageError(Problem("states", f"{states} states compare no equations", "states=10"))
+        raise UsageError(Problem("states", f"{states} states compare no equations [E0560]", "states=10"))
     if not tolerance > 0.0:
-        raise UsageError(Problem("tolerance", f"{tolerance} would call rounding a difference", "tolerance=1e-9"))
+        raise UsageError(
+            Problem("tolerance", f"{tolerance} would call rounding a difference [E0561]", "tolerance=1e-9")
+        )
     if second is None and reader is None:
         raise UsageError(
             Problem(
                 "second",
-                "one description has no second one to be compared with",
+                "one description has no second one to be compared with [E0562]",
                 'a second one, or reader="mujoco" (--with mujoco)',
             )
         )
     given = first if second is None else second
     _check_options([first, given], options)
     if _equations_alone(first):
-        raise UsageError(Problem("first", "equations alone have no bodies", "the description with bodies as the first"))
+        raise UsageError(
+            Problem("first", "equations alone have no bodies [E0563]", "the description with bodies as the first")
+        )
     own = {"strict": strict, **options}
     one = _read(first, own, alone=reader is None)
     if reader is not None:
@@ -123,13 +127,13 @@ def compare(
         unexplained = [item for item in worst if errors[item.quantity] > tolerance]
         listed += unexplained[: 0 if listed else 1]
     elif listed:
-        notes.append("equations were not compared: the coordinates of the descriptions differ")
+        notes.append("equations were not compared: the coordinates of the descriptions differ [W0048]")
     notes += _of_names(pairing)
     only = sorted(set(one.inputs) ^ set(other.inputs))
     if only and reader is None:
-        notes.append(f"inputs of one description alone are zero: {', '.join(only)}")
+        notes.append(f"inputs of one description alone are zero: {', '.join(only)} [W0049]")
     return Comparison(
-        (one.name, other.name), tuple(listed), errors, states, len(pairing.pairs), tolerance, tuple(notes)
+        (one.name, other.name), tuple(listed), errors, states, len(pairing.pairs), tolerance, tuple(map(Message, notes))
     )
 
 
@@ -166,11 +170,13 @@ def _read(described: Described, given: Mapping[str, Any], *, alone: bool) -> Mac
 def _second_reader(described: Described, reader: str) -> Machine:
     """Return the reading of a file by another program."""
     if not isinstance(described, str | Path):
-        raise UsageError(Problem("second", f"{reader} reads files, not {type(described).__name__} objects", "a path"))
+        raise UsageError(
+            Problem("second", f"{reader} reads files, not {type(described).__name__} objects [E0564]", "a path")
+        )
     from eomgen.products.comparison.other_readers import READERS  # noqa: PLC0415  # optional packages
 
     if reader not in READERS:
-        raise UsageError(Problem("reader", f"there is no reader {shown(reader)}", " or ".join(READERS)))
+        raise UsageError(Problem("reader", f"there is no reader {shown(reader)} [E0565]", " or ".join(READERS)))
     return READERS[reader](Path(described))
 
 
@@ -191,7 +197,7 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
                 continue
             place = first.place(name) if theirs is None else second.place(name)
             if forces_equal or name in first.idle | second.idle:
-                notes.append(f"{name} is in one description alone, without an effect at zero inputs")
+                notes.append(f"{name} is in one description alone, without an effect at zero inputs [W0050]")
             else:
                 present = name.partition(".")[0].removesuffix("s").replace("_", " ")
                 if theirs is None:

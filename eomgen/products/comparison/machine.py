@@ -318,7 +318,7 @@ def of_equations(name: str, system: System, links: Sequence[Link], solids: Seque
     moving = [link for link in links if not link.held]
     names = {link.joint: next((item for item in (link.joint, f"q_{link.joint}") if item in own), "") for link in moving}
     if "" in names.values() or len(own) != len(names):
-        fault = f"the coordinates of {name} are {', '.join(sorted(own))}"
+        fault = f"the coordinates of {name} are {', '.join(sorted(own))} [E0566]"
         hint = f"coordinates named as the joints: {', '.join(names)}"
         raise UsageError(Problem("coordinates", fault, hint))
     renamed = [replace(link, joint=names.get(link.joint, link.joint)) for link in links]

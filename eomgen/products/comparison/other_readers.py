@@ -45,7 +45,7 @@ def _module(name: str, package: str) -> Any:
         return import_module(name)
     except ImportError:
         raise UsageError(
-            Problem("--with", f"the package {package} is not installed", f"pip install {package}")
+            Problem("--with", f"the package {package} is not installed [E0567]", f"pip install {package}")
         ) from None
 
 
@@ -59,7 +59,7 @@ def read_mujoco(path: Path) -> Machine:
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
-        fault = f"MuJoCo does not read the file: {' '.join(str(error).split())}"
+        fault = f"MuJoCo does not read the file: {' '.join(str(error).split())} [E0568]"
         raise DescriptionError(Problem(path.name, fault, "a file that MuJoCo compiles")) from None
     lumps, links = Lumps(), []
     written = [model.body(body).name or f"body{body}" for body in range(1, model.nbody)]
@@ -174,7 +174,7 @@ def read_pinocchio(path: Path) -> Machine:
     try:
         model = pinocchio.buildModelFromUrdf(str(path))
     except (ValueError, RuntimeError) as error:
-        fault = f"Pinocchio does not read the file: {' '.join(str(error).split())}"
+        fault = f"Pinocchio does not read the file: {' '.join(str(error).split())} [E0569]"
         raise DescriptionError(Problem(path.name, fault, "a URDF file that Pinocchio reads")) from None
     data = model.createData()
     pinocchio.forwardKinematics(model, data, pinocchio.neutral(model), np.zeros(model.nv))
@@ -212,7 +212,7 @@ def read_pinocchio(path: Path) -> Machine:
 
 def _pinocchio_type(name: str, joint: str, path: Path) -> str:
     if name == "JointModelPlanar" or "Mimic" in name:
-        fault = f"Pinocchio's {name} has coordinates of another kind"
+        fault = f"Pinocchio's {name} has coordinates of another kind [E0570]"
         raise DescriptionError(Problem(f"{path.name} ({joint})", fault, "eomgen compare with another description"))
     return next(kind for start, kind in reversed(_PINOCCHIO.items()) if name.startswith(start))
 

@@ -68,7 +68,7 @@ def read_functional(
     if isinstance(given, str):
         return _from_text(given, components, size)
     if not isinstance(given, Mapping) or not given:
-        fault = f"a functional is a text or weights by output, not {type(given).__name__}"
+        fault = f"a functional is a text or weights by output, not {type(given).__name__} [E0573]"
         raise UsageError(Problem("of", fault, f'"final({next(iter(components), "output")})"'))
     table = np.zeros((steps + 1, size))
     for name, weights in given.items():
@@ -77,7 +77,11 @@ def read_functional(
         # of recorded rows, or of the rows of all steps
         shapes = [(rows, *([len(places)] if len(places) > 1 else [])) for rows in (steps // every + 1, steps + 1)]
         if array.shape not in shapes or not np.all(np.isfinite(array)):
-            fault = f"{name} has nan" if array.shape in shapes else f"weights of {name} have the shape {array.shape}"
+            fault = (
+                f"{name} has nan [E0575]"
+                if array.shape in shapes
+                else f"weights of {name} have the shape {array.shape} [E0574]"
+            )
             raise UsageError(Problem("of", fault, f"finite numbers, {shapes[0]}: one for each row of the run"))
         table[:: every if array.shape == shapes[0] else 1, places] += array.reshape(len(array), len(places))
     return RowWeights(np.ones(size), "given", table)
@@ -87,10 +91,10 @@ def _from_text(text: str, components: Mapping[str, Sequence[int]], size: int) ->
     match = _CALL.fullmatch(text)
     hint = f'"final({next(iter(components), "output")})"; or integral, mean, sum; or weights {{output: array}}'
     if match is None or match[1] not in KINDS:
-        raise UsageError(Problem("of", f"the functional {text!r} is none of a run", hint))
+        raise UsageError(Problem("of", f"the functional {text!r} is none of a run [E0576]", hint))
     places = _places(match[2], components)
     if len(places) > 1:
-        fault = f"the output {match[2]} has {len(places)} components, and a functional is one number"
+        fault = f"the output {match[2]} has {len(places)} components, and a functional is one number [E0577]"
         raise UsageError(Problem("of", fault, f'"{match[1]}({match[2]}[0])"'))
     weights = np.zeros(size)
     weights[places] = 1.0

@@ -155,7 +155,7 @@ class GalerkinSweeps:
             self._point(name, array)
         done = self._lib.eomgen_passes_begin(self._given, self._room((self.rows + 1) * self._nv))
         if done < self._steps:
-            fault = f"the equations of the step from t = {times[done]:.9g} s, made linear, have no solution"
+            fault = f"the equations of the step from t = {times[done]:.9g} s, made linear, have no solution [E0578]"
             raise NumericalError(Problem("sensitivities", fault, "a smaller step"))
 
     def refine(self, number: int, missing: Array, accelerations: Array, before: Array) -> None:

@@ -161,7 +161,7 @@ class JumpMotion(ReplayedRun):
             events += acting
             if status == STOPPED.number:
                 name = stepper.layout["method"]["events"]["rows"][int(acting[-1]["event"])]["name"]
-                fault = f"the event {name} ends the run at t = {stepper.t:.9g} s, before the last row"
+                fault = f"the event {name} ends the run at t = {stepper.t:.9g} s, before the last row [E0579]"
                 last = run.grid.start + run.grid.step * np.floor((stepper.t - run.grid.start) / run.grid.step)
                 hint = f"t_end = {last:.9g}, or an event with action record"
                 raise NumericalError(Problem("sensitivities", fault, hint))
@@ -177,7 +177,9 @@ class JumpMotion(ReplayedRun):
             while self._comes(events, end):
                 entry = events.pop(0)
                 if result and result[-1].event >= 0 and result[-1].last[0] == entry["t"]:
-                    fault = f"two events change the motion at t = {entry['t']:.9g} s, and their order may change"
+                    fault = (
+                        f"two events change the motion at t = {entry['t']:.9g} s, and their order may change [E0580]"
+                    )
                     raise NumericalError(Problem("sensitivities", fault, "one event, or other parameters"))
                 last = self._row_of(entry, "_before", end)
                 result.append(self._stretch(first, last, samples, int(entry["event"]), p))

@@ -450,7 +450,7 @@ class JumpRun(StartedRun[JumpPart]):
             t = float(states.t[int(np.argmax(wrong))])
             fault = f"the jump at t = {t:.6g} s excites motions that are too fast for the step, which is damped there"
             hint = f"a step of {0.1 * self.run.grid.step:.3g} s"
-            raise NumericalError(Problem("sensitivities", f"{fault} and has no derivatives", hint))
+            raise NumericalError(Problem("sensitivities", f"{fault} and has no derivatives [E0581]", hint))
 
     def _accelerated(self, states: States, p: Array, at: Array, along: Sequence[Array], *, moving: bool) -> Accelerated:
         """Return accelerations, multipliers and rates at states, with changes along directions of q, v, z, parameters
@@ -637,14 +637,20 @@ class JumpRun(StartedRun[JumpPart]):
         speed, acceleration = np.abs(values["v"][0]), np.abs(values["a"][0])
         largest = q @ (speed + self.run.grid.step * acceleration) + v @ acceleration + abs(event.guard[-1])
         if not abs(rate) > _GRAZING * largest:
-            fault = f"the motion grazes at the event {row['name']}, t = {stretch.last[0]:.9g} s: a root of the guard"
+            fault = (
+                f"the motion grazes at the event {row['name']}, t = {stretch.last[0]:.9g} s: a root of the"
+                f" guard [E0582]"
+            )
             fault += f" with the rate {rate:.3g}, and the time of the event has no derivative"
             raise NumericalError(Problem("sensitivities", fault, "other parameters, or a later or an earlier event"))
         if row["action"] != "switch":
             return
         switched = self.motion.stepper.layout["method"]["events"]["modes"][row["mode"]]
         if np.any(event.mode @ given) or switched["parameter"] in e.chosen:
-            fault = f"the event {row['name']} sets the mode {switched['name']}, whose value depends on the directions"
+            fault = (
+                f"the event {row['name']} sets the mode {switched['name']}, whose value depends on the"
+                f" directions [E0583]"
+            )
             raise UsageError(Problem("sensitivities", fault, "a number as value of the mode, and by=... without it"))
 
     # -- inputs ----------------------------------------------------------------------------------------------------

@@ -29,7 +29,7 @@ from eomgen.simulation.stepping.states import PrescribedInputs, States, states_o
 def undefined_derivatives(model: CompiledModel, where: str) -> NumericalError:
     """Return the error for derivatives that are not finite numbers; ``where``: the place in words."""
     operations = rough_operations(model.description.formulas)
-    fault = f"derivatives are not finite numbers {where}: "
+    fault = f"derivatives are not finite numbers {where} [E0584]: "
     if operations:
         fault += f"a formula has none there, of the forces perhaps {operations}"
     else:

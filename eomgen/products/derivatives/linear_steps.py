@@ -156,7 +156,7 @@ def reactions(B: Array, W: Array, moved: Array) -> tuple[Array, Array, Array]:
         count, nv, nh, from_start, B.strides[0] // 8, pointers[0], own, *pointers[1:], room
     )
     if done != count:
-        fault = "the multipliers of velocities in a step are not unique: constraints repeat each other"
+        fault = "the multipliers of velocities in a step are not unique: constraints repeat each other [E0585]"
         raise NumericalError(Problem("sensitivities", fault, "constraints that do not repeat"))
     return G, eta, reaction
 
@@ -344,5 +344,5 @@ class LinearSteps:
 
     def _check(self, done: int, steps: int, times: Array) -> None:
         if done != steps:
-            fault = f"the equations of the step to t = {times[done]:.9g} s, made linear, have no solution"
+            fault = f"the equations of the step to t = {times[done]:.9g} s, made linear, have no solution [E0586]"
             raise NumericalError(Problem("sensitivities", fault, "a smaller step, or constraints that do not repeat"))

@@ -145,7 +145,10 @@ def sensitivities(
     _check(model, chosen, grid, initial)
     if grid.whole % every:
         divides = max(part for part in range(1, every + 1) if grid.whole % part == 0)
-        fault = f"{grid.whole} steps are not a whole number of rows of {every} steps, so the end of the run has no row"
+        fault = (
+            f"{grid.whole} steps are not a whole number of rows of {every} steps, so the end of the run has no"
+            f" row [E0587]"
+        )
         raise UsageError(Problem("record_every", fault, f"record_every = {divides}"))
     refuse_as_inputs(inputs, [motion.name for motion in model.description.motions])
     from_caller = read_signals(inputs, model.inputs, grid.steps, model.input_units)
@@ -185,7 +188,7 @@ def _start(
     parameters = dict(zip(model.parameters, p.tolist(), strict=True))
     slopes = getattr(model.initial_at, "slopes", lambda *_: None)(parameters, by)
     if slopes is None:
-        fault = "the scene's initial state follows from parameters, and that is not in the derivatives"
+        fault = "the scene's initial state follows from parameters, and that is not in the derivatives [E0588]"
         raise UsageError(Problem("initial", fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
     if at_rest:
         return Start(asked, at_rest, slopes)
@@ -248,7 +251,7 @@ def _directions(
     columns = {block: [names.index(name) for name in chosen if name in names] for block, names in known.items()}
     ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
     if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
-        raise UsageError(Problem("by", "a name is given twice", "each of them once"))
+        raise UsageError(Problem("by", "a name is given twice [E0589]", "each of them once"))
     return (*ordered, *(name for name, _ in samples)), DerivativeVariables(columns, [place for _, place in samples])
 
 
@@ -258,7 +261,11 @@ def _names(
     """Return the names of directions, of the tunable parameters by default. Raises UsageError if there are none."""
     names = list(parameters if by is None else names_of("by", "directions", by, ([*parameters, *places])[0]))
     if not names:
-        fault = "there is nothing to take derivatives by" if by is not None else "the scene has no tunable parameters"
+        fault = (
+            "there is nothing to take derivatives by [E0592]"
+            if by is not None
+            else "the scene has no tunable parameters [E0593]"
+        )
         hint = f'by=["{places[0]}"]' if parameters else f'by=["{places[0]}", "{rates[0]}"], of the initial state'
         raise UsageError(Problem("by", fault, hint))
     return names
@@ -273,16 +280,16 @@ def _samples(
     for name in names:
         match = _SAMPLE.fullmatch(name)
         if match is None or not known:
-            fault = f"{name!r} is not a sample of an input" if known else "the scene has no inputs"
+            fault = f"{name!r} is not a sample of an input [E0594]" if known else "the scene has no inputs [E0595]"
             hint = ", ".join(f"inputs.{known[0]}{part}" for part in ("", "[3]", "[:]")) if known else "parameters"
             raise UsageError(Problem("by", fault, hint))
         check_name("input", match["name"], known)
         column, row = known.index(match["name"]), match["row"]
         if model.description.inputs[column].given and match["name"] not in given:
-            fault = f"the input {match['name']} follows a formula of the scene"
+            fault = f"the input {match['name']} follows a formula of the scene [E0596]"
             raise UsageError(Problem("by", fault, f'inputs={{"{match["name"]}": ...}}, to give values'))
         if row is not None and row != ":" and int(row) > steps:
-            fault = f"the run has rows 0 to {steps}, and {name} is none of them"
+            fault = f"the run has rows 0 to {steps}, and {name} is none of them [E0597]"
             raise UsageError(Problem("by", fault, f"inputs.{match['name']}[{steps}]"))
         rows = [-1] if row is None else range(steps + 1) if row == ":" else [int(row)]
         result += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
@@ -304,10 +311,10 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
     for name in names:
         check_name("output", name, list(places))
     if not places:
-        fault = "the scene has no outputs, and derivatives are of outputs"
+        fault = "the scene has no outputs, and derivatives are of outputs [E0600]"
         raise UsageError(Problem("of", fault, '[outputs.angle] formula = "q.hinge" in the scene'))
     if not names:
-        raise UsageError(Problem("of", "the list of outputs is empty", f'of=["{next(iter(places))}"]'))
+        raise UsageError(Problem("of", "the list of outputs is empty [E1431]", f'of=["{next(iter(places))}"]'))
     return {name: places[name] for name in names}
 
 
@@ -315,29 +322,33 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
     """Raise UsageError for runs without derivatives here, and say why."""
     layout = chosen.library.layout
     if held := [start.joint for start in starts_of(model, initial) if start.held]:
-        fault = f"the start holds {', '.join(held)}, and corrections that hold components have no derivatives here"
+        fault = (
+            f"the start holds {', '.join(held)}, and corrections that hold components have no derivatives here [E2216]"
+        )
         raise UsageError(Problem("initial", fault, "consistent values without hold"))
     _check_jumps(layout, chosen.method)
     if _in_index_3(layout, chosen.method) and chosen.settings.get("perturb", 1.0):
-        fault = f"{chosen.name} starts with velocities off the constraints, which have no derivatives here"
+        fault = f"{chosen.name} starts with velocities off the constraints, which have no derivatives here [E0601]"
         raise UsageError(Problem("settings", fault, 'settings={"perturb": 0}, for a start with the given velocities'))
     if chosen.settings.get("multipliers", 0.0):
-        fault = "multipliers before or after each row belong to two steps, and have no derivatives here"
+        fault = "multipliers before or after each row belong to two steps, and have no derivatives here [E0602]"
         raise UsageError(Problem("settings", fault, 'settings={"multipliers": 0}, for the ones of accelerations'))
     if layout["method"].get("jumps") and len(model.discontinuity_times(grid.start, grid.reached)):
         first = float(model.discontinuity_times(grid.start, grid.reached)[0])
-        fault = f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here"
+        fault = (
+            f"forces jump at t = {first:.6g} s, and steps are cut in two there; these have no derivatives here [E0603]"
+        )
         raise UsageError(Problem("sensitivities", fault, "a smooth law in its place"))
     if not grid.whole:
-        fault = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s"
+        fault = f"the run from {grid.start:.6g} s to {grid.end:.6g} s has no whole step of {grid.step:.6g} s [E0604]"
         swapped = grid.start < grid.step and grid.end > grid.start
         hint = f"t_end = {grid.step:.6g}, step = {grid.end:.6g}: the end comes first" if swapped else "a later t_end"
         raise UsageError(Problem("t_end", fault, hint))
     if grid.rest:
-        fault = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here"
+        fault = f"the last step is shorter than {grid.step:.6g} s, and has no derivatives here [E0605]"
         raise UsageError(Problem("t_end", fault, f"t_end = {grid.start + grid.whole * grid.step:.9g}"))
     if chosen.library.real != "double":
-        fault = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in"
+        fault = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in [E0606]"
         raise UsageError(Problem("sensitivities", fault, 'real = "double"'))
     check_initial(initial)
 
@@ -351,17 +362,18 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
     """Raise UsageError for samples and events without derivatives."""
     jumps = "events" if "events" in layout["method"] else "sampled states" if layout["sampled"] else ""
     if jumps and (_in_index_3(layout, method) or not isinstance(method.linear_step, LinearStep)):
-        fault = f"the scene has {jumps}, across which this method has no derivatives"
+        fault = f"the scene has {jumps}, across which this method has no derivatives [E0607]"
         raise UsageError(Problem("method", fault, "generalized_alpha, hht, wbz, newmark or trapezoidal"))
     states = layout["states"]
     for row in layout["sampled"]:
         name = states[int(row["state"])]["name"]
         if int(row["controller"]) >= 0:
-            fault = f"a function of a controller sets the sampled state {name}, and its slopes are not known"
+            fault = f"a function of a controller sets the sampled state {name}, and its slopes are not known [E0608]"
             raise UsageError(Problem("sensitivities", fault, "sampled states with formulas in place of the function"))
         if row["quantum"]:
             fault = (
-                f"the sampled state {name} is rounded to multiples of {row['quantum']:.6g}: its derivatives are 0 or"
+                f"the sampled state {name} is rounded to multiples of {row['quantum']:.6g}: its derivatives are 0"
+                f" or [E0609]"
             )
             hint = "the scene without this quantum, for the derivatives of its mean"
             raise UsageError(Problem("sensitivities", f"{fault} infinite", hint))
@@ -375,7 +387,7 @@ def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[s
             continue
         inside = [symbol.name for symbol in symbols(item.formula) if symbol.kind == "parameter" and symbol.name in by]
         if inside:
-            fault = f"the input {item.name} is given, but derivatives by {inside[0]} belong to its formula"
+            fault = f"the input {item.name} is given, but derivatives by {inside[0]} belong to its formula [E0613]"
             raise UsageError(Problem("inputs", fault, f"by=... without {inside[0]}, or {item.name} by its formula"))
 
 
@@ -390,7 +402,8 @@ def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[s
             name = next((one.name for one in inside if one.kind == "parameter" and one.name in by), "")
             if name and any(one.kind == "time" for one in inside):
                 fault = (
-                    f"{name} moves the instant at which a formula takes another branch, and that is not in derivatives"
+                    f"{name} moves the instant at which a formula takes another branch, and that is not in"
+                    f" derivatives [E0614]"
                 )
                 raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
 
@@ -398,7 +411,7 @@ def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[s
 def _named(method: str) -> str:
     """Return the name of a method. Raises UsageError for the choice of one."""
     if method == "auto":
-        fault = "auto chooses a method for each run, and not all of them have derivatives"
+        fault = "auto chooses a method for each run, and not all of them have derivatives [E0615]"
         raise UsageError(Problem("method", fault, _with_derivatives()))
     return method
 
@@ -408,13 +421,13 @@ def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep 
     steps, for such a scene."""
     internal = model.nz > len(model.library.layout["sampled"])
     if method.chooses_steps:
-        fault = f"{name} chooses its steps, and their ends move with the parameters of the derivatives"
+        fault = f"{name} chooses its steps, and their ends move with the parameters of the derivatives [E0616]"
         raise UsageError(Problem("method", fault, _with_derivatives()))
     step = method.linear_step
     if step is None:
-        raise UsageError(Problem("method", f"{name} has no derivatives of runs here", _with_derivatives()))
+        raise UsageError(Problem("method", f"{name} has no derivatives of runs here [E0620]", _with_derivatives()))
     if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
-        fault = f"{name} starts internal states with rates of their rates, which have no derivatives here"
+        fault = f"{name} starts internal states with rates of their rates, which have no derivatives here [E0619]"
         raise UsageError(Problem("method", fault, "trapezoidal, newmark or tdg2"))
     return step
 

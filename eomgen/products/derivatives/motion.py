@@ -71,7 +71,7 @@ class ReplayedRun:
                 "the start excites motions that are too fast for the step, and the first step, which damps them, has"
             )
             hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
-            raise NumericalError(Problem("sensitivities", f"{fault} no derivatives", hint))
+            raise NumericalError(Problem("sensitivities", f"{fault} no derivatives [E0621]", hint))
         self._first = stepper.memory
         self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 
@@ -130,7 +130,10 @@ class ReplayedRun:
     def check_whole_steps(self) -> None:
         """Raise NumericalError if a step was halved."""
         if self.stepper.statistics.get("halvings"):
-            fault = f"a step near t = {self.stepper.t:.6g} s converged in halves only, and these have no derivatives"
+            fault = (
+                f"a step near t = {self.stepper.t:.6g} s converged in halves only, and these have no"
+                f" derivatives [E0622]"
+            )
             raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * self.run.grid.step:.3g} s"))
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
@@ -144,5 +147,5 @@ class ReplayedRun:
     def check(self, status: int) -> None:
         """Raise NumericalError if a call of the stepper failed."""
         if status:
-            fault = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)}"
+            fault = f"the run fails at t = {self.stepper.t:.9g} s: {self.stepper.status_text(status)} [E0623]"
             raise NumericalError(Problem("sensitivities", fault, "a smaller step; simulate says more of it"))

@@ -395,7 +395,7 @@ class Sensitivities:
         True
         """
         if isinstance(of, str):
-            raise UsageError(Problem("of", f"a list of outputs is needed, not the text {of!r}", f'["{of}"]'))
+            raise UsageError(Problem("of", f"a list of outputs is needed, not the text {of!r} [E0624]", f'["{of}"]'))
         weights = self._weights([f"final({one})" for one in of])
         if not isinstance(self._run, AlphaRun) or self._run.follows or self._run.samples:
             return None
@@ -433,7 +433,7 @@ class Sensitivities:
         vectors = numbers("directions", directions)
         if vectors.ndim not in (1, 2) or len(vectors) != len(self.by) or not np.all(np.isfinite(vectors)):
             fits = vectors.ndim in (1, 2) and len(vectors) == len(self.by)
-            fault = "vectors have nan" if fits else f"vectors have the shape {vectors.shape}"
+            fault = "vectors have nan [E0625]" if fits else f"vectors have the shape {vectors.shape} [E0626]"
             raise UsageError(Problem("directions", fault, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
         run = self._twice("hessian_products")
@@ -484,13 +484,15 @@ class Sensitivities:
             if not item.given or item.series is not None or item.name in run.run.signals.given
         }
         if not columns:
-            fault = "the scene has no inputs" if not inputs else "all inputs follow formulas of the scene"
+            fault = (
+                "the scene has no inputs [E0595]" if not inputs else "all inputs follow formulas of the scene [E0627]"
+            )
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", fault, hint))
         if not isinstance(run, AlphaRun | GalerkinRun):
             jumps = "the state jumps along the run"
             why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
-            fault = f"{why}, and derivatives in all rows of inputs together are not known"
+            fault = f"{why}, and derivatives in all rows of inputs together are not known [E0628]"
             hint = f'by=["inputs.{next(iter(columns))}[:]"], whose gradient has a row each'
             raise UsageError(Problem("input_gradient", fault, hint))
         table = self._finite(input_derivatives(run, weights))
@@ -503,16 +505,19 @@ class Sensitivities:
             jumps = "the state jumps along the run, at samples or events"
             why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
             raise UsageError(
-                Problem(wanted, f"{why}, and second derivatives are not known", "differences of gradient(...)")
+                Problem(wanted, f"{why}, and second derivatives are not known [E0629]", "differences of gradient(...)")
             )
         if run.follows and run.start.slopes is not None:
             fault = (
-                "the state that the run starts from follows from parameters, and its second derivatives are not known"
+                "the state that the run starts from follows from parameters, and its second derivatives are not"
+                " known [E0630]"
             )
             raise UsageError(Problem(wanted, fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
         moved = isinstance(run, AlphaRun) and (np.any(run.along.dq) or np.any(run.along.dv))
         if isinstance(run, AlphaRun) and run.equations.nl and moved and run.beginning.moved_far:
-            fault = "the initial state is moved onto the constraints, and second derivatives of how are not known"
+            fault = (
+                "the initial state is moved onto the constraints, and second derivatives of how are not known [E0631]"
+            )
             raise UsageError(
                 Problem(wanted, fault, 'state = model.consistent(q, v), and initial={"q": state.q, "v": state.v}')
             )
@@ -528,9 +533,9 @@ class Sensitivities:
         if isinstance(of, str) or not isinstance(of, Iterable):
             which = f"the text {of!r}" if isinstance(of, str) else shown(of)
             example = of if isinstance(of, str) else "final(angle)"
-            raise UsageError(Problem("of", f"a list is needed, not {which}", f'["{example}"]'))
+            raise UsageError(Problem("of", f"a list is needed, not {which} [E0632]", f'["{example}"]'))
         if not of:
-            raise UsageError(Problem("of", "there is nothing to take derivatives of", '["final(angle)"]'))
+            raise UsageError(Problem("of", "there is nothing to take derivatives of [E0633]", '["final(angle)"]'))
         size, steps, every = sum(map(len, self._components.values())), self._run.motion.steps, self._run.run.every
         return [read_functional(one, self._components, size, steps, every) for one in of]
 

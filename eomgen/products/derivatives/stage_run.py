@@ -247,4 +247,6 @@ class StageRun(TransitionRun):
         if missed.any():
             t = float(after.t[int(np.argmax(missed))])
             fault = f"the step to t = {t:.9g} s passes a singular position, or changes its dependent components within"
-            raise NumericalError(Problem("sensitivities", f"{fault}: it has no derivatives", "generalized_alpha"))
+            raise NumericalError(
+                Problem("sensitivities", f"{fault}: it has no derivatives [E0634]", "generalized_alpha")
+            )

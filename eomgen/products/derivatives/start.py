@@ -80,7 +80,7 @@ def at_rest(
     values = _values(equations, still, t, given, du)
     moves = nl and np.any(equations.of("constraint_velocity", values)["w"])
     if moves or equations.model.evaluator.moving_base:
-        fault = "the scene starts at equilibrium relative to moving drives, which has no derivatives here"
+        fault = "the scene starts at equilibrium relative to moving drives, which has no derivatives here [E0635]"
         raise UsageError(Problem("start", fault, "initial = model.equilibrium().initial, for a start that is held"))
     if nl:
         (r,) = equations.of("residual", values).values()
@@ -95,7 +95,7 @@ def at_rest(
     sizes, directions = np.linalg.svd(scaled)[1:]
     if nl > nh or sizes[-1] <= _UNDETERMINED * sizes[0]:
         name = equations.model.v_names[int(np.argmax(np.abs(directions[-1, :nv])))].removeprefix("v.")
-        fault = f"the scene starts at static equilibrium, which no force determines along {name}"
+        fault = f"the scene starts at static equilibrium, which no force determines along {name} [E0636]"
         hint = f"a spring at {name}; or initial = model.equilibrium().initial, for a start that is held"
         raise UsageError(Problem("start", fault, hint))
     return LinearizedRest(values, matrix, rest_slopes(equations, result))

@@ -133,7 +133,7 @@ class TransitionRun(LinearRun[TransitionPart]):
             result = np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
         except np.linalg.LinAlgError:
             place = next((k for k, one in enumerate(matrix) if np.linalg.matrix_rank(one) < len(one)), 0)
-            fault = f"the equations near t = {times[place]:.9g} s, made linear, have no solution"
+            fault = f"the equations near t = {times[place]:.9g} s, made linear, have no solution [E0637]"
             hint = "a smaller step, or constraints that do not repeat"
             raise NumericalError(Problem("sensitivities", fault, hint)) from None
         return result

@@ -80,12 +80,15 @@ def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> 
         sizes = [size for place, section in tables if section is not None for size in _of(place, section, values)]
         for place, size in sizes:
             if size >= length:
-                note = f"{size:.6g} m is more than the length of the beam, {length:.6g} m"
+                note = f"{size:.6g} m is more than the length of the beam, {length:.6g} m [W0107]"
                 yield f"{place}: {note}; {1e-3 * size:.6g} if it is in mm"
         place, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
         if 0.0 < largest < length / _SLENDEREST:
-            note = f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are thick"
-            yield f"{key}: {note} ({place} {largest:.3g} m); numbers without a unit are in m"
+            note = (
+                f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are"
+                f" thick [W0106]"
+            )
+            yield f"{key}: {note} ({place} {largest:.3g} m); numbers without a unit are in m [W0105]"
 
 
 def _of(key: str, section: Section, values: Values) -> Iterator[tuple[str, float]]:
@@ -146,7 +149,7 @@ def _rigid_arms(
             off = math.hypot(*(values.value(part) for part in position[1:]))
             if off > _BESIDE * lengths[beam]:
                 note = f"{off:.4g} m off the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
-                yield f"{key}: {note}: a rigid arm reaches from its sections to there"
+                yield f"{key}: {note}: a rigid arm reaches from its sections to there [W0108]"
 
 
 def negative_laws(joints: Iterable[Joint], elements: Iterable[ForceElement], values: Values) -> list[str]:
@@ -167,12 +170,12 @@ def negative_laws(joints: Iterable[Joint], elements: Iterable[ForceElement], val
     return [
         *(
             f"{key}.damping: the damping {value:.6g} is negative, and adds energy to every motion;"
-            f" {-value:.6g} takes it away"
+            f" {-value:.6g} takes it away [W0278]"
             for key, value in _below_zero(dampings, values)
         ),
         *(
             f"{key}.stiffness: the stiffness {value:.6g} is negative, and pushes away from where the spring is slack;"
-            f" {-value:.6g} pulls back"
+            f" {-value:.6g} pulls back [W0279]"
             for key, value in _below_zero(stiffnesses, values)
         ),
     ]
@@ -196,7 +199,7 @@ def springs_without_laws(elements: Iterable[ForceElement], mentioned: Collection
     """
     read = {name for kind, name in mentioned if kind in ("length", "rate", "tension")}
     return [
-        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect"
+        f"{key_of(element.section, element.name)}: a spring without stiffness, damping and force has no effect [W0259]"
         for element in elements
         if element.section == "springs"
         and all(getattr(element, field) == ZERO for field in ("stiffness", "damping", "force"))
@@ -214,7 +217,7 @@ def springs_within_bodies(document: Document) -> list[str]:
             continue
         if first.body == second.body and first.body not in document.section("beams"):
             note = f"both its points are fixed in {first.body}, so the spring moves nothing"
-            notes.append(f"{key_of('springs', name)}: {note}")
+            notes.append(f"{key_of('springs', name)}: {note} [W0109]")
     return notes
 
 
@@ -232,7 +235,7 @@ def tyres_in_the_road(
         if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > _UPRIGHT:
             key = f"{key_of('tyres', tyre.name)}.slip.axis"
             notes.append(
-                f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side; the"
+                f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side; the [W0257]"
             )
             notes[-1] += " axis of a wheel is level, as [0, 1, 0] of a wheel that rolls along x"
 
@@ -247,7 +250,7 @@ def tyres_in_the_road(
             continue
         radius, stiffness = values.value(tyre.radius), values.value(tyre.stiffness)
         if note := tyre.drawn().deep(float(place[2]), radius, road, stiffness):
-            notes.append(f"{key_of('tyres', tyre.name)}: {note}")
+            notes.append(f"{key_of('tyres', tyre.name)}: {note} [W0110]")
     return notes
 
 
@@ -278,7 +281,7 @@ def shapes_that_leave_points(document: Document, reading: Reading) -> Iterator[s
             if moving:
                 fault = f"the point {point.name} belongs to {point.body}, and the shape moves with {entry.body}"
                 leaves = f"motion of {listed(moving)} takes one from the other"
-                yield f"{key_of('shapes', name, side)}: {fault}: {leaves}; try: a point of {entry.body}"
+                yield f"{key_of('shapes', name, side)}: {fault}: {leaves}; try: a point of {entry.body} [W0111]"
 
 
 def _carriers(body: str, joints: Mapping[str, Joint]) -> list[str]:

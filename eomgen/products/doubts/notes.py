@@ -64,12 +64,12 @@ def unused_names(document: Document, reading: Reading) -> list[str]:
     notes += [note for item in (*every, *(row.unused(reading) for row in reading.rows)) if (note := unmentioned(*item))]
     for name in document.section("modes"):
         if ("parameter", mode_parameter(name)) not in values.mentioned:
-            notes.append(f"the mode {name} changes nothing: no formula mentions it")
+            notes.append(f"the mode {name} changes nothing: no formula mentions it [W0102]")
     read = {name for kind, name in values.mentioned if kind in ("controller", "state")}
     for name, controller in document.section("controllers").items():
         alone = {name: controller}
         if read.isdisjoint([*outputs_of_controllers(alone), *states_of_controllers(alone)]):
-            notes.append(f"the controller {name} changes nothing: no formula mentions what it gives")
+            notes.append(f"the controller {name} changes nothing: no formula mentions what it gives [W0103]")
     return notes
 
 
@@ -77,7 +77,7 @@ def efforts_on_drives(document: Document) -> list[str]:
     """Return a note on each effort on a joint whose motion is prescribed by a drive."""
     return [
         f"{key_of('efforts', name)}: the joint {effort.joint} is driven, so the effort changes nothing of its motion,"
-        f" only drive_effort.{effort.joint}"
+        f" only drive_effort.{effort.joint} [W0104]"
         for name, effort in document.section("efforts").items()
         if effort.joint in document.section("joints") and document.section("joints")[effort.joint].drive is not None
     ]
@@ -89,12 +89,12 @@ def loads_without_size(document: Document) -> list[str]:
     notes, joints = [], document.section("joints")
     for name, force in document.section("forces").items():
         if not {"force", "torque"} & force.model_fields_set:
-            notes.append(f"{key_of('forces', name)}: a load without force and torque has no effect")
+            notes.append(f"{key_of('forces', name)}: a load without force and torque has no effect [W0258]")
     for name, effort in document.section("efforts").items():
         kind = JOINTS.get(joints[effort.joint].type) if effort.joint in joints else None
         if kind is not None and kind.v_size > 1 and "index" not in effort.model_fields_set:
             first = f"without an index the effort acts on v.{effort.joint}[0] of {kind.v_size} components"
-            notes.append(f"{key_of('efforts', name)}: {first}; angular ones come first")
+            notes.append(f"{key_of('efforts', name)}: {first}; angular ones come first [W0255]")
     return notes
 
 
@@ -146,7 +146,7 @@ def _below_planes(facts: SceneFacts) -> Iterator[str]:
         if (height := float(normal @ (second - origin))) < 0.0:
             fault = f"{item.second.body} starts {-height:.3g} m below the plane, and is moved to the side of its z axis"
             remedy = "first.axis in the opposite direction, or a start on this side"
-            yield f"{key_of('constraints', item.name)}: {fault}; try: {remedy}"
+            yield f"{key_of('constraints', item.name)}: {fault}; try: {remedy} [W0113]"
 
 
 def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
@@ -155,7 +155,7 @@ def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
     if given is None or tuple(given) != gravity or not any(gravity):
         return
     fault = "base.acceleration is the gravity of the scene: the base falls freely, and bodies in it have no weight"
-    yield f"{fault}; try: no acceleration, if gravity alone is meant"
+    yield f"{fault}; try: no acceleration, if gravity alone is meant [W0114]"
 
 
 #: Difference between a mean acceleration and gravity, as a part of gravity, up to which they are taken to be equal.
@@ -180,12 +180,12 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
         key = f"base.acceleration[{axis}]"
         if isinstance(gravity, int | float) and gravity and abs(mean + gravity) <= _SAME * abs(gravity):
             fault = f"{key} has a mean of {mean:.4g} m/s^2, opposite to gravity: an accelerometer at rest reads this"
-            yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added"
+            yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added [W0115]"
         position = positions[axis]
         names = facts.values.names
         if isinstance(position, str) and Symbol("time") in symbols(read_as_written(position, names, ANYWHERE)):
             fault = f"base.position[{axis}] and {key} both move the base over time, and their motions add"
-            yield f"{fault}; try: one of the two, if they describe the same motion"
+            yield f"{fault}; try: one of the two, if they describe the same motion [W0116]"
 
 
 #: Range of a to and fro motion of the base, in sizes of the scene, and acceleration, m/s^2, that are doubted together.
@@ -205,7 +205,7 @@ def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
         if angle > 2.0 * np.pi:
             fault = f"goes to and fro over {angle:.4g} rad, {angle / (2.0 * np.pi):.3g} turns"
             remedy = 'angles in formulas are radians; try: a parameter of "30 deg" as the amplitude'
-            yield f"base.rotation[{place}].angle {fault}: {remedy}"
+            yield f"base.rotation[{place}].angle {fault}: {remedy} [W0117]"
     size = facts.once(scene_size)
     for axis, law in enumerate(base.position):
         travel, acceleration = _to_and_fro(law, times, facts)

@@ -143,7 +143,7 @@ def _far_places(far: Sequence[_Arm], arms: Sequence[_Arm]) -> list[str]:
     for arm in far:
         if arm.moves:
             beside = f"{arm.length:.3g} m from the body's origin, and all else is within {rest:.3g} m"
-            notes.append(f"{arm.key}: {arm.quantity} is {beside}; numbers without a unit are in m")
+            notes.append(f"{arm.key}: {arm.quantity} is {beside}; numbers without a unit are in m [W0119]")
     return notes
 
 
@@ -159,7 +159,7 @@ def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, we
             factor = 1.0  # no section is as large as all that is joined
         if length >= factor * size and math.isfinite(length):
             beside = f"{length:.3g} m, and the scene is no larger than {size:.3g} m"
-            notes.append(f"{key}: {quantity} is {beside}; numbers without a unit are in {hint}")
+            notes.append(f"{key}: {quantity} is {beside}; numbers without a unit are in {hint} [W0120]")
     return notes
 
 
@@ -169,7 +169,7 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
         mass = values.value(body.mass)
         if body.beam is None and not body.node_of and mass > _DENSEST * size * size * size:
             note = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
-            yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg"
+            yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg [W0118]"
 
 
 def _too_dense(
@@ -199,7 +199,7 @@ def _too_dense(
             note = (
                 f"the mass is {mass:.6g} kg, and a cube of {size:.3g} m, the size of the body, has less of any material"
             )
-            notes.append(f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg")
+            notes.append(f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg [W0118]")
     heavy = {note.partition(":")[0] for note in earlier}
     return [note for note in notes if note.partition(":")[0] not in heavy]
 
@@ -371,7 +371,7 @@ def angles_against_numbers(data: Mapping[str, Any], values: Values) -> list[str]
         if unit == "rad" and (note := several_turns(f"{key}: {angle} stands against", value)):
             turned = note.partition(":")[0] + ":" + note.partition(":")[2].partition(":")[0]
             notes.append(
-                f'{turned}: angles in formulas are radians; try: a parameter of "{value:.6g} deg" in its place'
+                f'{turned}: angles in formulas are radians; try: a parameter of "{value:.6g} deg" in its place [W0121]'
             )
     return list(dict.fromkeys(notes))
 
@@ -390,7 +390,8 @@ def lengths_against_numbers(data: Mapping[str, Any], values: Values, size_of: Ca
         if size > 0.0 and abs(value) >= _FACTOR * size:
             beside = f"{length} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"
             notes.append(
-                f'{key}: {beside}: lengths in formulas are in m; try: a parameter of "{abs(value):.6g} mm" in its place'
+                f'{key}: {beside}: lengths in formulas are in m; try: a parameter of "{abs(value):.6g} mm" in its'
+                f" place [W0122]"
             )
     return list(dict.fromkeys(notes))
 
@@ -446,13 +447,15 @@ def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
             written = data[section][name].get("sample")
             if isinstance(written, int | float) and written >= _RARE:
                 note = f"the time between two samples is {written:g} s"
-                notes.append(f'{key_of(section, name)}.sample: {note}; {written:g} a second are "{1 / written:.6g} s"')
+                notes.append(
+                    f'{key_of(section, name)}.sample: {note}; {written:g} a second are "{1 / written:.6g} s" [W0123]'
+                )
             if not (isinstance(delay, int | float) and isinstance(period, int | float)):
                 continue
             if float(delay).is_integer() and delay >= _MANY_SAMPLES * period:
                 note = f"the delay {delay:g} is {delay:g} s, {delay / period:.4g} samples"
                 notes.append(
                     f"{key_of(section, name)}.delay: {note}: times without a unit are in s, and one sample is"
-                    f' "{period:.6g} s"'
+                    f' "{period:.6g} s" [W0124]'
                 )
     return notes

@@ -73,7 +73,7 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], 
         if state.sampling is not None
     }
     notes += [
-        f"{name} is sampled once: every {period:.6g} s in a run of {span:.6g} s"
+        f"{name} is sampled once: every {period:.6g} s in a run of {span:.6g} s [W0202]"
         for name, period in periods.items()
         if 0.0 < longest < period
     ]
@@ -81,7 +81,7 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], 
     if silent:
         many = len(silent) > 1
         sentence = f"the inputs {listed(silent)} are 0" if many else f"the input {silent[0]} is 0"
-        notes.append(f"{sentence}: neither the scene nor the run gives {'them' if many else 'it'}")
+        notes.append(f"{sentence}: neither the scene nor the run gives {'them' if many else 'it'} [W0203]")
     return [*notes, *_improbable_variables(model, p)]
 
 

@@ -65,11 +65,13 @@ def _springs(rest: Rest) -> list[str]:
     notes = []
     if passed:
         notes.append(
-            f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)} {_few(passed)}"
+            f"inside out, for their ends have passed one another: spring{'s' * (len(passed) > 1)}"
+            f" {_few(passed)} [W0014]"
         )
     if moved:
         notes.append(
-            f"moved farther than they were apart at the start: the ends of spring{'s' * (len(moved) > 1)} {_few(moved)}"
+            f"moved farther than they were apart at the start: the ends of spring{'s' * (len(moved) > 1)}"
+            f" {_few(moved)} [W0015]"
         )
     return notes
 
@@ -151,7 +153,7 @@ def _coarse_beams(rest: Rest) -> list[str]:
             off = f"some {100.0 * error:.1g} %" if error < 0.5 else "an unknown part of their size"
             notes.append(
                 f"too few elements in the beam {beam.nodes[0]}: element {worst + 1} bends by"
-                f" {100.0 * within[worst]:.0f} % of its length within itself, displacements are off by {off}"
+                f" {100.0 * within[worst]:.0f} % of its length within itself, displacements are off by {off} [W0016]"
             )
     return notes
 

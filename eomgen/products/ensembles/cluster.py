@@ -93,10 +93,10 @@ def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
     try:
         distributed = importlib.import_module("distributed")
     except ImportError:
-        fault = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed"
+        fault = "an ensemble is run on a cluster by the package distributed of Dask, which is not installed [E0639]"
         raise UsageError(Problem("cluster", fault, _INSTALL)) from None
     if workers is not None and cluster != LOCAL:
-        fault = "a cluster that is given has its own workers"
+        fault = "a cluster that is given has its own workers [E0638]"
         raise UsageError(Problem("workers", fault, f"without it, or the cluster {LOCAL!r} of so many processes"))
     with ExitStack() as stack:
         client, name = _client(distributed, cluster, workers, stack)
@@ -108,7 +108,7 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
     """Return a client, closed with the stack if created here, and the name of the cluster."""
     if isinstance(cluster, distributed.Client):
         if cluster.asynchronous:
-            fault = "the client is asynchronous, and this call waits"
+            fault = "the client is asynchronous, and this call waits [E0641]"
             raise UsageError(Problem("cluster", fault, "Client(address), without asynchronous=True"))
         return cluster, _named(cluster)
     options: dict[str, Any] = {"timeout": _PATIENCE, "set_as_default": False}
@@ -122,12 +122,12 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
         return client, _named(client)
     if not isinstance(cluster, str | os.PathLike) or not str(cluster):
         hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
-        raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster", hint))
+        raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster [E0642]", hint))
     text = os.fspath(cluster)
     if "://" in text:
         return stack.enter_context(_reached(text, lambda: distributed.Client(text, **options))), text
     if not Path(text).is_file():
-        fault = f"there is no scheduler file {text}"
+        fault = f"there is no scheduler file {text} [E0640]"
         hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
         raise FileError(Problem("cluster", fault, hint))
     return stack.enter_context(_reached(text, lambda: distributed.Client(scheduler_file=text, **options))), text
@@ -163,7 +163,7 @@ def _started(start: Callable[[], Any]) -> Any:
     try:
         return start()
     except (RuntimeError, OSError) as error:
-        fault = f"its processes did not start: {_first_line(error)}"
+        fault = f"its processes did not start: {_first_line(error)} [E0643]"
         hint = 'if __name__ == "__main__": around the statements of a script, since each process imports the script'
         raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
 
@@ -173,7 +173,7 @@ def _reached(name: str, connect: Callable[[], Any]) -> Any:
     try:
         return connect()
     except (OSError, ValueError, KeyError, TimeoutError) as error:
-        fault = f"no scheduler answers: {_first_line(error)}"
+        fault = f"no scheduler answers: {_first_line(error)} [E0644]"
         hint = "the address that dask scheduler prints, and a network that lets it through"
         raise FileError(Problem(f"cluster {name}", fault, hint)) from None
 
@@ -194,7 +194,7 @@ def _check_versions(client: Any, name: str) -> None:
 
     for address, version in sorted(client.run(version_there).items()):
         if version != __version__:
-            fault = f"its eomgen is {version}" if version else "it has no eomgen"
+            fault = f"its eomgen is {version} [E0645]" if version else "it has no eomgen [E0646]"
             hint = f"pip install eomgen=={__version__} where it runs"
             raise UsageError(
                 Problem(f"cluster {name}, worker {address}", f"{fault}, and here it is {__version__}", hint)
@@ -255,7 +255,7 @@ class _ClusterEnsemble:
             self._threads, self._asked = sum(self._client.nthreads().values()), now
             if not self._threads and not self._lonely:
                 self._lonely = True
-                message = f"cluster {self._machines.name} has no workers: the samples wait for the first one"
+                message = f"cluster {self._machines.name} has no workers: the samples wait for the first one [W0051]"
                 warnings.warn(message, RuntimeWarning, stacklevel=2)
         return self._threads
 
@@ -282,14 +282,17 @@ class _ClusterEnsemble:
         error = result[1] if isinstance(result, tuple) else result
         kind = type(error).__name__
         if kind == "KilledWorker":
-            fault = f"workers died over and over while they ran {samples}"
+            fault = f"workers died over and over while they ran {samples} [E0647]"
             hint = "more memory for each worker; finished samples are kept, for resume"
         elif status == "error" and kind == "ModuleNotFoundError":
-            fault, hint = f"a worker lacks a part that the ensemble needs: {error}", "the same packages on all machines"
+            fault, hint = (
+                f"a worker lacks a part that the ensemble needs: {error} [E0648]",
+                "the same packages on all machines",
+            )
         elif status == "error":
-            fault, hint = f"{samples} cannot be run: {_first_line(error)}", "the logs of its workers"
+            fault, hint = f"{samples} cannot be run: {_first_line(error)} [E0650]", "the logs of its workers"
         else:
-            fault, hint = "the scheduler, or the connection to it, is lost", "resume, when there is one again"
+            fault, hint = "the scheduler, or the connection to it, is lost [E0651]", "resume, when there is one again"
         raise FileError(Problem(where, fault, hint))
 
     def _notes(self) -> tuple[str, ...]:
@@ -298,4 +301,4 @@ class _ClusterEnsemble:
         message = (
             f"the model was compiled to {len(self._codes)} different codes, here and on the workers: the last digits"
         )
-        return (f"{message} may depend on which of them ran a sample, but with the profile reproducible",)
+        return (f"{message} may depend on which of them ran a sample, but with the profile reproducible [W0052]",)

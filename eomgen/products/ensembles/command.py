@@ -77,7 +77,10 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     file = options.pop("table")
     table = None if file is None else _read_samples(Path(file))
     if not vary and table is None:
-        fault, hint = "nothing varies: all samples would be the same", "--vary 'mass=normal(1, 0.1)', or --table FILE"
+        fault, hint = (
+            "nothing varies: all samples would be the same [E0652]",
+            "--vary 'mass=normal(1, 0.1)', or --table FILE",
+        )
         raise UsageError(Problem("--vary", fault, hint))
     described = read_scene(scene, options)
     profile = options.pop("profile")
@@ -126,10 +129,12 @@ def _varied(texts: tuple[str, ...]) -> dict[str, str]:
     for text in texts:
         name, equals, how = (part.strip() for part in text.partition("="))
         if not (name and equals and how):
-            fault = "a name and a distribution are needed"
+            fault = "a name and a distribution are needed [E0653]"
             raise UsageError(Problem(f"--vary {text}", fault, "--vary 'mass=normal(1, 0.1)'"))
         if name in result:
-            raise UsageError(Problem(f"--vary {text}", f"{name} varies twice", "one distribution for each name"))
+            raise UsageError(
+                Problem(f"--vary {text}", f"{name} varies twice [E0654]", "one distribution for each name")
+            )
         result[name] = how
     return result
 
@@ -151,7 +156,7 @@ def _cell(where: str, word: str) -> float | str:
     except ValueError:
         if is_quantity(word):
             return word
-        fault = f"{shown(word)} is not a number" if word else "a cell is empty"
+        fault = f"{shown(word)} is not a number [E0123]" if word else "a cell is empty [E0655]"
         raise FileError(Problem(where, fault, "numbers in the scene's units, or with units: 250 mm")) from None
 
 

@@ -126,9 +126,11 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     """
     dimensions = len(distributions)
     if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
-        raise UsageError(Problem("design", f"{name} has {most} dimensions at most, not {dimensions}", "monte_carlo"))
+        raise UsageError(
+            Problem("design", f"{name} has {most} dimensions at most, not {dimensions} [E0656]", "monte_carlo")
+        )
     if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
-        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most"
+        fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most [E0657]"
         raise UsageError(Problem("samples", fault, "fewer of them, or sobol"))
     points = DESIGNS[name](samples, dimensions, seed)
 
@@ -157,7 +159,7 @@ def grid_design(names: Sequence[str], distributions: Sequence[Distribution]) -> 
     """
     for name, item in zip(names, distributions, strict=True):
         if not item.levels:
-            fault = f"a grid goes through lists of values, and {item.text} is none"
+            fault = f"a grid goes through lists of values, and {item.text} is none [E0658]"
             raise UsageError(Problem(f"vary {name}", fault, "linspace(low, high, count), or values(1, 2, 4)"))
     sizes = [len(item.levels) for item in distributions]
 

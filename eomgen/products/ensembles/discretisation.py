@@ -19,7 +19,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.products import LateRow, named, rows_of
 from eomgen.compiled.model import CompiledModel
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, Message
 from eomgen.products.ensembles.samples import SampleRunner
 from eomgen.results.error_estimate import NOTICED, ErrorEstimate, SampleErrors
 from eomgen.results.finding import WARNING
@@ -81,7 +81,7 @@ class EnsembleJudgement:
         work, nominal, estimates, interrupted = self._asked
         before, after = self._other_notes
         further = _further_doubts(work, nominal) if estimates and not interrupted else []
-        return tuple(filter(None, (*before, *self.of_steps, *further, *after)))
+        return tuple(map(Message, filter(None, (*before, *self.of_steps, *further, *after))))
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the results alone, since another process has no compiled model."""

@@ -172,18 +172,18 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     match = _CALL.match(text)
     example = f"{where.rpartition(' ')[2].partition('=')[0]}=normal(1, 0.1)"
     if match is None:
-        raise UsageError(Problem(where, f"{shown(text)} is not a distribution", example))
+        raise UsageError(Problem(where, f"{shown(text)} is not a distribution [E0659]", example))
     name, words = match[1], [word.strip() for word in match[2].split(",")]
     if name in LISTS:
         levels = _levels(where, name, words, unit)
         return Distribution(text, _of_levels(np.array(levels)), levels, all(level.is_integer() for level in levels))
     if name not in DISTRIBUTIONS:
         hint = nearest(name, [*DISTRIBUTIONS, *LISTS])
-        raise UsageError(Problem(where, f"there is no distribution {shown(name)}", hint))
+        raise UsageError(Problem(where, f"there is no distribution {shown(name)} [E0660]", hint))
     kind = DISTRIBUTIONS[name]
     signature = f"{name}({', '.join(kind.arguments)})"
     if len(words) != len(kind.arguments):
-        fault = f"{name} takes {len(kind.arguments)} numbers, not {len(words)}"
+        fault = f"{name} takes {len(kind.arguments)} numbers, not {len(words)} [E0661]"
         raise UsageError(Problem(where, fault, signature))
     numbers: list[float] = []
     for argument, word in zip(kind.arguments, words, strict=True):
@@ -194,7 +194,7 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
             numbers.append(read_number(label, word, "" if argument in kind.pure else unit, signature))
     if not kind.holds(*numbers):
         said = ", ".join(f"{argument} = {number:.9g}" for argument, number in zip(kind.arguments, numbers, strict=True))
-        raise UsageError(Problem(where, f"{signature} needs {kind.demand}; here {said}", example))
+        raise UsageError(Problem(where, f"{signature} needs {kind.demand}; here {said} [E0662]", example))
     upper = None if kind.upper is None else kind.upper(*numbers)
     return Distribution(text, kind.quantiles(*numbers), whole=name == "integers", upper=upper)
 
@@ -212,15 +212,17 @@ def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[flo
         return tuple(read_number(where, word, unit, "values(1, 2, 4)") for word in words)
     signature = f"{name}(low, high, count)"
     if len(words) != 3:
-        raise UsageError(Problem(where, f"{name} takes 3 numbers, not {len(words)}", signature))
+        raise UsageError(Problem(where, f"{name} takes 3 numbers, not {len(words)} [E0663]", signature))
     low, high = (read_number(where, word, unit, signature) for word in words[:2])
     count = read_number(f"{where}: count", words[2], "", signature)
     if not (count.is_integer() and 2 <= count <= _MOST_LEVELS):
-        fault = f"count must be a whole number from 2 to {_MOST_LEVELS}, not {count:.9g}"
+        fault = f"count must be a whole number from 2 to {_MOST_LEVELS}, not {count:.9g} [E0664]"
         raise UsageError(Problem(where, fault, signature))
     if name == "logspace":
         if not (low > 0.0 and high > 0.0):
-            raise UsageError(Problem(where, f"{name} needs ends above 0; here {low:.9g} and {high:.9g}", "linspace"))
+            raise UsageError(
+                Problem(where, f"{name} needs ends above 0; here {low:.9g} and {high:.9g} [E0665]", "linspace")
+            )
         return tuple(np.geomspace(low, high, int(count)).tolist())
     return tuple(np.linspace(low, high, int(count)).tolist())
 
@@ -241,8 +243,8 @@ def read_number(where: str, word: str, unit: str, signature: str) -> float:
         number = float(word)
     except ValueError:
         if not is_quantity(word):
-            raise UsageError(Problem(where, f"{shown(word)} is not a number", signature)) from None
+            raise UsageError(Problem(where, f"{shown(word)} is not a number [E0123]", signature)) from None
         number = in_label(where, word, unit)
     if not math.isfinite(number):
-        raise UsageError(Problem(where, f"{shown(word)} is not finite", signature))
+        raise UsageError(Problem(where, f"{shown(word)} is not finite [E0537]", signature))
     return number

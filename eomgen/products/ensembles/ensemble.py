@@ -223,7 +223,9 @@ class Ensemble:
         """
         wanted = numbers("quantile", probability)
         if wanted.ndim > 1 or not np.all((wanted >= 0.0) & (wanted <= 1.0)):
-            raise UsageError(Problem("quantile", f"probabilities lie between 0 and 1, not {probability!r}", "0.95"))
+            raise UsageError(
+                Problem("quantile", f"probabilities lie between 0 and 1, not {probability!r} [E0667]", "0.95")
+            )
         result = self.reduction.quantiles(self._place(column), np.atleast_1d(wanted))
         return result[0] if wanted.ndim == 0 else result
 
@@ -314,7 +316,7 @@ class Ensemble:
         """
         if result not in self.results:
             raise UsageError(
-                Problem("sensitivity", f"there is no result {shown(result)}", nearest(result, self.results))
+                Problem("sensitivity", f"there is no result {shown(result)} [E0668]", nearest(result, self.results))
             )
         values = self.results[result]
         shares = ranking(self.design, self.asked, self.values, result, values)
@@ -331,7 +333,9 @@ class Ensemble:
         for name in (column, f"output.{column}"):
             if name in self.columns:
                 return self.columns.index(name)
-        raise UsageError(Problem("column", f"there is no column {shown(str(column))}", nearest(column, self.columns)))
+        raise UsageError(
+            Problem("column", f"there is no column {shown(str(column))} [E0669]", nearest(column, self.columns))
+        )
 
     # -- files ---------------------------------------------------------------------------------------------------------
 

@@ -52,7 +52,7 @@ class BlockJournal:
         path, text = folder / _DESCRIBED, json.dumps(finite(described), indent=2, sort_keys=True) + "\n"
         if path.exists():
             if not resume:
-                fault = f"holds an ensemble, {_DESCRIBED}"
+                fault = f"holds an ensemble, {_DESCRIBED} [E0670]"
                 raise FileError(Problem(str(folder), fault, "--resume, which goes on with it, or another folder"))
             self._check(path, text)
             self._read(folder)
@@ -63,13 +63,13 @@ class BlockJournal:
         try:
             before = json.loads(read_file(path))
         except (OSError, ValueError) as error:
-            fault = f"cannot be read: {error}"
+            fault = f"cannot be read: {error} [E0115]"
             raise FileError(Problem(str(path), fault, "another folder")) from None
         now = json.loads(text)
         if before != now:
             differ = sorted(name for name in {*before, *now} if before.get(name) != now.get(name))
             differ = [name for name in differ if name != "block"] or differ  # block sizes follow from other inputs
-            fault = f"holds an ensemble with other {', '.join(differ)}"
+            fault = f"holds an ensemble with other {', '.join(differ)} [E0671]"
             raise FileError(Problem(str(path.parent), fault, "the same options again, or another folder"))
 
     def _read(self, folder: Path) -> None:
@@ -81,7 +81,7 @@ class BlockJournal:
             self.reduction = Reduction.of_arrays(arrays)
             self._parts = [(int(first), int(count)) for first, count in arrays["parts"]]
         except (FileError, KeyError):  # as by a full disk, or by another version
-            self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again")
+            self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again [W0053]")
             self.reduction = None
             return
         self.done = int(data["done"])
@@ -118,7 +118,7 @@ class BlockJournal:
         last = block.first + len(block.values) - 1
         self._write_part(block)
         self.notes.append(
-            f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged"
+            f"samples {block.first} to {last} were run again: their part of the folder was cut short or damaged [W0054]"
         )
 
     def _path(self, first: int) -> Path:

@@ -134,11 +134,14 @@ class WorkerState:
         with self._making:
             if self._model is None:
                 if self._shipment.version != __version__:
-                    fault = f"eomgen is {__version__} here, and {self._shipment.version} at the start of the ensemble"
+                    fault = (
+                        f"eomgen is {__version__} here, and {self._shipment.version} at the start of the"
+                        f" ensemble [E0672]"
+                    )
                     raise UsageError(Problem("", fault, "the same version on all machines"))
                 model = self._shipment.make()
                 if text_digest(model) != self._shipment.text:
-                    fault = "other C comes of the scene here than at the start of the ensemble"
+                    fault = "other C comes of the scene here than at the start of the ensemble [E0673]"
                     raise UsageError(Problem("", fault, "the same eomgen, with the same templates, on all machines"))
                 self._model = model
             return self._model

@@ -275,7 +275,7 @@ def _alone(folder: Path | None) -> Iterator[None]:
         return
     with sole_use(make_folder(folder)) as alone:
         if not alone:
-            fault = "another ensemble is writing to it"
+            fault = "another ensemble is writing to it [E0674]"
             raise FileError(Problem(str(folder), fault, "another folder, or this one when that has ended"))
         yield
 
@@ -391,17 +391,17 @@ def _designed(
     seed: int,
 ) -> tuple[list[Variation], Design, str]:
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise UsageError(Problem("seed", f"a whole number from 0 on is needed, not {seed!r}", "seed=0"))
+        raise UsageError(Problem("seed", f"a whole number from 0 on is needed, not {seed!r} [E0675]", "seed=0"))
     if table is not None:
         if vary or design:
             other = "vary" if vary else "design"
-            fault = f"a table says the values of all samples, and {other} is given too"
+            fault = f"a table says the values of all samples, and {other} is given too [E0676]"
             raise UsageError(Problem(other, fault, f"the table, or {other}, alone"))
         items, rows = read_table(model, table)
         return items, table_design(rows), "table"
     if not vary:
         hint = 'vary={"mass": "normal(1, 0.1)"}, or table={"mass": [...]}'
-        raise UsageError(Problem("vary", "nothing varies: all samples would be the same", hint))
+        raise UsageError(Problem("vary", "nothing varies: all samples would be the same [E0652]", hint))
     items, distributions = read_varied(model, vary)
     if not design:
         design = "grid" if all(item.levels for item in distributions) else "monte_carlo"
@@ -409,7 +409,7 @@ def _designed(
         return items, grid_design([item.name for item in items], distributions), design
     if design not in DESIGNS:
         hint = nearest(design, [*DESIGNS, *OTHER_DESIGNS])
-        raise UsageError(Problem("design", f"there is no design {quoted(design)}", hint))
+        raise UsageError(Problem("design", f"there is no design {quoted(design)} [E0677]", hint))
     return items, random_design(design, distributions, samples, seed), design
 
 
@@ -425,10 +425,10 @@ def _columns(pilot: Solution, wanted: Sequence[str] | None) -> list[str]:
         of_output = [column for column in known if column == f"output.{name}" or column.startswith(f"output.{name}[")]
         if name not in known and not of_output:
             hint = nearest(str(name), [*known, *(column.removeprefix("output.") for column in known)])
-            raise UsageError(Problem("columns", f"there is no column {quoted(str(name))}", hint))
+            raise UsageError(Problem("columns", f"there is no column {quoted(str(name))} [E0669]", hint))
         result += [name] if name in known else of_output
     if not result:
-        raise UsageError(Problem("columns", "no column is looked at", "one of model.simulate(...).columns()"))
+        raise UsageError(Problem("columns", "no column is looked at [E0678]", "one of model.simulate(...).columns()"))
     return list(dict.fromkeys(result))
 
 
@@ -436,7 +436,9 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
     result = set()
     for number in keep if isinstance(keep, Iterable) else [keep]:
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
-            raise UsageError(Problem("keep", f"{number!r} is not the number of a sample", f"0 to {samples - 1}"))
+            raise UsageError(
+                Problem("keep", f"{number!r} is not the number of a sample [E0679]", f"0 to {samples - 1}")
+            )
         result.add(int(number))
     return frozenset(result)
 
@@ -452,12 +454,14 @@ def _with_largest_step(options: EnsembleOptions, pilot: Solution) -> EnsembleOpt
 def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> None:
     """Raise UsageError if solutions of samples cannot be kept, or not as such files."""
     if kept and target is None:
-        raise UsageError(Problem("keep", "solutions of samples are kept in a folder, and none is given", "folder=..."))
+        raise UsageError(
+            Problem("keep", "solutions of samples are kept in a folder, and none is given [E0680]", "folder=...")
+        )
     if keep_as not in _KEPT_AS:
         hint = " or ".join(_KEPT_AS)
-        raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))}", hint))
+        raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))} [E0681]", hint))
     if keep_as == "parquet" and find_spec("pyarrow") is None:
-        fault = "Parquet files are written by the package pyarrow, which is not installed"
+        fault = "Parquet files are written by the package pyarrow, which is not installed [E0682]"
         raise UsageError(Problem("keep_as", fault, "pip install 'eomgen[parquet]', or npz"))
 
 
@@ -465,11 +469,13 @@ def _check_options(options: Mapping[str, Any], folder: str | os.PathLike[str] | 
     """Raise UsageError for options of ``simulate`` that samples cannot have."""
     if resume and folder is None:
         raise UsageError(
-            Problem("resume", "there is no folder to go on with", "folder=..., the folder of the ensemble before")
+            Problem(
+                "resume", "there is no folder to go on with [E0683]", "folder=..., the folder of the ensemble before"
+            )
         )
     for name in ("checkpoint", "checkpoint_every"):
         if options.get(name) is not None:
-            fault = "samples write no checkpoints of their own"
+            fault = "samples write no checkpoints of their own [E0684]"
             raise UsageError(
                 Problem(name, fault, "folder=..., and resume=True, which goes on with the finished samples")
             )

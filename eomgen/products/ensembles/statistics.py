@@ -290,7 +290,10 @@ def ranking(design: str, asked: int, values: Mapping[str, Array], result: str, r
     least = _LEAST * max(len(varying), 1)
     if there.sum() < least:
         known = int(there.sum())
-        fault = f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that vary"
+        fault = (
+            f"{known} {'sample is' if known == 1 else 'samples are'} too few for {len(values)} numbers that"
+            f" vary [E0686]"
+        )
         raise UsageError(Problem("sensitivity", fault, f"{least} samples or more"))
     shares = dict.fromkeys(values, 0.0)
     if np.ptp(results[there]) > 0.0 and varying:
@@ -312,7 +315,7 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
     n = asked // (dimensions + 2)
     if len(results) < asked or not np.all(np.isfinite(results)):
         missing = asked - int(np.isfinite(results).sum())
-        fault = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing"
+        fault = f"Sobol' indices need all {asked} samples of the design, and {missing} failed or are missing [E0687]"
         raise UsageError(
             Problem("sensitivity", fault, "distributions without the samples that fail, or another design")
         )

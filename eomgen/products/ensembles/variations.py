@@ -57,7 +57,7 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
     label = f"{where} {name}"
     curves = [curve.name for curve in getattr(model.scene, "curves", ())]
     if place is None and of in curves:
-        fault = f"{of} is a curve, whose numbers are fixed in the code"
+        fault = f"{of} is a curve, whose numbers are fixed in the code [E0688]"
         hint = f"a tunable parameter as factor in formulas, factor * {of}(...)"
         if kind == "seed":
             hint = (
@@ -68,24 +68,27 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
         number = seas.index(of)
         if kind == "seed" and _waves(model)[number].variables:
             return len(model.description.inputs) + number
-        fault, hint = f"{of} are waves, whose numbers are fixed in the code", f"variables = true in [waves.{of}]"
+        fault, hint = (
+            f"{of} are waves, whose numbers are fixed in the code [E0689]",
+            f"variables = true in [waves.{of}]",
+        )
         if kind != "seed":
-            fault = f"{of} are waves, which are as high as their spectrum says"
+            fault = f"{of} are waves, which are as high as their spectrum says [E0693]"
             hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'
         raise UsageError(Problem(label, fault, hint))
     if place is None:
-        fault = f"there is no input {shown(of)}"
+        fault = f"there is no input {shown(of)} [E0432]"
         raise UsageError(Problem(label, fault, _others(model, kind)))
     item = model.description.inputs[place]
     if kind == "seed" and item.series is not None and item.series.follows:
         leader = item.series.follows
-        fault = f"the random process {of} follows {leader}, and has its variables"
+        fault = f"the random process {of} follows {leader}, and has its variables [E0690]"
         raise UsageError(Problem(label, fault, f"seed.{leader}"))
     if kind == "seed" and item.road is None and item.series is None:
-        fault = f"the input {of} is neither a random road nor a random process, so it has no seed"
+        fault = f"the input {of} is neither a random road nor a random process, so it has no seed [E0691]"
         raise UsageError(Problem(label, fault, _others(model, kind)))
     if not item.given:
-        fault = f"the scene gives the input {of} no law that could be multiplied"
+        fault = f"the scene gives the input {of} no law that could be multiplied [E0692]"
         raise UsageError(Problem(label, fault, f"{of}, a value that is constant over a run"))
     return place
 
@@ -134,7 +137,7 @@ def check_seeds(name: str, how: Distribution) -> None:
     """Raise UsageError if seeds are not whole numbers from 0 on."""
     least = how.quantiles(np.array([_SMALLEST])) if not how.levels else np.array(how.levels)
     if not how.whole or np.min(least) < 0.0:
-        fault = f"a seed is a whole number from 0 on, and {how.text} has others"
+        fault = f"a seed is a whole number from 0 on, and {how.text} has others [E0694]"
         raise UsageError(Problem(f"vary {name}", fault, f"{name}=integers(0, 999999), or values(1, 2, 3)"))
 
 
@@ -146,7 +149,7 @@ def check_tracks(model: CompiledModel, seeds: Mapping[str, int]) -> None:
             continue
         track = _track(model.description.inputs[place])
         if (other := of_track.setdefault(track, name)) != name:
-            fault = f"its wheel runs in the same track as the wheel of {other}, and has the same seed"
+            fault = f"its wheel runs in the same track as the wheel of {other}, and has the same seed [E0695]"
             raise UsageError(Problem(f"vary {name}", fault, f"{other} alone, which all wheels of the track follow"))
 
 
@@ -174,7 +177,9 @@ def own_seed(model: CompiledModel, place: int) -> int:
 
 def _track(item: Input) -> tuple[str, int]:
     if item.road is None:
-        raise UsageError(Problem(f"input {item.name}", "it is not a random road", "an input with a road of a class"))
+        raise UsageError(
+            Problem(f"input {item.name}", "it is not a random road [E0696]", "an input with a road of a class")
+        )
     return item.road.road_class, item.road.seed
 
 
@@ -254,7 +259,7 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
     if name in of_states:
         block, place, unit = of_states[name]
         if block == "q" and unit == "1":
-            fault = f"{name} is a component of a unit quaternion, and its parts are not free"
+            fault = f"{name} is a component of a unit quaternion, and its parts are not free [E0698]"
             raise UsageError(
                 Problem(f"{where} {name}", fault, "initial=..., the same for all samples, or a joint with an angle")
             )
@@ -266,9 +271,9 @@ def find_variation(model: CompiledModel, name: str, where: str = "vary") -> Vari
         return Variation(name, "process" if process else kind, place, "")
     if name in model.evaluator.fixed_parameters:
         hint = f"{name} = {{ value = ..., tunable = true }} in the scene's [parameters]"
-        raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code", hint))
+        raise UsageError(Problem(f"{where} {name}", f"the parameter {name} is fixed in the code [E0699]", hint))
     every = [*model.parameters, *model.inputs, *of_states, *laws_that_vary(model)]
-    fault = f"there is no parameter, input or initial state {shown(name)}"
+    fault = f"there is no parameter, input or initial state {shown(name)} [E0697]"
     none = "NAME = { value = ..., tunable = true } in the scene's [parameters]: nothing of this scene varies yet"
     raise UsageError(Problem(where, fault, nearest(name, every) or none))
 
@@ -278,7 +283,7 @@ def read_varied(
 ) -> tuple[list[Variation], list[Distribution]]:
     """Return the varied quantities with distributions. Raises UsageError."""
     if not isinstance(vary, Mapping):
-        fault = f"a mapping from names to distributions is needed, not {type(vary).__name__}"
+        fault = f"a mapping from names to distributions is needed, not {type(vary).__name__} [E0700]"
         raise UsageError(Problem("vary", fault, 'vary={"mass": "normal(1, 0.1)"}'))
     result = [find_variation(model, str(name)) for name in vary]
     distributions = []
@@ -288,7 +293,7 @@ def read_varied(
         elif isinstance(how, str):
             distributions.append(read_distribution(f"vary {item.name}", how, item.unit))
         else:
-            fault = f"a distribution is needed, not {type(how).__name__}"
+            fault = f"a distribution is needed, not {type(how).__name__} [E0701]"
             hint = f'"normal(1, 0.1)"; values of each sample: table={{{item.name!r}: [...]}}'
             raise UsageError(Problem(f"vary {item.name}", fault, hint))
         if item.block in ("seed", "process"):
@@ -327,16 +332,18 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
         For columns of different lengths, values that are not finite, and names as of ``find_variation``.
     """
     if not hasattr(table, "keys"):
-        fault = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__}"
+        fault = f"a mapping from names to columns, or a DataFrame, is needed, not {type(table).__name__} [E0702]"
         raise UsageError(Problem("table", fault, 'table={"mass": [1.0, 1.1, 1.2]}'))
     names = [str(name) for name in table.keys()]  # noqa: SIM118  # a DataFrame iterates over its columns by keys() only
     result = [find_variation(model, name, "table") for name in names]
     columns = [_column(item, table[item.name]) for item in result]
     if not columns or columns[0].ndim != 1 or not len(columns[0]):
-        raise UsageError(Problem("table", "it has no rows", "a column of numbers for each name, a row for each sample"))
+        raise UsageError(
+            Problem("table", "it has no rows [E0704]", "a column of numbers for each name, a row for each sample")
+        )
     for name, column in zip(names, columns, strict=True):
         if column.shape != columns[0].shape:
-            fault = f"{name} has {column.size} values, {names[0]} has {columns[0].size}"
+            fault = f"{name} has {column.size} values, {names[0]} has {columns[0].size} [E0703]"
             raise UsageError(Problem("table", fault, "as many values in each column"))
         check_finite(f"table {name}", column)
     for item, column in zip(result, columns, strict=True):
@@ -370,7 +377,7 @@ def with_scenes_laws(model: CompiledModel, items: Sequence[Variation], common: M
     for item in items:
         of = item.name.partition(".")[2]
         if item.block in LAWS and of in given:
-            fault = f"the input {of} is given or varies itself, so the scene's law of it does not count"
+            fault = f"the input {of} is given or varies itself, so the scene's law of it does not count [E0705]"
             raise UsageError(Problem(f"vary {item.name}", fault, f"either {item.name} or {of}"))
     names = {block: [item for item in items if item.block == block] for block in LAWS}
     seeds = {item.name: float(own_seed(model, item.place)) for item in names["seed"]}

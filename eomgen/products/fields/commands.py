@@ -110,7 +110,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
 
     if given := given_options({name: value for name, value in options.items() if name not in _TAKEN}):
         option = f"--{given[0].replace('_', '-')}"
-        fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system"
+        fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system [E0706]"
         raise UsageError(Problem(option, fault, "leave it out"))
     coordinates = document.coordinates
     labels = {item.name: item.unit for item in document.parameters}
@@ -164,7 +164,7 @@ def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> di
     result: dict[str, float] = {}
     for name, value in assignments(option, given).items():
         if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
-            fault = f"{name} has no unit in the file, so {shown(value)} could be anything"
+            fault = f"{name} has no unit in the file, so {shown(value)} could be anything [E0707]"
             raise UsageError(Problem(f"{option} {name}={value}", fault, "the number alone"))
         known = labels.get(name, "")
         result[name] = in_label(f"{option} {name}={value}", value, known) if isinstance(value, str) else value

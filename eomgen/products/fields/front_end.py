@@ -116,7 +116,7 @@ def hamiltonian_of(described: object, options: Mapping[str, Any] | None = None) 
     if result is not described:
         _check_method(result)
     if given := given_options(options or {}):
-        fault = f"{', '.join(given)} is of mechanical scenes, and {result.name} is a Hamiltonian system"
+        fault = f"{', '.join(given)} is of mechanical scenes, and {result.name} is a Hamiltonian system [E0774]"
         raise UsageError(Problem(given[0], fault, "leave it out"))
     return result
 
@@ -128,7 +128,7 @@ def build_hamiltonian(document: Hamiltonian, method: str | None, profile: str) -
     from eomgen.toolchain.builder import Builder  # noqa: PLC0415
 
     if profile == "instant":
-        fault = f"the tape engine is for mechanical scenes, and {document.name} is a Hamiltonian system"
+        fault = f"the tape engine is for mechanical scenes, and {document.name} is a Hamiltonian system [E0775]"
         raise UsageError(Problem("profile", fault, "fast, reproducible or quick"))
     if method is not None:
         method_for(document, method)

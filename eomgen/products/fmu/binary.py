@@ -104,7 +104,7 @@ def machine_named(name: str, version: int) -> Machine:
     known = [machine.name for machine in MACHINES.values() if version == 3 or machine.folder]
     if name not in known:
         other = "; FMI 2.0 names x86 machines alone" if name in MACHINES else ""
-        fault = f"no machine is called {shown(name)}{other}"
+        fault = f"no machine is called {shown(name)}{other} [E0859]"
         raise UsageError(Problem("machines", fault, f"one of {', '.join(known)}"))
     return MACHINES[name]
 

@@ -221,9 +221,9 @@ def fmu_files(
     program, refusal = _program(document, method, parameters, options, initial)
     if not program.method:
         name = pipeline.method_of(document, method)
-        raise ModelError(f"{name} cannot run on this scene: {refusal}", "another method, by --method")
+        raise ModelError(f"{name} cannot run on this scene: {refusal} [E0860]", "another method, by --method")
     if program.method.get("samples", {}).get("from_caller"):
-        fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions"
+        fault = "functions of the caller give samples of a controller, and an FMU has no caller's functions [E0861]"
         raise ModelError(Problem(program.prefix, fault, 'source = "law.c", with the function in C'))
     if options.minimal:
         _check_minimal(program)
@@ -272,15 +272,15 @@ def _licence_text(file: str | Path | None) -> str:
     try:
         data = read_bytes(Path(file), _LONGEST_LICENCE)
         if len(data) > _LONGEST_LICENCE:
-            fault = f"the text is larger than {_LONGEST_LICENCE // 1_000_000} MB"
+            fault = f"the text is larger than {_LONGEST_LICENCE // 1_000_000} MB [E0863]"
             raise FileError(Problem(shown(str(file)), fault, "the licence alone, as plain text"))
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8", "plain text")) from None
+        raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8 [E0864]", "plain text")) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise FileError(
-            Problem(shown(str(file)), f"the licence cannot be read: {reason}", nearby(Path(file)))
+            Problem(shown(str(file)), f"the licence cannot be read: {reason} [E0865]", nearby(Path(file)))
         ) from None
 
 
@@ -290,23 +290,27 @@ def _checked(
     """Return checked options. Raises UsageError."""
     number = {"2": 2, "2.0": 2, "3": 3, "3.0": 3}.get(str(version))
     if number is None:
-        raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here", "2 or 3"))
+        raise UsageError(Problem("version", f"there is no version {shown(str(version))} of FMI here [E0866]", "2 or 3"))
     given = types.split(",") if isinstance(types, str) else types
     names = [str(name).strip().lower() for name in given if str(name).strip()]
     for name in names:
         if name not in TYPES:
-            raise UsageError(Problem("types", f"there is no type {shown(name)}", nearest(name, TYPES)))
+            raise UsageError(Problem("types", f"there is no type {shown(name)} [E0867]", nearest(name, TYPES)))
     if not names:
-        raise UsageError(Problem("types", "an FMU without model exchange and co-simulation has no use", "me, cs"))
+        raise UsageError(
+            Problem("types", "an FMU without model exchange and co-simulation has no use [E0868]", "me, cs")
+        )
     if dae and (number != 3 or "me" not in names):
-        fault = "differential-algebraic systems are a layer over model exchange of FMI 3.0"
+        fault = "differential-algebraic systems are a layer over model exchange of FMI 3.0 [E0869]"
         raise UsageError(Problem("dae", fault, "version 3 with me"))
     if arrays and number != 3:
-        raise UsageError(Problem("arrays", "FMI 2.0 has scalars alone", "version 3"))
+        raise UsageError(Problem("arrays", "FMI 2.0 has scalars alone [E0871]", "version 3"))
     if minimal and "me" not in names:
-        raise UsageError(Problem("minimal", "minimal coordinates are states of model exchange", "types with me"))
+        raise UsageError(
+            Problem("minimal", "minimal coordinates are states of model exchange [E0872]", "types with me")
+        )
     if minimal and dae:
-        fault = "a differential-algebraic system has all coordinates as states"
+        fault = "a differential-algebraic system has all coordinates as states [E0870]"
         raise UsageError(Problem("minimal", fault, "dae or minimal alone"))
     return Options(number, tuple(name for name in TYPES if name in names), tuple(inputs), dae, arrays, minimal=minimal)
 
@@ -317,10 +321,10 @@ def _check_exported(scene: Scene, described: Description, options: Options) -> N
     for name in options.inputs:
         if name not in known:
             hint = nearest(name, known) if known else "no --input, since the scene has no inputs"
-            raise UsageError(Problem("inputs", f"the scene has no input {shown(name)}", hint))
+            raise UsageError(Problem("inputs", f"the scene has no input {shown(name)} [E0873]", hint))
     if described.motions:
         names = ", ".join(motion.name for motion in described.motions)
-        fault = f"the caller moves {names} between steps, and FMI has no such motion"
+        fault = f"the caller moves {names} between steps, and FMI has no such motion [E0874]"
         raise ModelError(Problem(scene.name, fault, "a drive with a law of time, or a joint that an input drives"))
 
 
@@ -328,10 +332,10 @@ def _check_minimal(program: Program) -> None:
     """Raise ModelError if there are no minimal coordinates other than q and v, or none at all."""
     freedoms = program.sizes["v"] - program.sizes["lam"]
     if not program.sizes["lam"]:
-        fault = "coordinates of a scene without constraints are minimal already"
+        fault = "coordinates of a scene without constraints are minimal already [E0875]"
         raise ModelError(Problem(program.prefix, fault, "no option minimal"))
     if freedoms < 1:
-        fault = "the constraints leave no freedom, so no states are left"
+        fault = "the constraints leave no freedom, so no states are left [E0876]"
         raise ModelError(Problem(program.prefix, fault, "no option minimal"))
 
 

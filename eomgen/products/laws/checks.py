@@ -113,8 +113,12 @@ def _check_return(law: FileLaw, functions: Sequence[tuple[str, OfPoint]], points
         return
     name, _, point = calls[max(begun, 1) - 1]
     code = os.waitstatus_to_exitcode(status)
-    ended = f"ends the process by {signal.Signals(-code).name}" if code < 0 else f"ends the process by exit({code})"
-    fault = f"{name} {f'does not return within {_LONGEST:g} s' if held else ended}"
+    ended = (
+        f"ends the process by {signal.Signals(-code).name} [E0878]"
+        if code < 0
+        else f"ends the process by exit({code}) [E0878]"
+    )
+    fault = f"{name} {f'does not return within {_LONGEST:g} s [E0877]' if held else ended}"
     hint = (
         "loops that end" if held else "results for all numbers: reads and writes within the arrays, no exit, no assert"
     )
@@ -128,7 +132,7 @@ def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points:
     first = [function(point) for point in points]
     for point, values in zip(points, first, strict=True):
         if not np.array_equal(values, function(point), equal_nan=True):
-            fault = f"{name} gives other values in a second call with the same arguments"
+            fault = f"{name} gives other values in a second call with the same arguments [E0879]"
             raise _error(law, fault, "no static variables: models run in several threads, and steps are repeated")
     for point, values in zip(points, first, strict=True):
         if not np.all(np.isfinite(values)):
@@ -138,10 +142,12 @@ def _check_memory(law: FileLaw, name: str, function: OfPoint, size: int, points:
             if not np.array_equal(given, values):
                 unset = [place for place in range(size) if not _same(given[place], values[place])]
                 read = f"{counted(n, 'argument')} and {counted(law.parameters, 'parameter')}"
-                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of {size} unset"
+                fault = f"{name} reads beyond {read}, or leaves entry {unset[0]} of {size} unset [E0880]"
                 raise _error(law, fault, _order(law, name))
             if beyond:
-                raise _error(law, f"{name} writes {'' if 'beyond' in beyond else 'to '}{beyond}", _order(law, name))
+                raise _error(
+                    law, f"{name} writes {'' if 'beyond' in beyond else 'to '}{beyond} [E0881]", _order(law, name)
+                )
 
 
 def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: Array) -> None:
@@ -155,7 +161,7 @@ def _check_python(law: FileLaw, value: OfPoint, slopes: OfPoint | None, points: 
             failures.append(error)
             continue
         if not np.array_equal(first, again, equal_nan=True):
-            fault = f"{law.code.labels[0]} gives other values in a second call with the same arguments"
+            fault = f"{law.code.labels[0]} gives other values in a second call with the same arguments [E0879]"
             raise _error(law, fault, "results of the arguments alone: steps are repeated")
         sound.append(point)
     if not sound:
@@ -180,7 +186,7 @@ def _returned(law: FileLaw, value: OfPoint, point: Array) -> Array:
     if not ended:
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(thread.ident or 0), ctypes.py_object(SystemExit))
         place = ", ".join(f"{label} = {x:.6g}" for label, x in zip([*law.inputs, *law.given], point, strict=True))
-        fault = f"{law.code.labels[0]} does not return within {_LONGEST:g} s at {place}"
+        fault = f"{law.code.labels[0]} does not return within {_LONGEST:g} s at {place} [E0877]"
         raise _error(law, fault, "loops that end")
     result, error = ended[0]
     if error is not None:
@@ -238,7 +244,7 @@ def _check_partials(law: FileLaw, value: OfPoint, slopes: OfPoint, points: Array
                 hint = (
                     hint if law.code.python.partials else "no abs, comparison or rounding of arguments; or differences"
                 )
-            raise _error(law, f"{partials}: {fault}", hint)
+            raise _error(law, f"{partials}: {fault} [E0886]", hint)
 
 
 def _difference(value: OfPoint, point: Array, place: int, step: float) -> Array:

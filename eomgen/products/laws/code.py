@@ -269,6 +269,6 @@ def _routine(code: CCode) -> tuple[Any, Any]:
         header = "#include <...> of the header with its declaration, as <math.h>, or the function before the call"
         named = [replace(fault, hint=header if "implicit" in str(fault) else signature) for fault in faults]
         if absent := re.search(r"undefined symbol: (\w+)|symbol not found[^']*'_?(\w+)'", str(error)):
-            fault = f"the function {absent[1] or absent[2]} is declared or called, and has no body in the file"
+            fault = f"the function {absent[1] or absent[2]} is declared or called, and has no body in the file [E0887]"
             named = [Problem(code.source.name, fault, f"the body in {code.source.name}: a law has one file")]
         raise ToolchainError(named or list(error.problems)) from None

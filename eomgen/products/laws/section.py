@@ -67,18 +67,22 @@ def _read(name: str, entry: LawEntry, reading: Reading) -> FileLaw | None:
     for part in ("arguments", "results", "parameters"):
         for label in getattr(entry, part) or {}:
             if not is_legal(label):
-                report.add(f"{where}.{part}", f"{shown(label)} is not a name", "letters, digits and underscores")
+                report.add(
+                    f"{where}.{part}", f"{shown(label)} is not a name [E0888]", "letters, digits and underscores"
+                )
     for part in ("arguments", "results"):
         for label, unit in getattr(entry, part).items():
             _check_unit(f"{where}.{part}.{label}", unit, report)
     parameters, sizes = entry.parameters or {}, entry.scales or {}
     for label in parameters:
         if label in entry.arguments:
-            report.add(f"{where}.parameters.{label}", f"{label} is an argument, too", "another name for the parameter")
+            report.add(
+                f"{where}.parameters.{label}", f"{label} is an argument, too [E0890]", "another name for the parameter"
+            )
     known = [*entry.arguments, *parameters]
     for label in sizes:
         if label not in known:
-            fault = f"{shown(label)} is neither an argument nor a parameter of the law"
+            fault = f"{shown(label)} is neither an argument nor a parameter of the law [E0891]"
             report.add(f"{where}.scales", fault, f"one of {', '.join(known)}")
     given = {
         label: reading.values.formula(f"{where}.parameters.{label}", value, PARAMETERS)
@@ -95,21 +99,27 @@ def _code(where: str, entry: LawEntry, reading: Reading) -> CCode | PythonCode |
     """Return the functions of a law; None for a reported fault."""
     report = reading.report
     if (entry.source is None) == (entry.python is None):
-        fault = "source and python are both given" if entry.source else "a file with the function is missing"
+        fault = (
+            "source and python are both given [E0892]"
+            if entry.source
+            else "a file with the function is missing [E0893]"
+        )
         report.add(where, fault, 'source = "law.c", or python = "law.py" for a prototype')
         return None
     if entry.partials == entry.function:
-        report.add(f"{where}.partials", "values and partials are the same function", "a function for each")
+        report.add(f"{where}.partials", "values and partials are the same function [E0894]", "a function for each")
     if entry.python is not None:
         return _in_python(where, entry, entry.python, reading)
     if entry.complex_step:
-        report.add(f"{where}.complex_step", "complex_step is of a law in Python", "no complex_step, or partials in C")
+        report.add(
+            f"{where}.complex_step", "complex_step is of a law in Python [E0895]", "no complex_step, or partials in C"
+        )
     functions = {"function": (entry.function, f"void {entry.function}({arguments_of('double', 'results')})")}
     if entry.partials is not None:
         prototype = f"void {entry.partials}({arguments_of('double', 'partials')})"
         functions["partials"] = (entry.partials, prototype)
     if (entry.source or "").endswith(".py"):
-        report.add(f"{where}.source", f"{shown(entry.source)} is a Python file", f'python = "{entry.source}"')
+        report.add(f"{where}.source", f"{shown(entry.source)} is a Python file [E0896]", f'python = "{entry.source}"')
         return None
     source = c_source(where, entry.source or "", functions, reading.folder, report)
     return None if source is None else CCode(source, entry.function, entry.partials or "")
@@ -122,13 +132,16 @@ def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> Pyth
     hint = "the path of a Python file, from the scene file's folder"
     body: list[ast.stmt] = []
     if not fault and path.suffix != ".py":
-        fault = f"{shown(file)} does not end in .py"
+        fault = f"{shown(file)} does not end in .py [E0903]"
     if not fault:
         try:
             body = ast.parse(text, path.name).body
         except (SyntaxError, ValueError) as error:
             line = getattr(error, "lineno", None)
-            fault, hint = f"{path.name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)}", "a file in Python"
+            fault, hint = (
+                f"{path.name}{f':{line}' if line else ''}: {getattr(error, 'msg', error)} [E2226]",
+                "a file in Python",
+            )
     if fault:
         report.add(f"{where}.python", fault, hint)
         return None
@@ -137,10 +150,10 @@ def _in_python(where: str, entry: LawEntry, file: str, reading: Reading) -> Pyth
     for word, function in (("function", entry.function), ("partials", entry.partials)):
         if function is not None and function not in {*functions, *assigned}:
             hint = nearest(function, functions) if functions else f"def {function}(...): in the file"
-            report.add(f"{where}.{word}", f"{path.name} has no function {shown(function)}", hint)
+            report.add(f"{where}.{word}", f"{path.name} has no function {shown(function)} [E0904]", hint)
             return None
     if entry.partials is not None and entry.complex_step:
-        report.add(f"{where}.complex_step", "partials are given by a function, too", "one of the two")
+        report.add(f"{where}.complex_step", "partials are given by a function, too [E0905]", "one of the two")
         return None
     sizes = (len(entry.arguments), len(entry.parameters or {}), len(entry.results))
     return python_code(where, path, text, (entry.function, entry.partials or ""), entry.complex_step, sizes)
@@ -154,7 +167,7 @@ def _check_unit(key: str, unit: str, report: Report) -> None:
     if unit_factor(key, unit, report) != 1.0:
         from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # Pint is slow to import
 
-        fault = f"a law has numbers in SI that are not converted, and {shown(unit)} is not of SI"
+        fault = f"a law has numbers in SI that are not converted, and {shown(unit)} is not of SI [E0906]"
         report.add(key, fault, f'"{coherent(read_unit(unit))}", and the factor in the file')
 
 
@@ -165,7 +178,7 @@ def _twice(laws: Mapping[str, FileLaw]) -> Iterator[tuple[str, str, str]]:
         for function in filter(None, (law.function, law.slopes)):
             other = first.setdefault(function, law)
             if other.source.text != law.source.text:
-                fault = f"the law {other.name} has a function {function} in another file"
+                fault = f"the law {other.name} has a function {function} in another file [E2227]"
                 yield f"{key_of('laws', law.name)}.function", fault, "another name for one of the functions in C"
 
 

@@ -53,17 +53,17 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     (('front',), 6)
     """
     if space.sample != source.sample:
-        fault = f"one model is {_how(space)} and the other is {_how(source)}"
+        fault = f"one model is {_how(space)} and the other is {_how(source)} [E0366]"
         raise UsageError(Problem("driven_by", fault, "both in continuous time, or both with the same sample"))
     columns = (*space.inputs, *space.disturbances)
     driven = [name for name in source.outputs if name in columns]
     if not driven:
-        fault = f"none of {listed(source.outputs)} is an input or a disturbance of the model"
+        fault = f"none of {listed(source.outputs)} is an input or a disturbance of the model [E0367]"
         raise UsageError(Problem("driven_by", fault, f"outputs called {' or '.join(columns[:4])}"))
     again = [name for name in source.states if name in space.states]
     if again:
         raise UsageError(
-            Problem("driven_by", f"both models have a state {listed(again)}", "other names in one of them")
+            Problem("driven_by", f"both models have a state {listed(again)} [E0368]", "other names in one of them")
         )
     inputs = _united([name for name in space.inputs if name not in driven], source.inputs)
     disturbances = _united([name for name in space.disturbances if name not in driven], source.disturbances)
@@ -144,9 +144,11 @@ def shaping_filter(
         np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)
     )
     if not len(bottom) or not np.all(np.isfinite(bottom)) or not np.all(np.isfinite(top)) or top.ndim != 1:
-        raise UsageError(Problem("shaping_filter", "the coefficients are not finite numbers", "[2.0], [1.0, 0.5]"))
+        raise UsageError(
+            Problem("shaping_filter", "the coefficients are not finite numbers [E0369]", "[2.0], [1.0, 0.5]")
+        )
     if len(top) > len(bottom):
-        fault = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1}"
+        fault = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1} [E0370]"
         raise UsageError(Problem("shaping_filter", fault, "a denominator of that degree: a filter that can be built"))
     A, B, C, D = _states_of(top if len(top) else np.zeros(1), bottom)
     return _filter(A[: len(bottom) - 1, : len(bottom) - 1], B, C, D, input, output, unit, states or output)
@@ -187,7 +189,7 @@ def delay(input: str, output: str, time: float | str, order: int = 4, unit: str 
     """
     late = seconds("time", time)
     if not late > 0.0 or isinstance(order, bool) or not isinstance(order, int) or not 1 <= order <= _LARGEST_ORDER:
-        fault = f"a delay of {late:.6g} s by an approximation of order {order!r}"
+        fault = f"a delay of {late:.6g} s by an approximation of order {order!r} [E0371]"
         raise UsageError(Problem("delay", fault, f"a time above zero, and an order from 1 to {_LARGEST_ORDER}"))
     series = [(-1.0) ** k / math.factorial(k) for k in range(2 * order + 1)]
     numerator, denominator = (np.asarray(polynomial.coeffs, dtype=float) for polynomial in pade(series, order))
@@ -228,7 +230,9 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     3
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        raise UsageError(Problem("delay_line", f"a delay of {samples!r} samples", "a whole number of them, from 1 on"))
+        raise UsageError(
+            Problem("delay_line", f"a delay of {samples!r} samples [E0372]", "a whole number of them, from 1 on")
+        )
     A, B, C = np.eye(samples, k=-1), np.zeros((samples, 1)), np.zeros((1, samples))
     B[0], C[0, -1] = 1.0, 1.0
     line = _filter(A, B, C, np.zeros((1, 1)), input, output, unit, output)

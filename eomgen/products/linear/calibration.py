@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, UsageError
+from eomgen.errors import DescriptionError, EomgenError, Message, ModelError, Problem, UsageError
 from eomgen.formula.nodes import Symbol
 from eomgen.pipeline.front_end import Preparation
 from eomgen.products.linear.control import second_order
@@ -70,7 +70,7 @@ def check_reach(name: str, plant: Plant, modal: ModalFeedback) -> None:
     numbers = ", ".join(str(k + 1) for k in modal.controlled)
     ways = int(np.linalg.matrix_rank(modal.modes.shapes[:, list(modal.controlled)].T @ plant.B, rtol=1e-9))
     only = f"{name} acts on them in {ways} independent way{'s' * (ways > 1)} only"
-    fault = f"the modes {numbers} cannot be placed each by itself: {only}"
+    fault = f"the modes {numbers} cannot be placed each by itself: {only} [E0517]"
     raise ModelError(fault, f"{ways} of the modes, an output more, all poles in place of modes, or lqr")
 
 
@@ -111,7 +111,7 @@ def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scen
         return scene
     values, notes = gains(scene, {}, build)
     parameters = tuple(replace(item, value=values.get(item.name, item.value)) for item in scene.parameters)
-    return replace(scene, parameters=parameters, notes=(*scene.notes, *notes))
+    return replace(scene, parameters=parameters, notes=(*scene.notes, *map(Message, notes)))
 
 
 def gains(
@@ -271,7 +271,7 @@ def _check_balance(linear: Linearization) -> None:
     """Raise ModelError if the linear model is not about a balance."""
     acceleration = float(np.abs(linear.reference.a).max(initial=0.0))
     if acceleration > _BALANCED:
-        fault = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2"
+        fault = f"the initial state is not in balance: it accelerates with {acceleration:.3g} m/s^2 or rad/s^2 [E0518]"
         raise ModelError(fault, 'at = "equilibrium", or an initial state of rest or of steady motion')
 
 
@@ -279,7 +279,7 @@ def _check_second_order(linear: Linearization) -> None:
     """Raise ModelError if the linear model is none of second order."""
     if linear.names.states and np.abs(linear.Z0).max(initial=0.0) > 0.0:
         where = ", ".join(name for name, column in zip(linear.names.states, linear.Z0.T, strict=True) if np.any(column))
-        fault = f"forces depend on the internal states {where}, and modes belong to models of second order"
+        fault = f"forces depend on the internal states {where}, and modes belong to models of second order [E0519]"
         raise ModelError(fault, "lqr, or all poles; a controller without memory between, or gains of your own")
 
 
@@ -351,7 +351,7 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     if np.any(Y_u):
         signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
         raise ModelError(
-            f"the signal {signal} depends on the controller's output at the same instant", "another signal"
+            f"the signal {signal} depends on the controller's output at the same instant [E0520]", "another signal"
         )
     there, back = state.there, state.back
     scaled, wanted = Y @ back, G @ back
@@ -365,7 +365,9 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     if np.linalg.norm(wanted - result @ scaled) > _MISSING * total:
         share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
         missing = state.names[int(np.argmax(share))]
-        fault = f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine"
+        fault = (
+            f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine [E0521]"
+        )
         raise ModelError(fault, f"{missing} among its signals, or its joint among its coordinates")
     result[np.abs(result) < 1e-13 * np.abs(result).max(initial=0.0)] = 0.0
     return np.asarray(result / sizes)

@@ -92,21 +92,23 @@ class CampbellView:
         self._check_numbers()
         for number in () if self.modes is None else self.modes:
             if number not in range(count):
-                raise UsageError(Problem("modes", f"there is no mode {number!r}", f"numbers from 0 to {count - 1}"))
+                raise UsageError(
+                    Problem("modes", f"there is no mode {number!r} [E0373]", f"numbers from 0 to {count - 1}")
+                )
         limits = self.frequencies
         if limits is not None and not (len(limits) == 2 and 0.0 <= limits[0] < limits[1]):
-            raise UsageError(Problem("frequencies", f"{limits} are not limits in Hz", "(0, 40)"))
+            raise UsageError(Problem("frequencies", f"{limits} are not limits in Hz [E0374]", "(0, 40)"))
         for order in () if self.orders is None else self.orders:
             if order not in diagram.orders:
                 known = " and ".join(f"{item:g}" for item in diagram.orders) or "none"
-                fault = f"the diagram has no order {shown(order)}, its orders are {known}"
+                fault = f"the diagram has no order {shown(order)}, its orders are {known} [E0376]"
                 raise UsageError(Problem("orders", fault, f"model.campbell(..., orders=({order}, 2))"))
         unit = self.speed_unit
         if unit is not None and unit not in SPEED_UNITS:
-            raise UsageError(Problem("speed_unit", f"there is no unit {shown(unit)}", " or ".join(SPEED_UNITS)))
+            raise UsageError(Problem("speed_unit", f"there is no unit {shown(unit)} [E0317]", " or ".join(SPEED_UNITS)))
         if unit is not None and diagram.unit != "rad/s":
             own = diagram.unit or "no unit"
-            fault = f"{diagram.parameter} has {own}, and a speed in rad/s is converted"
+            fault = f"{diagram.parameter} has {own}, and a speed in rad/s is converted [E0375]"
             raise UsageError(Problem("speed_unit", fault, "no speed_unit"))
 
     def _check_numbers(self) -> None:
@@ -120,7 +122,9 @@ class CampbellView:
             if not several or any(
                 not isinstance(item, int | float | np.number) for item in (() if given is None else given)
             ):
-                raise UsageError(Problem(name, f"several numbers are needed, not {shown(given)}", f"{name}={example}"))
+                raise UsageError(
+                    Problem(name, f"several numbers are needed, not {shown(given)} [E0377]", f"{name}={example}")
+                )
 
 
 _ALL = CampbellView()

@@ -199,7 +199,7 @@ class _Search:
             raise next(iter(self.failures.values()))
         for kind in _alike([str(failure) for failure in self.failures.values()]):
             more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
-            warnings.warn(f"Campbell diagram: left out: {kind[0]}{more}", RuntimeWarning, stacklevel=stacklevel)
+            warnings.warn(f"Campbell diagram: left out: {kind[0]}{more} [W0028]", RuntimeWarning, stacklevel=stacklevel)
 
     def crossing(self, order: float, row: int, mode: int, curves: _FollowedModes, stacklevel: int) -> list[Crossing]:
         """Return the crossing of a mode with an order between two nodes, refined on the model."""
@@ -220,7 +220,7 @@ class _Search:
             speed = float(brentq(excess, low.value, high.value, xtol=accuracy, rtol=_ACCURACY))
             excess(speed)
         except (ModelError, NumericalError) as error:
-            text = f"Campbell diagram: a crossing with {order:g}x is left out: {error}"
+            text = f"Campbell diagram: a crossing with {order:g}x is left out: {error} [W0029]"
             warnings.warn(text, RuntimeWarning, stacklevel)
             return []
         whirls = bool(np.any(curves.whirl[:, mode]))

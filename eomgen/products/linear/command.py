@@ -72,13 +72,15 @@ class CampbellRequest:
             options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
             for option, given in options.items():
                 if given:
-                    raise UsageError(Problem(option, "it belongs to a Campbell diagram", "--campbell spin=0:300:31"))
+                    raise UsageError(
+                        Problem(option, "it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31")
+                    )
             return None
         pairs = []
         for text in whirl:
             first, colon, second = text.partition(":")
             if not colon or not first.strip() or not second.strip():
-                raise UsageError(Problem(f"--whirl {text}", "two deflections are needed", "--whirl x:y"))
+                raise UsageError(Problem(f"--whirl {text}", "two deflections are needed [E0167]", "--whirl x:y"))
             pairs.append((first.strip(), second.strip()))
         return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
 
@@ -93,10 +95,10 @@ class CampbellRequest:
         if missing:
             known = f"some of {', '.join(map(str, sorted(columns)))}"
             listed = " or ".join(map(str, missing))
-            fault = f"there is no mode {listed} that oscillates in the diagram"
+            fault = f"there is no mode {listed} that oscillates in the diagram [E0168]"
             if not modes:
                 raise UsageError(Problem("--modes", fault, known))
-            say_note(f"--modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out")
+            say_note(f"--modes: {fault}, so the picture leaves {'it' if len(missing) == 1 else 'them'} out [W0017]")
         view = CampbellView(band, modes, None, self.speed_unit, self.letter)
         view.check(diagram)
         return view
@@ -122,7 +124,7 @@ def _orders(text: str | None) -> tuple[tuple[float, ...] | None, str]:
     except ValueError:
         orders = (0.0,)
     if not all(0.0 < order < float("inf") for order in orders):
-        raise UsageError(Problem(f"--orders {text}", "positive numbers are needed", "--orders 1,2"))
+        raise UsageError(Problem(f"--orders {text}", "positive numbers are needed [E0169]", "--orders 1,2"))
     return orders, "P" if "p" in text.lower() else "x"
 
 
@@ -135,7 +137,7 @@ def _modes(text: str | None) -> tuple[int, ...] | None:
     except ValueError:
         numbers = (0,)
     if min(numbers) < 1:
-        raise UsageError(Problem(f"--modes {text}", "numbers of modes from 1 on are needed", "--modes 1,2,4"))
+        raise UsageError(Problem(f"--modes {text}", "numbers of modes from 1 on are needed [E0170]", "--modes 1,2,4"))
     return numbers
 
 
@@ -156,7 +158,7 @@ class RideRequest:
         if not rides:
             for option, given in (("--classes", classes), ("--speeds", speeds)):
                 if given is not None:
-                    raise UsageError(Problem(option, "it belongs to a ride", "--ride body_acceleration"))
+                    raise UsageError(Problem(option, "it belongs to a ride [E0171]", "--ride body_acceleration"))
             return None
         from eomgen.base.random_inputs import ROUGHNESS  # noqa: PLC0415
         from eomgen.products.linear.spectra import WEIGHTINGS  # noqa: PLC0415
@@ -165,13 +167,13 @@ class RideRequest:
         for text in rides:
             name, colon, weighting = text.rpartition(":")
             if colon and weighting not in WEIGHTINGS:
-                fault = f"there is no weighting {ascii(weighting)[:32]}"
+                fault = f"there is no weighting {ascii(weighting)[:32]} [E0173]"
                 raise UsageError(Problem(f"--ride {text}", fault, " or ".join(f"{name}:{key}" for key in WEIGHTINGS)))
             outputs[(name if colon else text).strip()] = weighting or None if colon else None
         chosen = tuple(part.strip() for part in classes.split(",")) if classes is not None else ()
         unknown = [name for name in chosen if name not in ROUGHNESS]
         if unknown:
-            fault = f"there is no road class {ascii(unknown[0])[:32]}"
+            fault = f"there is no road class {ascii(unknown[0])[:32]} [E0172]"
             raise UsageError(Problem(f"--classes {classes}", fault, f"some of {','.join(ROUGHNESS)}"))
         return cls(outputs, chosen, _speeds(speeds), band)
 
@@ -180,7 +182,7 @@ class RideRequest:
         from eomgen.products.linear.spectra import MeasuredRoad  # noqa: PLC0415
 
         if self.classes and isinstance(excitation.road, MeasuredRoad):
-            fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class"
+            fault = "the road of the scene is a measured one, which has a spectrum of its own, and no class [E2187]"
             ride = " ".join(f"--ride {name}" + (f":{key}" if key else "") for name, key in self.outputs.items())
             raise UsageError(Problem(f"--classes {','.join(self.classes)}", fault, f"{ride} without --classes"))
         return lin.ride_table(excitation, self.outputs, self.classes, self.speeds, self.band)
@@ -198,7 +200,7 @@ def _speeds(text: str | None) -> tuple[float, ...]:
     except ValueError:
         speeds = (math.nan,)
     if not all(0.0 < speed < math.inf for speed in speeds):
-        raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed", "--speeds 10,20,30"))
+        raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed [E0174]", "--speeds 10,20,30"))
     return speeds
 
 
@@ -273,7 +275,9 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     for pair in pairs:
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
-        raise UsageError(Problem("eomgen linearize", "there is no folder to draw roots or responses to", "--out DIR"))
+        raise UsageError(
+            Problem("eomgen linearize", "there is no folder to draw roots or responses to [E0175]", "--out DIR")
+        )
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
     from eomgen.products.linear import plots  # noqa: PLC0415
@@ -334,7 +338,7 @@ class _Request:
         self.held = assignments("--coordinate", options.pop("held"))
         if (self.velocities or self.held) and self.at != "steady":
             option = "--velocity" if self.velocities else "--coordinate"
-            raise UsageError(Problem(option, "it belongs to a steady motion", "--at steady"))
+            raise UsageError(Problem(option, "it belongs to a steady motion [E0176]", "--at steady"))
         described = read_scene(path, options)
         self.parameters, self.inputs, self.initial = options["parameters"], options["inputs"], options["initial"]
         points = 1 + (len(sweep[1]) if sweep else 0) + (len(campbell.values) if campbell else 0)
@@ -352,7 +356,7 @@ class _Request:
         parameters = {**self.parameters, **changes}
         if isinstance(self.at, float):
             if self.multiblade is not None:
-                fault = "multiblade coordinates are of a steady motion, and --at names a time of a run"
+                fault = "multiblade coordinates are of a steady motion, and --at names a time of a run [E0177]"
                 raise UsageError(Problem("--multiblade", fault, "--at steady"))
             run = self.model.simulate(
                 self.at,
@@ -525,7 +529,7 @@ def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
         rotor, colon, names = text.partition(":")
         group = tuple(name.strip() for name in names.split(","))
         if not colon or not rotor.strip() or not all(group):
-            fault = "a rotor and its blades are needed"
+            fault = "a rotor and its blades are needed [E0178]"
             raise UsageError(Problem(f"--multiblade {text}", fault, "--multiblade spin:flap_1,flap_2,flap_3"))
         groups.setdefault(rotor.strip(), []).append(group)
     return groups or None
@@ -566,10 +570,10 @@ def _state(text: str | None) -> str | float | None:
         time = float(text)
     except ValueError:
         hint = "--at equilibrium, --at steady, --at initial, or --at 2.5"
-        raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time", hint)) from None
+        raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time [E0179]", hint)) from None
     if not (math.isfinite(time) and time > 0.0):
         raise UsageError(
-            Problem(f"--at {text}", "a run that leads there needs a positive time", "--at initial, or --at 2.5")
+            Problem(f"--at {text}", "a run that leads there needs a positive time [E0180]", "--at initial, or --at 2.5")
         )
     return time
 
@@ -591,15 +595,17 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
             raise ValueError
         first, last, count = float(parts[0]), float(parts[1]), int(parts[2])
     except ValueError:
-        fault = "a parameter, two values and their number are needed"
+        fault = "a parameter, two values and their number are needed [E0181]"
         if any(letter.isalpha() for letter in "".join(parts[:2]).replace("e", "")):
             hint += f", in the unit of the parameter{_OF_PICTURES.get(option, '')}"
-            fault = f"{fault}, and values have no units"
+            fault = f"{fault}, and values have no units [E0182]"
         raise UsageError(Problem(f"{option} {text}", fault, hint)) from None
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
-        raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed", hint))
+        raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed [E0183]", hint))
     if logarithmic and not (first > 0.0 and last > 0.0):
-        raise UsageError(Problem(f"{option} {text}", "values in equal ratios must be positive", "values without :log"))
+        raise UsageError(
+            Problem(f"{option} {text}", "values in equal ratios must be positive [E0184]", "values without :log")
+        )
     steps = [k / (count - 1) for k in range(count)]
     if logarithmic:
         return name.strip(), [first * (last / first) ** s for s in steps]
@@ -610,7 +616,7 @@ def _check_increasing(name: str, values: Sequence[float]) -> None:
     first, last = values[0], values[-1]
     if last <= first:
         least, most = (last, first) if last < first else (0.0, 300.0)
-        fault = f"the values go from {first:.6g} to {last:.6g}, and have to increase"
+        fault = f"the values go from {first:.6g} to {last:.6g}, and have to increase [E0185]"
         example = f"--campbell {name}={least:.6g}:{most:.6g}:{len(values)}"
         raise UsageError(Problem(f"--campbell {name}", fault, example))
 
@@ -619,7 +625,9 @@ def _pair(text: str) -> tuple[str, str]:
     of_input, colon, output = text.partition(":")
     if not colon or not of_input.strip() or not output.strip():
         raise UsageError(
-            Problem(f"--response {text}", "an input and an output are needed", "--response road:body_acceleration")
+            Problem(
+                f"--response {text}", "an input and an output are needed [E0186]", "--response road:body_acceleration"
+            )
         )
     return of_input.strip(), output.strip()
 
@@ -639,5 +647,5 @@ def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] |
     least = "frequencies in Hz from 0 on" if from_zero else "positive frequencies in Hz"
     if not (low > 0.0 or (from_zero and low == 0.0)) or not low < high < math.inf:
         hint = "--band 0:5" if from_zero else "--band 0.1:50"
-        raise UsageError(Problem(f"--band {text}", f"two {least} are needed, the lower first", hint))
+        raise UsageError(Problem(f"--band {text}", f"two {least} are needed, the lower first [E0187]", hint))
     return low, high

@@ -122,11 +122,11 @@ def with_controller(
     0.0001
     """
     if not isinstance(scene, str | os.PathLike | Mapping):
-        fault = f"the path of a scene file, or its nested data, is needed, not {type(scene).__name__}"
+        fault = f"the path of a scene file, or its nested data, is needed, not {type(scene).__name__} [E0523]"
         hint = 'with_controller("scene.toml", law), with the file that the model was built from'
         raise UsageError(Problem("with_controller", fault, hint))
     if not isinstance(law, Regulator | OutputFeedback):
-        fault = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__}"
+        fault = f"a Regulator or an OutputFeedback is needed, not {type(law).__name__} [E0524]"
         raise UsageError(Problem("with_controller", fault, "the result of lqr, place or output_feedback"))
     data = dict(scene) if isinstance(scene, Mapping) else data_of(Path(scene))
     law = _without_rounding(law)
@@ -139,7 +139,9 @@ def with_controller(
     for section, entries in added.items():
         for name in entries:
             if name in taken:
-                raise UsageError(Problem("with_controller", f"the scene has the name {name} already", "another prefix"))
+                raise UsageError(
+                    Problem("with_controller", f"the scene has the name {name} already [E0525]", "another prefix")
+                )
         result[section] = {**result.get(section, {}), **entries}
     return result
 
@@ -199,14 +201,14 @@ def _hardware(law: Regulator | OutputFeedback, given: Mapping[str, Mapping[str, 
     for argument, entries in given.items():
         if not isinstance(entries, Mapping):
             example = "(-5.0, 5.0)" if argument == "limits" else "0.01"
-            fault = f"a mapping from names to values is needed, not {type(entries).__name__}"
+            fault = f"a mapping from names to values is needed, not {type(entries).__name__} [E0526]"
             raise UsageError(Problem(argument, fault, f"{argument}={{{space.inputs[0]!a}: {example}}}"))
         for name in entries:
             if name not in (*space.inputs, *sensors):
-                fault = f"{shown(name)} is neither an input of the law nor a signal that it measures"
+                fault = f"{shown(name)} is neither an input of the law nor a signal that it measures [E0527]"
                 raise UsageError(Problem(argument, fault, nearest(str(name), (*space.inputs, *sensors))))
             if space.sample is None and argument != "limits":
-                fault = f"the law is continuous in time, and has no {argument} of {name}"
+                fault = f"the law is continuous in time, and has no {argument} of {name} [E0528]"
                 raise UsageError(Problem(argument, fault, 'a sampled law, as lqr(..., sample="1 ms")'))
     names = [name for name in (*space.inputs, *sensors) if any(name in entries for entries in given.values())]
     return {
@@ -233,31 +235,33 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
     late = None if delay is None else _amount(f"delay of {name}", delay, "s", '0.001 or "1 ms"')
     if quantum is not None and step <= 0.0:
         hint = "a positive number, or no quantum for values that are not rounded"
-        raise UsageError(Problem(f"quantum of {name}", f"the quantum {step:.6g} is not positive", hint))
+        raise UsageError(Problem(f"quantum of {name}", f"the quantum {step:.6g} is not positive [E0529]", hint))
     if late is not None and late < 0.0:
-        raise UsageError(Problem(f"delay of {name}", f"the delay {late:.6g} s is negative", "a time from zero on"))
+        raise UsageError(
+            Problem(f"delay of {name}", f"the delay {late:.6g} s is negative [E0530]", "a time from zero on")
+        )
     if step:  # a converter has no value between two multiples
         least = math.ceil(lower / step - _WHOLE) if lower > -math.inf else lower
         most = math.floor(upper / step + _WHOLE) if upper < math.inf else upper
         if least > most:
-            fault = f"no multiple of the quantum {step:.6g} lies between {lower:.6g} and {upper:.6g}"
+            fault = f"no multiple of the quantum {step:.6g} lies between {lower:.6g} and {upper:.6g} [E0533]"
             raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
         lower, upper = least * step, most * step
     if late is not None and space.sample is not None and late > _LONG_DELAY * space.sample:
         text = f"delay of {name}: {late:.6g} s are {late / space.sample:.0f} samples of {space.sample:.6g} s"
-        warnings.warn(f'{text}; try: "{late:.6g} ms" if milliseconds are meant', RuntimeWarning, stacklevel=6)
+        warnings.warn(f'{text}; try: "{late:.6g} ms" if milliseconds are meant [W0044]', RuntimeWarning, stacklevel=6)
     if late and kind != "inputs" and space.sample:
         used = math.ceil(late / space.sample - _WHOLE)
         text = f"delay of {name}: a reading that comes {late:.6g} s late is used {counted(used, 'sample')} later, after"
         text += f" {used * space.sample:.6g} s, which the design did not know"
-        warnings.warn(f"{text}; try: sampled_loop().stability of the closed loop", RuntimeWarning, stacklevel=6)
+        warnings.warn(f"{text}; try: sampled_loop().stability of the closed loop [W0045]", RuntimeWarning, stacklevel=6)
     rest = space.reference(kind, name)
     if not math.isnan(rest) and not lower <= rest <= upper:
         ends = f"the limits are {lower:.6g} and {upper:.6g}"
-        fault = f"{name} is {rest:.6g} at the reference of the linear model, and {ends}"
+        fault = f"{name} is {rest:.6g} at the reference of the linear model, and {ends} [E0531]"
         raise UsageError(Problem(f"limits of {name}", fault, "wider limits, or a linear model about another reference"))
     if lower == upper:
-        fault = f"the quantum {step:.6g} leaves one value between the limits, {lower:.6g}"
+        fault = f"the quantum {step:.6g} leaves one value between the limits, {lower:.6g} [E0532]"
         raise UsageError(Problem(f"quantum of {name}", fault, "a smaller quantum, or wider limits"))
     return _Hardware(lower, upper, step, late)
 
@@ -268,12 +272,12 @@ def _limits(name: str, given: Any, unit: str) -> tuple[float, float]:
     if given is None:
         return -math.inf, math.inf
     if isinstance(given, str) or not isinstance(given, Sequence | np.ndarray) or len(given) != 2:
-        raise UsageError(Problem(where, f"a lower and an upper limit are needed, not {shown(given)}", example))
+        raise UsageError(Problem(where, f"a lower and an upper limit are needed, not {shown(given)} [E0534]", example))
     free = (-math.inf, math.inf)
     ends = [_amount(where, value, unit, example) if value not in (None, *free) else None for value in given]
     lower, upper = (end if value is None else value for value, end in zip(ends, free, strict=True))
     if not lower < upper:
-        fault = f"the lower limit {lower:.6g} is not below the upper limit {upper:.6g}"
+        fault = f"the lower limit {lower:.6g} is not below the upper limit {upper:.6g} [E0535]"
         raise UsageError(Problem(where, fault, example))
     return lower, upper
 
@@ -283,10 +287,12 @@ def _amount(where: str, value: Any, unit: str, example: str) -> float:
     if isinstance(value, str):
         return in_label(where, value, unit)
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise UsageError(Problem(where, f"a number, or a text with a unit, is needed, not {shown(value)}", example))
+        raise UsageError(
+            Problem(where, f"a number, or a text with a unit, is needed, not {shown(value)} [E0536]", example)
+        )
     number = float(value)
     if not math.isfinite(number):
-        raise UsageError(Problem(where, f"{number} is not finite", example))
+        raise UsageError(Problem(where, f"{number} is not finite [E0537]", example))
     return number
 
 
@@ -301,7 +307,7 @@ class _Writer:
             entry = data.get("inputs", {}).get(name)
             if entry is None:
                 hint = nearest(name, data.get("inputs", {})) or "the scene that the linear model was made of"
-                fault = f"the scene has no input {shown(name)} of its own that a controller could replace"
+                fault = f"the scene has no input {shown(name)} of its own that a controller could replace [E0538]"
                 raise UsageError(Problem("with_controller", fault, hint))
 
     # -- laws ----------------------------------------------------------------------------------------------------------
@@ -473,7 +479,7 @@ class _Writer:
             return error_on_group(match[1], int(match[2]), self.space.orientations[match[1]]), 0.0
         kind, dot, rest = name.partition(".")
         if math.isnan(reference) or (dot and kind not in ("v", "z")):
-            fault = f"the feedback needs {name}, of which formulas of the scene know no value"
+            fault = f"the feedback needs {name}, of which formulas of the scene know no value [E0539]"
             hint = "an observer, which estimates it; or joint coordinates"
             raise UsageError(Problem("with_controller", fault, hint))
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
@@ -495,7 +501,7 @@ class _Writer:
         formula = entry.get("formula")
         values = formula if isinstance(formula, list | tuple) else [formula]
         if formula is None or math.isnan(reference) or _OF_ACCELERATIONS.search(str(values[component])):
-            fault = f"{name} is measured, and formulas of a controller cannot use it"
+            fault = f"{name} is measured, and formulas of a controller cannot use it [E0540]"
             raise UsageError(Problem("with_controller", fault, "an output with a formula, a position or a velocity"))
         return f"({values[component]})", reference
 

@@ -59,7 +59,7 @@ class MergedWarnings:
             among = f"at {len(at)} values of {self.parameter} from {at[0]:.6g} to {at[-1]:.6g}"
             first = f"at {self.parameter} = {kind[0][0]:.6g}"
             text = f"{self.job}: {among}, {first} for instance" if len(at) > 1 else f"{self.job}: {first}"
-            warnings.warn(f"{text}: {kind[0][1].message}", kind[0][1].category, stacklevel=stacklevel)
+            warnings.warn(f"{text}: {kind[0][1].message} [W0040]", kind[0][1].category, stacklevel=stacklevel)
 
 
 @dataclass(frozen=True)

@@ -263,7 +263,7 @@ def _solved(matrix: Array, right: Array) -> Array:
 
 def singular_mechanism() -> ModelError:
     """Return the error for constraint rows that lose rank."""
-    fault = "constraints depend on each other in this state, so the independent coordinates are not determined"
+    fault = "constraints depend on each other in this state, so the independent coordinates are not determined [E0436]"
     return ModelError(Problem("linearization", fault, "a state near by in which the mechanism is not singular"))
 
 

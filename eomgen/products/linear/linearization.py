@@ -181,7 +181,7 @@ class Linearization:
 
     def _needs_second_order(self) -> None:
         if not self.free.holonomic:
-            fault = f"constraints at velocity level leave {len(self.free.velocities)} velocities free but "
+            fault = f"constraints at velocity level leave {len(self.free.velocities)} velocities free but [E0437] "
             fault += f"{len(self.free.coordinates)} coordinates, so there is no model of second order"
             raise ModelError(Problem("linearization", fault, ".state_space(), which has one row for each"))
 
@@ -250,7 +250,9 @@ class Linearization:
             No state is sampled, or the periods have no common multiple.
         """
         if self.sampled is None:
-            raise ModelError(Problem("sampled loop", "no states are sampled", "state_space(), in continuous time"))
+            raise ModelError(
+                Problem("sampled loop", "no states are sampled [E0438]", "state_space(), in continuous time")
+            )
         of, part, free = self.state_space(), self.sampled, self.free
         n, count = len(part.names), len(free.coordinates) + len(free.velocities)
         of_v = np.zeros((len(self.partials.M), len(of.states)))
@@ -366,7 +368,7 @@ class Linearization:
             else np.atleast_1d(np.asarray(frequencies, dtype=float))
         )
         if band.ndim != 1 or len(band) < 2 or not np.all(np.isfinite(band)) or np.any(band <= 0.0):
-            fault = "frequencies have to be two or more positive numbers, Hz"
+            fault = "frequencies have to be two or more positive numbers, Hz [E0439]"
             raise UsageError(Problem("plot_response", fault, "numpy.geomspace(0.1, 100.0, 500)"))
         values = self.frequency_response(2.0 * np.pi * band, input, output)
         return plot_response(band, values, (input, output), axes)
@@ -412,7 +414,7 @@ class Linearization:
         modes = self.modes()
         f = _spread(modes, excitation.band) if frequencies is None else np.asarray(frequencies, dtype=float)
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
-            fault = "frequencies have to be two or more positive numbers that increase, Hz"
+            fault = "frequencies have to be two or more positive numbers that increase, Hz [E0440]"
             raise UsageError(Problem("psd", fault, "numpy.geomspace(0.1, 100.0, 500)"))
         density = densities(self.state_space(), modes, excitation, [output], f)[0]
         return PowerSpectrum(output, self._unit(output), f, density, excitation.name)
@@ -542,7 +544,9 @@ class Linearization:
         check_excitation("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
         if not chosen:
-            raise UsageError(Problem("ride_table", "the scene has no outputs", "[outputs] in the scene, or states"))
+            raise UsageError(
+                Problem("ride_table", "the scene has no outputs [E0441]", "[outputs] in the scene, or states")
+            )
         for name in (name for name, weighting in chosen.items() if weighting is not None):
             check_weighted(name, self._unit(name))
         names, weightings = tuple(chosen), tuple(chosen.values())

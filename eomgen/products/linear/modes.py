@@ -181,7 +181,7 @@ class Modes:
         """
         if mode not in range(len(self)):
             numbers = f"numbers from 0 to {len(self) - 1}"
-            raise UsageError(Problem("mode", f"there is no mode {mode!r}", numbers))
+            raise UsageError(Problem("mode", f"there is no mode {mode!r} [E0373]", numbers))
         sizes = self.weights * np.abs(self.shapes[:, mode])
         order = np.argsort(-sizes, kind="stable")[:count]
         largest = np.max(sizes, initial=0.0)

@@ -146,7 +146,7 @@ def _members(group: Sequence[str], names: Sequence[str]) -> dict[str, list[str]]
     for name, own in zip(group[1:], ends[1:], strict=True):
         for one, of_one, other, of_other in ((group[0], ends[0], name, own), (name, own, group[0], ends[0])):
             if missing := [end for end in of_one if end not in of_other]:
-                fault = f"there is {one}{missing[0]}, and no {other}{missing[0]}"
+                fault = f"there is {one}{missing[0]}, and no {other}{missing[0]} [E0442]"
                 raise UsageError(Problem("multiblade", fault, "blades that are modelled alike"))
     return {end: [f"{name}{end}" for name in group] for end in ends[0]}
 
@@ -209,25 +209,29 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
         Not a mapping of rotors to groups; fewer than three blades; names that are unknown or given twice.
     """
     if not isinstance(blades, Mapping) or not blades:
-        raise UsageError(Problem("multiblade", f"{shown(blades)} is not a mapping of rotors to blades", _EXAMPLE))
+        raise UsageError(
+            Problem("multiblade", f"{shown(blades)} is not a mapping of rotors to blades [E0443]", _EXAMPLE)
+        )
     result: dict[str, tuple[tuple[str, ...], ...]] = {}
     seen: set[str] = set()
     for rotor, given in blades.items():
         groups: Any = [given] if _are_names(given) else given
         for group in groups if _is_list(groups) and len(groups) else [groups]:
             if not _are_names(group):
-                raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades", _EXAMPLE))
+                raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades [E0444]", _EXAMPLE))
             if len(group) < _FEWEST:
-                fault = f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three"
+                fault = (
+                    f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three [E0445]"
+                )
                 raise UsageError(
                     Problem("multiblade", fault, "model.floquet(period), in Python, for rotors of one or two blades")
                 )
             for name in group:
                 if not _ends(name, known):
-                    fault = f"there is no coordinate, state, input or output {shown(name)}"
+                    fault = f"there is no coordinate, state, input or output {shown(name)} [E0446]"
                     raise UsageError(Problem("multiblade", fault, nearest(name, known) or f"one of {listed(known)}"))
                 if name in seen:
-                    raise UsageError(Problem("multiblade", f"{shown(name)} is named twice", "each name once"))
+                    raise UsageError(Problem("multiblade", f"{shown(name)} is named twice [E0447]", "each name once"))
                 seen.add(name)
         result[str(rotor)] = tuple(tuple(group) for group in groups)
     return result

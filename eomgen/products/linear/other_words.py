@@ -1,4 +1,4 @@
-"""Names in other programs for linear models, modes and regulators, and the remedy, by class."""
+"""Names of attributes in other programs, and the remedy, by class, for messages."""
 
 from __future__ import annotations
 

@@ -88,7 +88,7 @@ def root_mean_squares(
     if band is not None:
         low, high = max(low, band[0]), min(high, band[1])
         if not low < high:
-            fault = f"the band {band[0]:.6g} to {band[1]:.6g} Hz is outside the excitation's"
+            fault = f"the band {band[0]:.6g} to {band[1]:.6g} Hz is outside the excitation's [E0449]"
             hint = f"a part of {excitation.band[0]:.6g} to {excitation.band[1]:.6g} Hz"
             raise UsageError(Problem("rms: band", fault, hint))
     _check_stable(modes)
@@ -120,7 +120,7 @@ def root_mean_squares(
         full_output=True,
     )
     if not info.success:
-        fault = f"the integral over {low:.4g} to {high:.4g} Hz does not converge"
+        fault = f"the integral over {low:.4g} to {high:.4g} Hz does not converge [E0448]"
         raise NumericalError(Problem("rms", fault, "a narrower band, or more damping"))
     return np.asarray(np.sqrt(np.maximum(integral * scale, 0.0)))
 
@@ -139,7 +139,7 @@ def _check_stable(modes: Modes) -> None:
     if np.any(growth > modes.uncertainty):
         k = int(np.argmax(growth))
         along = ", ".join(name for name, _ in modes.dominant(k)) or "internal states"
-        fault = f"mode {k + 1} ({along}) grows with {growth[k]:.4g} 1/s, so there is no stationary motion"
+        fault = f"mode {k + 1} ({along}) grows with {growth[k]:.4g} 1/s, so there is no stationary motion [E0450]"
         raise ModelError(Problem("random response", fault, "another state to be linear about, or other gains"))
 
 
@@ -148,7 +148,7 @@ def _check_damped(modes: Modes, low: float, high: float) -> None:
     inside = undamped & (modes.frequency >= low) & (modes.frequency <= high)
     if np.any(inside):
         k = int(np.flatnonzero(inside)[0])
-        fault = f"mode {k + 1} at {modes.frequency[k]:.6g} Hz has no damping, so the rms has no bound"
+        fault = f"mode {k + 1} at {modes.frequency[k]:.6g} Hz has no damping, so the rms has no bound [E0451]"
         raise ModelError(Problem("random response", fault, "a damper, or a band without it"))
 
 
@@ -169,14 +169,14 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     """
     road = excitation.road
     if road.exponent != 2.0 or road.long_exponent not in (None, 2.0):
-        fault = "the slope of a road is white noise where the exponent is 2 only"
+        fault = "the slope of a road is white noise where the exponent is 2 only [E0452]"
         raise UsageError(Problem(_PLACE, fault, "rms, which integrates over frequency"))
     if excitation.coherence == "isotropic" and np.any(excitation.lateral > 0.0):
-        fault = "the coherence between tracks depends on frequency"
+        fault = "the coherence between tracks depends on frequency [E0453]"
         raise UsageError(Problem(_PLACE, fault, "rms; or coherence=0.5, a number"))
     if np.any(modes.eigenvalues.real >= -modes.uncertainty):
         k = int(np.argmax(modes.eigenvalues.real))
-        fault = f"mode {k + 1} does not decay, so there is no stationary motion"
+        fault = f"mode {k + 1} does not decay, so there is no stationary motion [E0454]"
         raise ModelError(Problem(_PLACE, fault, "rms over a band, which leaves slow modes out"))
     coherence = excitation.between_tracks(np.ones(1))[0]
     tracks, of_wheel = np.unique(coherence, axis=0, return_inverse=True)
@@ -184,7 +184,9 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
     first = [int(np.flatnonzero(of_wheel == k)[0]) for k in range(len(tracks))]
     steps = _Steps(space, excitation, output, [list(np.flatnonzero(of_wheel == k)) for k in range(len(tracks))])
     if steps.unbounded:
-        fault = f"{output} follows the road itself, and the variance of that has no bound without ends of the band"
+        fault = (
+            f"{output} follows the road itself, and the variance of that has no bound without ends of the band [E0455]"
+        )
         raise ModelError(Problem(_PLACE, fault, "rms, over the band of the road"))
     intensity = 2.0 * np.pi**2 * REFERENCE_FREQUENCY**2 * road.reference_roughness * excitation.speed
     variance = intensity * float(np.sum(coherence[np.ix_(first, first)] * steps.products()))

@@ -58,9 +58,9 @@ def seconds(name: str, value: float | str) -> float:
     """Return a time in s, also from a text with a unit, ``5 ms``. Raises UsageError."""
     time = in_label(name, value, "s") if isinstance(value, str) else value
     if isinstance(time, bool) or not isinstance(time, int | float | np.integer | np.floating):
-        raise UsageError(Problem(name, f"a time is needed, not {type(value).__name__}", '0.001 or "1 ms"'))
+        raise UsageError(Problem(name, f"a time is needed, not {type(value).__name__} [E0456]", '0.001 or "1 ms"'))
     if not math.isfinite(time):
-        raise UsageError(Problem(name, f"{name} is {time}, not a finite number", '0.001 or "1 ms"'))
+        raise UsageError(Problem(name, f"{name} is {time}, not a finite number [E0237]", '0.001 or "1 ms"'))
     return float(time)
 
 
@@ -104,17 +104,19 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     """
     period, late = seconds("sample", sample), seconds("delay", delay)
     if space.sample is not None:
-        fault = f"the model is sampled already, every {space.sample:.6g} s"
+        fault = f"the model is sampled already, every {space.sample:.6g} s [E0457]"
         raise UsageError(Problem("sample", fault, "the model in continuous time"))
     if not period > 0.0:
-        raise UsageError(Problem("sample", f"the time between two samples is {period:.6g} s", "a time above zero"))
+        raise UsageError(
+            Problem("sample", f"the time between two samples is {period:.6g} s [E0459]", "a time above zero")
+        )
     if not isinstance(sample, str) and period >= RARE:
         hint = f'sample="{1.0 / period:.6g} s" for {period:.6g} a second, or "{period:.6g} s" if it is meant'
         warnings.warn(
-            f"sample: the time between two samples is {period:.6g} s; try: {hint}", RuntimeWarning, stacklevel=5
+            f"sample: the time between two samples is {period:.6g} s; try: {hint} [W0042]", RuntimeWarning, stacklevel=5
         )
     if not 0.0 <= late <= _WAITING * period:
-        fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s"
+        fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s [E0458]"
         raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))
     whole = math.floor(late / period + _WHOLE)
     part = late - whole * period
@@ -237,7 +239,7 @@ class SampledPart:
         whole = Fraction(math.lcm(*(of.numerator for of in ratios)), math.gcd(*(of.denominator for of in ratios)))
         if not exact or whole * sum(1 / of for of in ratios) > _MOST:
             listed = ", ".join(f"{period:.9g} s" for period in dict.fromkeys(self.periods))
-            fault = f"the periods {listed} have no common multiple within {_MOST} samples"
+            fault = f"the periods {listed} have no common multiple within {_MOST} samples [E0460]"
             raise ModelError(Problem("sampled loop", fault, "periods that are multiples of one another"))
         return first * float(whole)
 

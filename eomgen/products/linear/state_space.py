@@ -230,7 +230,7 @@ class StateSpace:
         (3, 2, 1)
         """
         if isinstance(omega, str):
-            fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none"
+            fault = f"omega comes first, an array of rad/s, and {shown(omega)} is none [E0482]"
             hint = "frequency_response(omega, input, output)"
             raise UsageError(Problem("frequency response", fault, hint))
         entering, direct = self.input_columns(inputs, outputs)
@@ -241,7 +241,9 @@ class StateSpace:
         try:
             states = np.linalg.solve(pencils, entering.astype(complex))
         except np.linalg.LinAlgError:
-            fault = "a frequency is equal to the frequency of a mode without damping, whose response has no bound"
+            fault = (
+                "a frequency is equal to the frequency of a mode without damping, whose response has no bound [E0483]"
+            )
             raise NumericalError(Problem("frequency response", fault, "other frequencies, or damping")) from None
         return np.asarray(left @ states + direct, dtype=complex)
 
@@ -324,7 +326,7 @@ def state_space_of(model: StateSpace | HasStateSpace) -> StateSpace:
     if isinstance(model, StateSpace):
         return model
     if not hasattr(model, "state_space"):
-        fault = f"a linear model is needed, not {type(model).__name__}"
+        fault = f"a linear model is needed, not {type(model).__name__} [E0484]"
         raise UsageError(Problem("space", fault, "model.linearize(), or its state_space()"))
     return model.state_space()
 
@@ -400,7 +402,7 @@ def _number(kind: str, name: str, known: Sequence[str]) -> int:
     close = difflib.get_close_matches(str(name)[:64], known, n=3)
     hint = " or ".join(close) or ("one of " + ", ".join(known[:12]) if known else "")
     missing = "" if known else f": the linear model has no {kind}"
-    raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing}", hint))
+    raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
 
 
 def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
@@ -423,6 +425,6 @@ def has_diagonal_inertia(M: Array, names: Sequence[str]) -> bool:
     if values[0] <= 1e-14 * values[-1]:
         direction = np.abs(vectors[:, 0])
         along = ", ".join(name for name, size in zip(names, direction, strict=True) if size > 0.1 * np.max(direction))
-        fault = f"the inertia matrix is singular along {along}, so there is no linear model of second order"
+        fault = f"the inertia matrix is singular along {along}, so there is no linear model of second order [E0486]"
         raise ModelError(Problem("linearization", fault, "mass or inertia for motion along it"))
     return False

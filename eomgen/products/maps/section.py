@@ -99,26 +99,32 @@ class _Grid:
             if wrong := fault(nodes, sample, self.entry.interpolation, self.entry.outside):
                 place, text, _ = wrong
                 text, hint = (
-                    f"node {place + 1} of {axis}: {text}",
+                    f"node {place + 1} of {axis}: {text} [E0916]",
                     f"increasing nodes of {axis}, values in the same order",
                 )
                 if len(nodes) < 2:
-                    text, hint = f"a grid has two nodes or more of {axis}, not {len(nodes)}", f"more nodes of {axis}"
+                    text, hint = (
+                        f"a grid has two nodes or more of {axis}, not {len(nodes)} [E0917]",
+                        f"more nodes of {axis}",
+                    )
                 self.report.add(f"{self.key}.{axis}", text, hint)
                 return None
         if np.max(np.abs(z)) > LARGEST:
             i, j = (int(part[0]) for part in np.nonzero(np.abs(z) > LARGEST))
-            text = f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is beyond {LARGEST:.0e}"
+            text = f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is beyond {LARGEST:.0e} [E0907]"
             self.report.add(self.key, text, "other units")
             return None
         if z.size > MOST_NODES or min(z.shape) > MOST_LINES:
             text = (
-                f"the grid has {len(x)} x {len(y)} nodes, more than {MOST_NODES} or than {MOST_LINES} along both axes"
+                f"the grid has {len(x)} x {len(y)} nodes, more than {MOST_NODES} or than {MOST_LINES} along both"
+                f" axes [E0908]"
             )
             self.report.add(self.key, text, "every second node, or the part that is needed")
             return None
         if self.entry.outside == "periodic" and (axes := _open_axes(z)):
-            text = f"the values of a periodic map differ between the first and the last node along {listed(axes)}"
+            text = (
+                f"the values of a periodic map differ between the first and the last node along {listed(axes)} [E0909]"
+            )
             self.report.add(self.key, text, "the first values again at the end of each axis")
             return None
         return Surface(self.name, x, y, z, self.entry.interpolation, self.entry.outside, self._units())
@@ -134,7 +140,7 @@ class _Grid:
         x, y, value = (coherent(read_unit(unit)) if unit.strip() else "" for unit in units)
         label = dimension_of(self.entry.unit)
         if value and label and (label != dimension_of(value) or not is_in_si(self.entry.unit)):
-            fault = f"the values are in {value}, and the label {shown(self.entry.unit)} says otherwise"
+            fault = f"the values are in {value}, and the label {shown(self.entry.unit)} says otherwise [E0918]"
             self.report.add(f"{self.key}.unit", fault, f'unit = "{value}", or no unit')
         return x, y, value or self.entry.unit
 
@@ -142,16 +148,16 @@ class _Grid:
         entry = self.entry
         missing = [name for name in ("x", "y", "values") if getattr(entry, name) is None]
         if missing:
-            self.report.add(self.key, f"a map needs {listed(missing)}", "x, y and values, or a table")
+            self.report.add(self.key, f"a map needs {listed(missing)} [E0920]", "x, y and values, or a table")
             return None
         x, y, rows = np.array(entry.x), np.array(entry.y), entry.values or ()
         if len(rows) != len(x):
-            text = f"{counted(len(rows), 'list')} of values for {counted(len(x), 'node')} of x"
+            text = f"{counted(len(rows), 'list')} of values for {counted(len(x), 'node')} of x [E0921]"
             self.report.add(f"{self.key}.values", text, "one list for each node of x")
             return None
         for place, row in enumerate(rows):
             if len(row) != len(y):
-                text = f"{counted(len(row), 'value')} for {counted(len(y), 'node')} of y"
+                text = f"{counted(len(row), 'value')} for {counted(len(y), 'node')} of y [E0922]"
                 self.report.add(f"{self.key}.values[{place}]", text, "one value for each node of y")
                 return None
         return self._in_si(self.key, (x, y, np.array(rows)))
@@ -176,13 +182,15 @@ class _Grid:
         given = [name for name in ("x", "y", "values") if getattr(self.entry, name) is not None]
         if given:
             self.report.add(
-                f"{self.key}.table", f"table and {listed(given)} are both given", "either the table or lists"
+                f"{self.key}.table", f"table and {listed(given)} are both given [E0923]", "either the table or lists"
             )
             return None
         for name in _UNITS:
             if unit := getattr(self.entry, name):
                 hint = f'table = {{ file = ..., {name} = "{unit}" }}'
-                self.report.add(f"{self.key}.{name}", f"{name} is the unit of a list, and a table has its own", hint)
+                self.report.add(
+                    f"{self.key}.{name}", f"{name} is the unit of a list, and a table has its own [E0924]", hint
+                )
                 return None
         columns = (table.x, table.y, table.value)
         path = self.folder / table.file
@@ -209,7 +217,7 @@ class _Grid:
         titles = (*first.titles, third.titles[1])
         if table.x == table.y:
             raise TableError(
-                path.name, f"x and y are the same column {shown(str(table.x))}", "a column for each argument"
+                path.name, f"x and y are the same column {shown(str(table.x))} [E0925]", "a column for each argument"
             )
         x, rows = np.unique(first.argument, return_inverse=True)
         y, places = np.unique(first.value, return_inverse=True)
@@ -217,13 +225,13 @@ class _Grid:
         np.add.at(count, (rows, places), 1)
         if np.any(count > 1):
             row = next(number for number in range(len(rows)) if count[rows[number], places[number]] > 1)
-            text = f"the node x = {first.argument[row]:.9g}, y = {first.value[row]:.9g} has several values"
+            text = f"the node x = {first.argument[row]:.9g}, y = {first.value[row]:.9g} has several values [E0926]"
             raise TableError(f"{path.name}:{int(first.lines[row])}", text, "one row for each node")
         if not np.all(count):
             hole = next((i, j) for i, j in product(range(len(x)), range(len(y))) if not count[i, j])
             text = (
                 f"the grid of {len(x)} x {len(y)} nodes has {counted(int(np.sum(count == 0)), 'hole')}, the first at"
-                f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g}"
+                f" x = {x[hole[0]]:.9g}, y = {y[hole[1]]:.9g} [E0927]"
             )
             hint = "a row for each pair of the values of x and y that occur"
             if any(map(_is_number, titles)):
@@ -260,7 +268,7 @@ def _opened(path: Path) -> Any:
         try:
             return import_module("netCDF4").Dataset(path.name, memory=data)
         except ImportError:
-            fault = "files of NetCDF 4 are read by the package netCDF4, which is not installed"
+            fault = "files of NetCDF 4 are read by the package netCDF4, which is not installed [E0928]"
             hint = "pip install 'eomgen[netcdf]', or the classic format (nccopy -k classic)"
             raise TableError(path.name, fault, hint) from None
     from scipy.io import netcdf_file  # noqa: PLC0415  # few maps are NetCDF
@@ -275,25 +283,30 @@ def _netcdf(path: Path, columns: Sequence[str | int]) -> _TitledGrid:
             names = list(file.variables)
             for column in columns:
                 if column not in names:
-                    raise TableError(path.name, f"there is no variable {shown(str(column))}", f"one of {listed(names)}")
+                    raise TableError(
+                        path.name, f"there is no variable {shown(str(column))} [E0929]", f"one of {listed(names)}"
+                    )
             variables = [file.variables[str(column)] for column in columns]
             x, y, z = (np.ma.filled(np.ma.asarray(item[:], np.float64), np.nan) for item in variables)
             turned = variables[2].dimensions == (*variables[1].dimensions, *variables[0].dimensions)
             units = [getattr(item, "units", "") for item in variables]
     except (OSError, TypeError, ValueError, IndexError, KeyError) as error:
         hint = "a NetCDF file as written by xarray or netCDF4, or a CSV file"
-        raise TableError(path.name, f"the file cannot be read as NetCDF: {error}", hint) from None
+        raise TableError(path.name, f"the file cannot be read as NetCDF: {error} [E0930]", hint) from None
     z = z.T if turned and x.ndim == y.ndim == 1 else z
     if x.ndim != 1 or y.ndim != 1 or z.shape != (len(x), len(y)):
-        text = f"the variables have the shapes {x.shape}, {y.shape} and {z.shape}, not (n,), (m,) and (n, m)"
+        text = f"the variables have the shapes {x.shape}, {y.shape} and {z.shape}, not (n,), (m,) and (n, m) [E0931]"
         raise TableError(path.name, text, "the arguments of a grid, and the values with x first")
     if not np.all(np.isfinite(np.concatenate([x, y]))):
-        raise TableError(path.name, "a node of the arguments is not a number", "arguments without missing values")
+        raise TableError(
+            path.name, "a node of the arguments is not a number [E0932]", "arguments without missing values"
+        )
     if not np.all(np.isfinite(z)):
         i, j = (int(part[0]) for part in np.nonzero(~np.isfinite(z)))
         raise TableError(
             path.name,
-            f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number, or the file's mark of a missing value",
+            f"the value at x = {x[i]:.9g}, y = {y[j]:.9g} is not a number, or the file's mark of a missing"
+            f" value [E0933]",
             "a grid without holes",
         )
     texts = (unit.decode("ascii", "replace") if isinstance(unit, bytes) else str(unit) for unit in units)

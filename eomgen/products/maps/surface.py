@@ -123,7 +123,7 @@ def recorded(algebra: Algebra, surface: Surface, word: str, component: int, argu
                 product = curve_at(algebra, line, arguments[first]) * curve_at(algebra, weight, arguments[second])
                 result = result + product
         except (ValueError, ArithmeticError):
-            fault = f"the map {surface.name} has no value at constant arguments beyond the grid"
+            fault = f"the map {surface.name} has no value at constant arguments beyond the grid [E0934]"
             raise ModelError(Problem("", fault, 'arguments within the grid, or outside = "hold"')) from None
     return result
 

@@ -233,12 +233,12 @@ def families(program: Program, method: str | None) -> list[Family]:
         A model without any: with sampled states, or with angles that are counted over turns.
     """
     if names := program.angles:
-        fault = f"acados integrates states that are smooth, and the turns of {', '.join(names)} are counted"
+        fault = f"acados integrates states that are smooth, and the turns of {', '.join(names)} are counted [E0935]"
         raise ModelError(Problem(program.prefix, fault, "formulas without this angle, or a joint of one angle"))
     functions = exported_functions(program)
     made = []
     if program.sampled:
-        fault = "states that are sampled change between the steps of acados, which integrates continuous rates"
+        fault = "states that are sampled change between the steps of acados, which integrates continuous rates [E0936]"
         hint = "a model without the controller, which stands in the loop around acados"
         raise ModelError(Problem(program.prefix, fault, hint))
     of_state = rates(program, functions, ("u",))
@@ -284,7 +284,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     """Return the folder of a Program: files of acados, the model's C, a Python module, README.md and the manifest."""
     made, prefix = families(program, method), program.prefix
     if not made:
-        fault = "no dynamics for acados are among the terms"
+        fault = "no dynamics for acados are among the terms [E0937]"
         raise UsageError(
             Problem(
                 "terms",
@@ -340,7 +340,10 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     chosen = list(_TERMS) if terms is None else list(terms)
     for name in chosen:
         if name not in _TERMS:
-            fault = f"the target acados writes dynamics with derivatives, and {shown(str(name))} is of other equations"
+            fault = (
+                f"the target acados writes dynamics with derivatives, and {shown(str(name))} is of other"
+                f" equations [E0938]"
+            )
             raise UsageError(Problem("terms", fault, nearest(str(name), _TERMS)))
     if terms is not None and "internal_rate" not in chosen:
         chosen.append("internal_rate")

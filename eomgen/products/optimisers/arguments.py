@@ -28,9 +28,13 @@ def arguments_of(name: str) -> list[str]:
 def check_model(place: str, model: object) -> None:
     """Raise UsageError for anything but a compiled model, and ModelError for a model with force laws in Python."""
     if not isinstance(model, CompiledModel):
-        raise UsageError(Problem(place, f"a model is needed, not {type(model).__name__}", "eomgen.build(scene)"))
+        raise UsageError(
+            Problem(place, f"a model is needed, not {type(model).__name__} [E2193]", "eomgen.build(scene)")
+        )
     if model.library.layout.get("python"):
-        raise ModelError(Problem(place, f"{model.name} has force laws in Python", "the laws in C, [laws] source"))
+        raise ModelError(
+            Problem(place, f"{model.name} has force laws in Python [E0945]", "the laws in C, [laws] source")
+        )
 
 
 def of_run(
@@ -40,7 +44,7 @@ def of_run(
     given: dict[str, Any] = {"q": None if q is None else array("q", q), "v": None if v is None else array("v", v)}
     for block, values in (("parameters", parameters), ("inputs", inputs)):
         if not (values is None or isinstance(values, Mapping)):
-            fault = f"a mapping from names to values is needed, not {type(values).__name__}"
+            fault = f"a mapping from names to values is needed, not {type(values).__name__} [E0526]"
             raise UsageError(Problem(block, fault, f"{block}={{name: value}}"))
         given[block] = {name: array(name, value) for name, value in (values or {}).items()}
     return given
@@ -49,7 +53,7 @@ def of_run(
 def no_array(name: str, value: object) -> UsageError:
     """Return the error for an argument without real numbers."""
     return UsageError(
-        Problem(name, f"an array of real numbers is needed, not {type(value).__name__}", "a list of numbers")
+        Problem(name, f"an array of real numbers is needed, not {type(value).__name__} [E2194]", "a list of numbers")
     )
 
 

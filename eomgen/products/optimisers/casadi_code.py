@@ -25,7 +25,7 @@ from eomgen.codegen.targets.c.naming import NAMES
 from eomgen.codegen.targets.c.target import generate_files
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.codegen.targets.target import Target
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Message, Problem, UsageError
 from eomgen.products.optimisers.discrete_steps import chain_of, why_no_step
 from eomgen.products.optimisers.functions import Exported, Pattern, Places, dense, empty, plain
 from eomgen.system.terms import DIFFERENTIATED
@@ -294,7 +294,9 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     exported = [*functions, *([] if step is None else [step.exported()])]
     if not exported:
         hint = "inverse_dynamics; residual and constraint, of scenes with constraints"
-        raise UsageError(Problem("terms", f"{program.prefix} has none of the functions that the terms name", hint))
+        raise UsageError(
+            Problem("terms", f"{program.prefix} has none of the functions that the terms name [E2195]", hint)
+        )
     texts = Texts()
     entries = [entry for item in exported for entry in _functions_of(program, item, texts)]
     longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))
@@ -304,7 +306,8 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
         names["functions"].append({**own[0]["function"], "output": item.output[0]})
     names |= {"entries": entries, "sparsities": texts.patterns, "tables": texts.tables, "longest": longest}
     names |= {"step": step}
-    absent = {} if step is not None else {"step": why_no_step(program) or "functions of a step are not among the terms"}
+    why = str(Message(why_no_step(program))) or "functions of a step are not among the terms"
+    absent = {} if step is not None else {"step": why}
     name = f"{program.prefix}_casadi.c"
     files[name] = environment().get_template("optimisers/casadi.c.jinja").render(**names)
     sources = sorted(file for file in files if file.endswith(".c"))
@@ -333,7 +336,7 @@ def check_named(terms: Sequence[str] | None) -> None:
     """Raise UsageError for a list without names."""
     if terms is not None and not terms:
         hint = "forward_dynamics; all of the scene without terms"
-        raise UsageError(Problem("terms", "a list of functions is needed, and this one is empty", hint))
+        raise UsageError(Problem("terms", "a list of functions is needed, and this one is empty [E2188]", hint))
 
 
 def needed_terms(terms: Sequence[str] | None) -> list[str]:
@@ -348,7 +351,7 @@ def needed_terms(terms: Sequence[str] | None) -> list[str]:
     chosen = [name for name in DIFFERENTIATED if name not in _BY_NAME] if terms is None else list(terms)
     for name in chosen:
         if name not in DIFFERENTIATED:
-            fault = f"the target casadi writes functions with derivatives, and {shown(str(name))} has none"
+            fault = f"the target casadi writes functions with derivatives, and {shown(str(name))} has none [E0939]"
             raise UsageError(Problem("terms", fault, nearest(str(name), DIFFERENTIATED)))
     return [term for name in chosen for term in (name, f"{name}_derivatives", f"{name}_hessian")]
 

@@ -78,7 +78,7 @@ def casadi(
         package: Any = import_module("casadi")
     except ImportError:
         raise UsageError(
-            Problem("casadi", "the package casadi is not installed", "pip install 'eomgen[casadi]'")
+            Problem("casadi", "the package casadi is not installed [E0940]", "pip install 'eomgen[casadi]'")
         ) from None
     described: Any = getattr(scene, "scene", scene)
     document, front_end = as_document(described)

@@ -375,10 +375,14 @@ def why_no_step(program: Program) -> str:
     """Return the reason why no step of a model is a function of the state, empty if there is one."""
     if program.sampled:
         names = ", ".join(str(program.states[int(row["state"])].name) for row in program.sampled)
-        return f"the state {names} is sampled, and the value after a step depends on the time of the last sample"
+        return (
+            f"the state {names} is sampled, and the value after a step depends on the time of the last sample [E0941]"
+        )
     if program.angles:
         names = ", ".join(program.angles)
-        return f"the turns of {names} are counted, by references that a step changes and that have no derivatives"
+        return (
+            f"the turns of {names} are counted, by references that a step changes and that have no derivatives [E0942]"
+        )
     return ""
 
 
@@ -418,14 +422,14 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     else:
         needed, fits, record = (), False, _alpha
     if not fits:
-        fault = f"steps of {name} have no derivatives in C{_reason(made, bool(needed), rows, holonomic)}"
+        fault = f"steps of {name} have no derivatives in C{_reason(made, bool(needed), rows, holonomic)} [E0943]"
         raise UsageError(Problem("method", fault, default_method(program)))
     by_name = {function.name: function for function in functions}
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
     missing = [term for term in terms if term not in by_name]
     if missing and method is not None:
         raise UsageError(
-            Problem("method", f"steps of {name} are made of other terms", f"terms with {', '.join(missing)}")
+            Problem("method", f"steps of {name} are made of other terms [E2196]", f"terms with {', '.join(missing)}")
         )
     if reason or missing:
         return None
@@ -473,7 +477,7 @@ def _composition(program: Program, functions: _Functions, method: Any, along: Se
     accelerations = functions["forward_dynamics"]
     of_v = accelerations.slices.get("v", slice(0, 0))
     if np.any((of_v.start <= accelerations.jacobian.columns) & (accelerations.jacobian.columns < of_v.stop)):
-        fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic"
+        fault = f"accelerations of {program.prefix} depend on velocities, so that kicks are not symplectic [E0944]"
         raise ModelError(Problem("method", fault, RUNGE_KUTTA))
     chain, parts = Chain(program, functions, method.title(constrained=False), along, {}), method.composition
     q, v, times = chain.q, chain.v, list(parts.kick_times)

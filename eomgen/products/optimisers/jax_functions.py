@@ -162,7 +162,8 @@ class JaxFunctions:
         """
         if self._model.multipliers:
             fault = (
-                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v alone"
+                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v"
+                f" alone [E0946]"
             )
             raise ModelError(Problem("jax", fault, "inverse_dynamics; simulate, whose gradients go through loops"))
         return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
@@ -284,7 +285,7 @@ class JaxFunctions:
 
         def once(function: Callable[..., Any]) -> Any:
             """Return a function without derivatives."""
-            result, fault = self._jax.custom_jvp(function), "simulate has first reverse derivatives alone"
+            result, fault = self._jax.custom_jvp(function), "simulate has first reverse derivatives alone [E2197]"
             result.defjvp(_refusal("jax", fault, "model.sensitivities(...), with tangents and Hessians"))
             return result
 
@@ -314,7 +315,7 @@ class JaxFunctions:
                 array = self._by_name(value) if isinstance(value, Mapping) else self._real(block, value)
             expected = () if block == "t" else (self._sizes[{"a": "v"}.get(block, block)],)
             if array.shape != expected:
-                fault = f"{block} has the shape {array.shape}, and {name} takes {expected}"
+                fault = f"{block} has the shape {array.shape}, and {name} takes {expected} [E0947]"
                 raise UsageError(Problem(block, fault, f"one sample; jax.vmap({name}) for a batch"))
             values[block] = array.reshape(1) if block == "t" else array
         return self._dynamics[name](*(values[block] for block in arguments_of(name)))
@@ -335,7 +336,7 @@ class JaxFunctions:
         except (TypeError, ValueError):
             raise no_array(name, value) from None
         if self._jax.numpy.iscomplexobj(array):
-            raise UsageError(Problem(name, "the numbers are complex", "real numbers; jax.jvp has derivatives"))
+            raise UsageError(Problem(name, "the numbers are complex [E2190]", "real numbers; jax.jvp has derivatives"))
         return array.astype(float)
 
     def _inputs(self, given: Mapping[str, Any]) -> Array:
@@ -349,7 +350,7 @@ class JaxFunctions:
 
     @functools.cached_property
     def _held_inputs(self) -> Callable[..., Array]:
-        fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
+        fault = "derivatives in t or in parameters, with inputs by the formulas of the scene [E0948]"
         return self._function(
             "inputs", ("t", "p"), _refusal("u", fault, "u=..., a function of t and of the parameters")
         )
@@ -476,7 +477,7 @@ class JaxFunctions:
             tangents = jacobian(*arguments) * directions(arguments, along)[place[columns]]
             return value(*arguments), jnp.zeros(height).at[rows].add(tangents)
 
-        third = _refusal("jax", f"{name} has no third derivatives", "first and second derivatives")
+        third = _refusal("jax", f"{name} has no third derivatives [E2198]", "first and second derivatives")
         hessian = self._function(f"{name}_hessian", (*blocks, "weights"), third)
         jacobian = self._function(f"{name}_derivatives", blocks, jacobian_along)
         value = self._function(name, blocks, along_values)
@@ -671,7 +672,7 @@ _KEPT: list[tuple[Any, Any]] = []
 def _check_precision(package: Any) -> None:
     if not package.config.jax_enable_x64:
         hint = 'jax.config.update("jax_enable_x64", True) before the first array'
-        raise UsageError(Problem("jax", "JAX is set to float32", hint))
+        raise UsageError(Problem("jax", "JAX is set to float32 [E0950]", hint))
 
 
 @functools.cache
@@ -680,7 +681,9 @@ def _package() -> Any:
     try:
         package: Any = import_module("jax")
     except ImportError:
-        raise UsageError(Problem("jax", "the package jax is not installed", "pip install 'eomgen[jax]'")) from None
+        raise UsageError(
+            Problem("jax", "the package jax is not installed [E0949]", "pip install 'eomgen[jax]'")
+        ) from None
     _, address = _handler()
     package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(ctypes.c_void_p(address)), platform="cpu")
     return package

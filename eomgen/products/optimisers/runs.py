@@ -42,7 +42,7 @@ class Runs:
             *((name, array, ()) for name, array in given["parameters"].items()),
         ):
             if tuple(array.shape) != expected:
-                fault = f"{name} has the shape {tuple(array.shape)}, and simulate takes {expected}"
+                fault = f"{name} has the shape {tuple(array.shape)}, and simulate takes {expected} [E2199]"
                 raise UsageError(
                     Problem(name, fault, "one initial state, one set of parameters; vmap for several runs")
                 )

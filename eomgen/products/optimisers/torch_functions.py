@@ -123,7 +123,8 @@ class TorchFunctions:
         """
         if self._model.multipliers:
             fault = (
-                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v alone"
+                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v"
+                f" alone [E0946]"
             )
             raise ModelError(Problem("torch", fault, "inverse_dynamics; simulate, whose gradients go through loops"))
         return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
@@ -238,10 +239,10 @@ class TorchFunctions:
             except (TypeError, ValueError, RuntimeError):
                 raise no_array(block, value) from None
         if value.dtype != package.float64:
-            fault = f"{block} is of {value.dtype}, and derivatives are exact to rounding of torch.float64"
+            fault = f"{block} is of {value.dtype}, and derivatives are exact to rounding of torch.float64 [E0951]"
             raise UsageError(Problem(block, fault, f"{block}.double(); torch.set_default_dtype(torch.float64)"))
         if value.device.type != "cpu":
-            fault = f"{block} is on {value.device}, and the compiled C runs on the processor"
+            fault = f"{block} is on {value.device}, and the compiled C runs on the processor [E0952]"
             raise UsageError(Problem(block, fault, f"{block}.cpu()"))
         return value
 
@@ -264,7 +265,7 @@ class TorchFunctions:
                 continue
             size = self._sizes[{"a": "v"}.get(block, block)]
             if not tensor.ndim or tensor.shape[-1] != size:
-                fault = f"{block} has the shape {tuple(tensor.shape)}, and {name} takes (..., {size})"
+                fault = f"{block} has the shape {tuple(tensor.shape)}, and {name} takes (..., {size}) [E0953]"
                 raise UsageError(Problem(block, fault, "samples along leading axes"))
             leading[block] = tensor.shape[:-1]
         try:
@@ -272,7 +273,7 @@ class TorchFunctions:
         except RuntimeError:
             shapes = ", ".join(f"{block} {tuple(axes)}" for block, axes in leading.items())
             raise UsageError(
-                Problem(name, f"the leading axes do not broadcast: {shapes}", "batches of equal shape")
+                Problem(name, f"the leading axes do not broadcast: {shapes} [E0261]", "batches of equal shape")
             ) from None
         return [tensor.expand((*shape, *tensor.shape[len(leading[block]) :])) for block, tensor in blocks.items()]
 
@@ -497,7 +498,7 @@ def _operators() -> Operators:
         package: Any = import_module("torch")
     except ImportError:
         raise UsageError(
-            Problem("torch", "the package torch is not installed", "pip install 'eomgen[torch]'")
+            Problem("torch", "the package torch is not installed [E0954]", "pip install 'eomgen[torch]'")
         ) from None
 
     def operator(name: str, takes: str, kernel: Callable[..., Tensor], shape: Callable[..., Tensor]) -> Any:
@@ -608,7 +609,7 @@ def _operators() -> Operators:
 
         @staticmethod
         def backward(ctx: Any, _: Tensor) -> NoReturn:
-            fault = f"third derivatives of {ctx.term}: the compiled C has first and second ones"
+            fault = f"third derivatives of {ctx.term}: the compiled C has first and second ones [E0955]"
             raise UsageError(Problem("torch", fault, "second derivatives without create_graph"))
 
     class Inputs(Function):
@@ -619,7 +620,7 @@ def _operators() -> Operators:
 
         @staticmethod
         def backward(ctx: Any, _: Tensor) -> NoReturn:
-            fault = "derivatives in t or in parameters, with inputs by the formulas of the scene"
+            fault = "derivatives in t or in parameters, with inputs by the formulas of the scene [E0948]"
             raise UsageError(Problem("u", fault, "u=..., a function of t and of the parameters"))
 
     class OfRuns(package.autograd.Function):  # type: ignore[misc]  # as of Function
@@ -663,7 +664,7 @@ def _operators() -> Operators:
 
         @staticmethod
         def backward(ctx: Any, *_: Tensor) -> NoReturn:
-            fault = "second derivatives of a run"
+            fault = "second derivatives of a run [E0956]"
             raise UsageError(Problem("torch", fault, "model.sensitivities, whose hessian has them"))
 
     return Operators(package, Value.apply, Inputs.apply, package.compiler.disable(Run.apply))

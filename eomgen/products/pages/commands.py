@@ -85,7 +85,7 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
     outcome = None
     if checks and model is None:
         raise UsageError(
-            Problem("--check", "closed forms are checked of scenes, and runs alone are given", "the scene")
+            Problem("--check", "closed forms are checked of scenes, and runs alone are given [E0957]", "the scene")
         )
     if checks and model is not None:
         from eomgen.products.studies import check  # noqa: PLC0415  # on request
@@ -107,7 +107,7 @@ def _stored_runs(path: Path) -> list[Path]:
     own = path / "solution.npz"
     files = [own] if own.is_file() else sorted(path.glob("*/solution.npz"))
     if not files:
-        fault = "the folder holds no solution.npz, nor do folders in this folder"
+        fault = "the folder holds no solution.npz, nor do folders in this folder [E0958]"
         raise UsageError(Problem(str(path), fault, f"eomgen simulate SCENE --out {path}"))
     return files
 

@@ -127,7 +127,7 @@ def _library(model: CompiledModel, method: str) -> Library:
         library.successor.wait()
         library = compiled_or_same(library)
     if not library.layout["method"]:
-        fault = f"{method} cannot run on this scene: {library.layout['stepper_refused']}"
+        fault = f"{method} cannot run on this scene: {library.layout['stepper_refused']} [E0860]"
         raise ModelError(Problem(model.name, fault, "another method"))
     return library
 
@@ -146,7 +146,8 @@ def _held(model: CompiledModel, solution: Solution) -> dict[str, float]:
     for name, signal in solution.metadata["inputs"].items():
         if not isinstance(signal, int | float):
             fault = (
-                f"the input {name} of the run is a {signal}, and a page has constant inputs and the scene's formulas"
+                f"the input {name} of the run is a {signal}, and a page has constant inputs and the scene's"
+                f" formulas [E0959]"
             )
             hint = f"a formula or a curve of the scene for {name}, or a number"
             raise UsageError(Problem(f"input {name}", fault, hint))
@@ -233,13 +234,13 @@ def _note(model: CompiledModel, solution: Solution) -> str:
     """Return remarks on limits of the page."""
     notes = []
     if model.description.joints:
-        notes.append("Bodies have absolute coordinates, so there are no sliders of initial positions.")
+        notes.append("Bodies have absolute coordinates, so there are no sliders of initial positions. [W0055]")
     if "equilibrium" in str(solution.metadata.get("start", "")):
-        notes.append("The motion starts at the equilibrium of the scene's values, also if parameters differ.")
+        notes.append("The motion starts at the equilibrium of the scene's values, also if parameters differ. [W0056]")
     if not solution.success:
-        notes.append(f"The run with the scene's values ended early: {solution.message}")
+        notes.append(f"The run with the scene's values ended early: {solution.message} [W0057]")
     elif told := [str(finding) for finding in solution.findings if finding.severity == WARNING]:
-        notes.append(f"The run with the scene's values says: {'; '.join(told)}.")
+        notes.append(f"The run with the scene's values says: {'; '.join(told)}. [W0265]")
     return " ".join(notes)
 
 

@@ -134,7 +134,7 @@ def report_page(
     text : of the scene's file
     """
     if not runs:
-        raise UsageError(Problem("report", "a report needs a run", "a scene, or a folder with a solution.npz"))
+        raise UsageError(Problem("report", "a report needs a run [E0960]", "a scene, or a folder with a solution.npz"))
     charts = _Charts()
     first = runs[0].solution
     title = str(first.metadata.get("scene", "scene"))

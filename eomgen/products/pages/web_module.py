@@ -98,7 +98,9 @@ def _zig() -> Compiler:
     """Return the compiler zig. Raises ToolchainError if the package ziglang is missing."""
     program = zig_program()
     if program is None:
-        fault = "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not installed"
+        fault = (
+            "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not installed [E0961]"
+        )
         raise ToolchainError(Problem("live", fault, PIP_INSTALL))
     return Compiler((str(program), "cc"), program)
 
@@ -177,10 +179,10 @@ def check_supported(layout: Mapping[str, Any], name: str) -> None:
     hint = "the function in C, which a page compiles with the model, or eomgen animate for a recorded motion"
     if layout.get("python"):
         law = layout["python"][0]
-        fault = f"the function {law['function']} of {Path(law['file']).name} is in Python, and a page has none"
+        fault = f"the function {law['function']} of {Path(law['file']).name} is in Python, and a page has none [E0962]"
         raise ModelError(Problem(name, fault, hint))
     if layout["method"].get("samples", {}).get("from_caller"):
-        fault = "a sampled controller calls a function of Python, and a page has none"
+        fault = "a sampled controller calls a function of Python, and a page has none [E0963]"
         raise ModelError(Problem(name, fault, hint))
 
 

@@ -108,7 +108,7 @@ def animate(solution: AnimatedSolution, path: str | Path | None = None) -> Path 
         return path
     page = animation_page(solution)
     if (size := len(page.encode())) > _INLINE:
-        fault = f"the page has {size / 1e6:.1f} MB, and a notebook takes {_INLINE / 1e6:.0f} MB"
+        fault = f"the page has {size / 1e6:.1f} MB, and a notebook takes {_INLINE / 1e6:.0f} MB [E1259]"
         raise UsageError(Problem("animate", fault, 'a file of its own: animate("motion.html")'))
     return InlineAnimation(page)
 
@@ -118,7 +118,7 @@ def check_name(path: Path) -> Path:
     if path.suffix.lower() not in (".html", ".htm"):
         kind = path.suffix or "a file without a suffix"
         raise UsageError(
-            Problem(str(path), f"an animation cannot be saved as {kind}", f"{path.stem or 'animation'}.html")
+            Problem(str(path), f"an animation cannot be saved as {kind} [E1260]", f"{path.stem or 'animation'}.html")
         )
     return path
 
@@ -133,7 +133,7 @@ def animation_page(solution: AnimatedSolution) -> str:
     try:
         data = packed(solution, poses_and_scenery)
     except (KeyError, TypeError, ValueError, IndexError) as error:
-        fault = f"its poses or its scenery are not in eomgen's format: {type(error).__name__}: {error}"
+        fault = f"its poses or its scenery are not in eomgen's format: {type(error).__name__}: {error} [E1261]"
         raise FileError(Problem("solution", fault, "eomgen simulate again")) from None
     parts = {name: f"pictures/{file}" for name, file in SCRIPTS.items()}
     return page_of("pictures/animation.html", parts, data, str(solution.metadata.get("version", "")))

@@ -53,7 +53,7 @@ def _check_scene(path: Path) -> None:
         fault = "this is a folder" if folder == path else "a table has no poses of bodies"
         kept = folder / "solution.npz"
         hint = f"{kept}" if kept.is_file() else "the scene, or the solution.npz of eomgen simulate"
-        raise UsageError(Problem(str(path), f"{fault}, and a scene or a stored solution is needed", hint))
+        raise UsageError(Problem(str(path), f"{fault}, and a scene or a stored solution is needed [E0148]", hint))
 
 
 def _stored(path: str) -> Solution:
@@ -67,7 +67,7 @@ def _stored(path: str) -> Solution:
         and context.get_parameter_source(option.name or "") is not click.core.ParameterSource.DEFAULT
     ]
     if given:
-        fault = f"{', '.join(given)} would change a run, and this one is stored"
+        fault = f"{', '.join(given)} would change a run, and this one is stored [E0149]"
         raise UsageError(Problem(path, fault, "the scene in place of its solution, or no such option"))
     return Solution.load(path)
 
@@ -93,7 +93,9 @@ class RestPicture(RestPart):
     def __init__(self, options: Mapping[str, Any]) -> None:
         figure = options["figure"]
         if figure is not None and Path(figure).suffix not in _FIGURES:
-            raise UsageError(Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file", "--plot rest.png"))
+            raise UsageError(
+                Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file [E0154]", "--plot rest.png")
+            )
         self.files = [] if figure is None else [Path(figure)]
 
     def draw(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> None:

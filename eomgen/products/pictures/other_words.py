@@ -1,4 +1,4 @@
-"""Names in other programs for attributes of animations, and the remedy, by class, for messages."""
+"""Names of attributes in other programs, and the remedy, by class, for messages."""
 
 from __future__ import annotations
 

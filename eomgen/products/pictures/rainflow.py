@@ -118,7 +118,10 @@ class Rainflow:
         if below != math.inf:
             _check_positive(slope_below=below)
         if below < slope:
-            fault = f"{below:.6g} is smaller than slope {slope:.6g}, and small ranges would damage more than large ones"
+            fault = (
+                f"{below:.6g} is smaller than slope {slope:.6g}, and small ranges would damage more than large"
+                f" ones [E1275]"
+            )
             raise UsageError(Problem("slope_below", fault, f"slope={below:.6g}, slope_below={slope:.6g}"))
         relative = self.ranges / reference_range
         exponents = np.where(relative < 1.0, below, slope)
@@ -186,7 +189,9 @@ class Rainflow:
         (11, 10)
         """
         if not (isinstance(bins, int) and bins >= 1):
-            raise UsageError(Problem("histogram: bins", f"{shown(bins)} classes", "a whole number of 1 and more"))
+            raise UsageError(
+                Problem("histogram: bins", f"{shown(bins)} classes [E1276]", "a whole number of 1 and more")
+            )
         largest = float(self.ranges[0]) if len(self.ranges) else 1.0
         counts, edges = np.histogram(self.ranges, bins, (0.0, largest), weights=self.counts)
         return edges, np.asarray(counts, dtype=float)
@@ -214,7 +219,7 @@ class Rainflow:
         path = Path(path)
         if path.suffix != ".csv":
             kind = path.suffix or "a file without a suffix"
-            raise UsageError(Problem(str(path), f"a rainflow count cannot be saved as {kind}", ".csv"))
+            raise UsageError(Problem(str(path), f"a rainflow count cannot be saved as {kind} [E1278]", ".csv"))
         write_table(path, self.headings, self._table)
         return path
 
@@ -260,13 +265,13 @@ class Rainflow:
 def _check_positive(**given: float) -> None:
     for name, value in given.items():
         if not (isinstance(value, int | float) and 0.0 < value < math.inf):
-            raise UsageError(Problem(name, f"{shown(value)} is not a positive number", f"{name}=5"))
+            raise UsageError(Problem(name, f"{shown(value)} is not a positive number [E1279]", f"{name}=5"))
 
 
 def _check_slope(slope: float) -> None:
     if slope < 1.0:
         inverse = f"{1.0 / slope:.3g} is its inverse" if 1.0 / slope <= 20.0 else "3 to 5 are common for welded steel"
-        fault = f"{shown(slope)} is below 1, and exponents of Woehler curves are 3 to 15: {inverse}"
+        fault = f"{shown(slope)} is below 1, and exponents of Woehler curves are 3 to 15: {inverse} [E1280]"
         raise UsageError(Problem("slope", fault, f"slope={1.0 / slope if 1.0 / slope <= 20.0 else 5.0:.3g}"))
 
 
@@ -280,7 +285,7 @@ def _warn_of_coarse_rows(name: str, t: Array, x: Array) -> None:
         return
     text = f"rainflow of {name}: rows every {np.median(np.diff(t)):.4g} s, {np.mean(rows):.2g} between two reversals:"
     text += " extreme values lie between the rows, so that ranges are too small and cycles may be missing"
-    warnings.warn(f"{text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=4)
+    warnings.warn(f"{text}; try: record_every=1, or a smaller step [W0095]", RuntimeWarning, stacklevel=4)
 
 
 def rainflow(solution: RecordedSolution, name: str, *, start: float | None = None) -> Rainflow:
@@ -319,10 +324,10 @@ def rainflow(solution: RecordedSolution, name: str, *, start: float | None = Non
     t, x = solution.t[used], curve.values[used]
     if len(t) < _FEWEST:
         since = f" from {start:.6g} s on" if start is not None else ""
-        fault = f"the run has {len(t)} rows{since}, and a cycle needs {_FEWEST}"
+        fault = f"the run has {len(t)} rows{since}, and a cycle needs {_FEWEST} [E1281]"
         raise UsageError(Problem("rainflow", fault, "a longer run, or one with more rows"))
     if not np.all(np.isfinite(x)):
-        fault = f"{curve.name} is not finite at t = {t[np.argmin(np.isfinite(x))]:.6g} s"
+        fault = f"{curve.name} is not finite at t = {t[np.argmin(np.isfinite(x))]:.6g} s [E1282]"
         raise UsageError(Problem("rainflow", fault, "the part of the run before it"))
     _warn_of_coarse_rows(curve.name, t, x)
     cycles = [cycle for cycle in _counter().extract_cycles(x.tolist()) if cycle[0] > 0.0]
@@ -337,5 +342,5 @@ def _counter() -> Any:
     try:
         return import_module("rainflow")
     except ImportError:
-        fault = "cycles are counted by the package rainflow, which is not installed"
+        fault = "cycles are counted by the package rainflow, which is not installed [E1283]"
         raise UsageError(Problem("rainflow", fault, "pip install 'eomgen[fatigue]'")) from None

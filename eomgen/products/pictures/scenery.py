@@ -117,7 +117,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         try:
             return evaluate(formula, value_of)
         except ArithmeticError as error:
-            raise NumericalError(Problem(where, f"cannot be drawn: {error}", "other parameters")) from None
+            raise NumericalError(Problem(where, f"cannot be drawn: {error} [E1285]", "other parameters")) from None
 
     def vector(where: str, formulas: Sequence[Formula]) -> list[float]:
         return [number(where, formula) for formula in formulas]
@@ -236,7 +236,7 @@ def _shapes(drawing: Drawing, vector: Evaluated, centers: Mapping[str, Sequence[
         where = f"shapes.{shape.name}"
         sizes, position = vector(where, shape.sizes), vector(f"{where}.position", shape.position)
         if not all(size > 0.0 or (size < 0.0 and shape.kind == "mesh") for size in sizes):
-            fault = f"cannot be drawn: a size is {min(sizes):.6g}"
+            fault = f"cannot be drawn: a size is {min(sizes):.6g} [E1286]"
             raise NumericalError(Problem(where, fault, "other parameters"))
         away = float(np.linalg.norm(np.subtract(position, centers.get(shape.body, position))))
         near = max(sizes) if shape.kind == "ellipsoid" else _CENTRAL * sizes[0]

@@ -177,7 +177,7 @@ def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None =
 def _chosen(quantities: Sequence[str]) -> Sequence[str]:
     for quantity in quantities:
         if quantity not in _QUANTITIES:
-            fault = f"sections have no {shown(quantity)}"
+            fault = f"sections have no {shown(quantity)} [E1287]"
             raise UsageError(Problem("plot_sections", fault, nearest(str(quantity), _QUANTITIES)))
     return quantities or _LOADS
 
@@ -187,11 +187,13 @@ def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     times = np.atleast_1d(np.asarray(at, dtype=float))
     t = solution.t
     if not len(times):
-        raise UsageError(Problem("plot_sections: at", "there are no times", "times in s, or no at for a map over time"))
+        raise UsageError(
+            Problem("plot_sections: at", "there are no times [E1288]", "times in s, or no at for a map over time")
+        )
     slack = 1e-9 * (t[-1] - t[0])
     outside = times[~((times >= t[0] - slack) & (times <= t[-1] + slack))]
     if len(outside):
-        fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s"
+        fault = f"t = {outside[0]:.6g} s is outside the solution, which goes from {t[0]:.6g} s to {t[-1]:.6g} s [E1289]"
         raise UsageError(Problem("plot_sections: at", fault, "times within it"))
     return np.array([int(np.argmin(np.abs(t - time))) for time in times])
 
@@ -204,11 +206,11 @@ def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, Secti
     """Return the name of a beam and the beam's loads at some rows, evaluated at these rows alone if possible."""
     result = _by_beam(solution, rows)
     if not beam and len(result) > 1:
-        fault = f"the scene has {len(result)} geometrically exact beams"
+        fault = f"the scene has {len(result)} geometrically exact beams [E1290]"
         raise UsageError(Problem("plot_sections", fault, f"the name of one: {listed(result)}"))
     name = beam or next(iter(result))
     if name not in result:
-        raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)}", nearest(name, result)))
+        raise UsageError(Problem("plot_sections", f"there is no beam {shown(name)} [E1291]", nearest(name, result)))
     return name, result[name]
 
 

@@ -119,7 +119,7 @@ def drawn_shape(shape: Shape, sizes: Sequence[float], position: Sequence[float])
     try:
         shape = shape.whole()
     except FileError as error:
-        text = f"the shape {shape.name} is left out of pictures: {error.problems[0]}"
+        text = f"the shape {shape.name} is left out of pictures: {error.problems[0]} [W0096]"
         warnings.warn(text, RuntimeWarning, stacklevel=2)
         return []
     if shape.kind == "mesh":

@@ -100,7 +100,7 @@ class SceneDraft:
         name = legal_name(wanted, taken if owner or wanted not in kept else {*taken, wanted}, kept)
         taken.add(name)
         if written and name != written:
-            self.notes.append(f"{kind} {written!r} of the file is called {name}")
+            self.notes.append(f"{kind} {written!r} of the file is called {name} [W0143]")
         return name
 
     def carry_mass(self, entry: dict[str, Any]) -> None:
@@ -129,7 +129,7 @@ class SceneDraft:
     def all_warnings(self) -> list[tuple[Place, str]]:
         """Return a place and a note for all that is left out."""
         many = [
-            (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)})")
+            (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)}) [W0197]")
             for feature, names in self.omitted.items()
         ]
         return [*self.warnings, *many]

@@ -52,15 +52,18 @@ class LoadPaths(RestPart):
         self.over, self.out, self.answers = options["over"], options["path"], along is not None or buckling is not None
         self.figure: str | None = figure
         if along is None and self.over:
-            raise UsageError(Problem("--over", "it belongs to a path", "--path load=0:10"))
+            raise UsageError(Problem("--over", "it belongs to a path [E0150]", "--path load=0:10"))
         if along is None and buckling is not None and figure:
-            fault = "it belongs to a path, or to an equilibrium alone"
+            fault = "it belongs to a path, or to an equilibrium alone [E0153]"
             raise UsageError(Problem("--plot", fault, "--path load=0:10"))
         if along is not None and buckling is not None:
-            raise UsageError(Problem("--buckling", "it is asked for together with --path", "one of them"))
+            raise UsageError(Problem("--buckling", "it is asked for together with --path [E0155]", "one of them"))
         endings = (".csv", ".json") if along is not None else (".json",)
         if self.answers and self.out is not None and Path(self.out).suffix not in endings:
-            fault = f"{'a path is' if along is not None else 'buckling loads are'} written as {' or '.join(endings)}"
+            fault = (
+                f"{'a path is' if along is not None else 'buckling loads are'} written as"
+                f" {' or '.join(endings)} [E0151]"
+            )
             raise UsageError(Problem(f"--out {self.out}", fault, f"--out result{endings[0]}"))
         self.along = None if along is None else _range(along)
         self.buckling = None if buckling is None else _preload(buckling)
@@ -150,7 +153,9 @@ def _range(text: str) -> tuple[str, float, float]:
             raise ValueError
         return name.strip(), float(first), float(last)
     except ValueError:
-        raise UsageError(Problem(f"--path {text}", "a name and two numbers are needed", "--path load=0:10")) from None
+        raise UsageError(
+            Problem(f"--path {text}", "a name and two numbers are needed [E0156]", "--path load=0:10")
+        ) from None
 
 
 def _preload(text: str) -> tuple[str, float]:
@@ -159,4 +164,4 @@ def _preload(text: str) -> tuple[str, float]:
         return name.strip(), float(value) if equals else 0.0
     except ValueError:
         hint = f"--buckling {name}=0"
-        raise UsageError(Problem(f"--buckling {text}", f"{value!r} is not a number", hint)) from None
+        raise UsageError(Problem(f"--buckling {text}", f"{value!r} is not a number [E0123]", hint)) from None

@@ -315,7 +315,7 @@ def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array
     """Return the derivative of the stiffness along the path, by central differences."""
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
-        raise ArithmeticError("the tangent stiffness is singular there")
+        raise ArithmeticError("the tangent stiffness is singular there [E2086]")
     ends = []
     for sign in (1.0, -1.0):
         way = sign * change / onwards.s
@@ -331,7 +331,7 @@ def _factors(K: csc_array, B: csc_array, rate: csc_array, count: int) -> tuple[A
     nv = K.shape[0]
     solve = compliance(K, B)
     if solve is None:
-        raise ArithmeticError("the tangent stiffness is singular there")
+        raise ArithmeticError("the tangent stiffness is singular there [E2086]")
     if nv <= WHOLE:
         values, vectors = scipy.linalg.eig(solve(rate.toarray()))
     else:

@@ -126,7 +126,7 @@ class EquilibriumPath:
             No equilibrium is found near the critical point.
         """
         if not -len(self.critical) <= number < len(self.critical):
-            fault = f"there is no critical point {number}: the path has {len(self.critical)}"
+            fault = f"there is no critical point {number}: the path has {len(self.critical)} [E0056]"
             raise UsageError(Problem("branch", fault, "a number of EquilibriumPath.critical, from 0"))
         return self._branch(number % len(self.critical), size, to)
 
@@ -147,7 +147,7 @@ class EquilibriumPath:
             return self.values
         if name not in self.columns:
             known = list(self.columns)
-            fault = f"the path has no column {shown(name)}"
+            fault = f"the path has no column {shown(name)} [E0057]"
             raise UsageError(
                 Problem("equilibrium_path", fault, nearest(name, known) or f"one of {', '.join(known[:8])}")
             )
@@ -189,7 +189,7 @@ class EquilibriumPath:
         elif path.suffix == ".json":
             write_text(path, json_text(self.to_dict()) + "\n")
         else:
-            raise UsageError(Problem(str(path), "a path of equilibria is written as .csv or .json", "path.csv"))
+            raise UsageError(Problem(str(path), "a path of equilibria is written as .csv or .json [E0058]", "path.csv"))
         return path
 
     def to_dict(self) -> dict[str, Any]:

@@ -116,10 +116,12 @@ def equilibrium_path(
     """
     first, last = number_of("start", start), number_of("to", to)
     if first == last:
-        fault = f"{parameter} is to go from {first:.6g} to the same value"
+        fault = f"{parameter} is to go from {first:.6g} to the same value [E0077]"
         raise UsageError(Problem("equilibrium_path", fault, "another value of to or start"))
     if number_of("max_step", max_step) <= 0.0 or max_points < 2:
-        raise UsageError(Problem("equilibrium_path", "max_step is positive and max_points at least 2", "the defaults"))
+        raise UsageError(
+            Problem("equilibrium_path", "max_step is positive and max_points at least 2 [E0078]", "the defaults")
+        )
     varied, statics, onto = start_of_path(
         model, "equilibrium_path", parameter, first, last - first, initial, parameters, t, u
     )
@@ -160,7 +162,7 @@ def start_of_path(
         rest = _rest_at(statics, guess)
         return varied, statics, first_point(statics, rest, float(np.sign(change)))
     except PathEndError as end:
-        fault = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why}"
+        fault = f"no equilibrium was found at {parameter} = {value:.6g}, where the path is to start: {end.why} [E0079]"
         hint = "a start with smaller loads, or the initial state of an equilibrium"
         raise NumericalError(Problem(call, fault, hint)) from None
 
@@ -321,7 +323,7 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
             if way < 0.0:
                 onwards = direction(statics, result.rest, Direction(-along.unknowns, 0.0)) or onwards
             return PathPoint(result.rest, onwards, 0.0, result.corrections, 0.0)
-    fault = f"no equilibrium was found near the {critical.kind}"
+    fault = f"no equilibrium was found near the {critical.kind} [E0080]"
     raise NumericalError(Problem("branch", fault, "another size, such as 0.3 or -1"))
 
 
@@ -407,7 +409,7 @@ def buckling_loads(
         There is no such parameter, or terms are missing.
     """
     if count < 1:
-        raise UsageError(Problem("buckling_loads", f"{count} loads are asked for", "count=4"))
+        raise UsageError(Problem("buckling_loads", f"{count} loads are asked for [E0081]", "count=4"))
     value = number_of("at", at)
     given = model, "buckling_loads", parameter, value
     reach = abs(value) or 1.0
@@ -421,7 +423,7 @@ def buckling_loads(
     try:
         factors, modes = linear_buckling(statics, start.rest, count)
     except ArithmeticError as error:
-        fault = f"no buckling loads about {parameter} = {value:.6g}: {error}"
+        fault = f"no buckling loads about {parameter} = {value:.6g}: {error} [E0082]"
         raise NumericalError(Problem("buckling_loads", fault, "another preload, at=...")) from None
     named = tuple(components_of(model, statics, mode) for mode in np.transpose(modes))
     warning = _misleads(statics, start.rest, varied.name, value, factors)
@@ -436,7 +438,7 @@ def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float
     if not len(factors):
         return (
             f"no buckling load was found: the stiffness at {name} = {value:.6g} does not become singular along the"
-            " load, extrapolated in either direction; try: equilibrium_path, which follows large displacements"
+            " load, extrapolated in either direction; try: equilibrium_path, which follows large displacements [W0264]"
         )
     lowest = float(factors[0])
     later = half_way(statics, rest, lowest)
@@ -446,5 +448,5 @@ def _misleads(statics: LoadedStatics, rest: LoadedState, name: str, value: float
     return (
         f"the lowest linear buckling load is {name} = {value + lowest:.6g} by the stiffness at {value:.6g}, and"
         f" half way there {told}: the load bends the structure, so extrapolation misleads; try: equilibrium_path, which"
-        " finds limit points and bifurcations"
+        " finds limit points and bifurcations [W0013]"
     )

@@ -69,12 +69,14 @@ def named_values(
         if given is not None and not isinstance(given, Mapping):
             raise UsageError(
                 Problem(
-                    quantity, f"a mapping is needed, not {type(given).__name__}", f'{quantity}={{"{names[0]}": 2.0}}'
+                    quantity,
+                    f"a mapping is needed, not {type(given).__name__} [E0090]",
+                    f'{quantity}={{"{names[0]}": 2.0}}',
                 )
             )
     for name, value in (velocities or {}).items():
         if str(name).startswith("q."):
-            fault = f"{shown(str(name))} is a position, and a velocity is given here"
+            fault = f"{shown(str(name))} is a position, and a velocity is given here [E0091]"
             raise UsageError(Problem("velocities", fault, f'coordinates={{"{str(name)[2:]}": ...}}'))
         check_name("component", str(name).removeprefix("v."), names)
         k = names.index(name.removeprefix("v."))
@@ -106,7 +108,7 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
         rate = driven.get(name.removeprefix("v."), value)
         if abs(rate - value) > _SAME * max(abs(rate), abs(value)):
             law_rate, given = distinct(rate, value)
-            fault = f"it is driven at {law_rate} {unit}, and {given} {unit} is given"
+            fault = f"it is driven at {law_rate} {unit}, and {given} {unit} is given [E0092]"
             hint = 'a tunable parameter in the law, drive = "w*t", and the value as that parameter\'s; or no drive'
             raise UsageError(Problem(f"velocity {name.removeprefix('v.')}", fault, hint))
 
@@ -114,7 +116,7 @@ def check_drives(model: CompiledModel, driven: Mapping[str, float], v: Array) ->
 def _number(name: str, value: ArrayLike) -> float:
     array = numbers(name, value)
     if array.ndim:
-        raise UsageError(Problem(name, f"one number is needed, not an array of shape {array.shape}"))
+        raise UsageError(Problem(name, f"one number is needed, not an array of shape {array.shape} [E0093]"))
     check_finite(name, array)
     return float(array)
 
@@ -348,7 +350,7 @@ def _check_lasting(
     if len(worst) and not worst[k] <= (_STEADY * conditions.pace**2 + left) * extents[k] + rounding[k]:
         fault = (
             "forces balance at this instant only, for they change along the motion or with time: later"
-            f" {model.v_names[k]} "
+            f" {model.v_names[k]} [E0094] "
         )
         fault += f"accelerates with {worst[k]:.3g} {_per_second(model, k)}"
         hint = off_axis_hint(model, measures, state.q, state.v) or _hint(names, search.fields)
@@ -362,7 +364,7 @@ def _failure(
     state = search.state
     unbalanced = conditions.accelerations(*state.motion)
     if not np.all(np.isfinite(unbalanced)):
-        fault = "forces are not finite numbers at the start of the search"
+        fault = "forces are not finite numbers at the start of the search [E0096]"
         return NumericalError(Problem("steady motion", fault, "another initial state"))
     linear = linear_conditions(conditions, search.fields, given, state)
     parts = []
@@ -376,7 +378,7 @@ def _failure(
         unit = model.v_units[component]
         found_v, given_v = distinct(state.v[component], given.v[component])
         parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")
-    fault = f"no steady motion was found in {search.steps} steps: {', '.join(parts)}"
+    fault = f"no steady motion was found in {search.steps} steps: {', '.join(parts)} [E0095]"
     return NumericalError(Problem("steady motion", fault, f"other values, an initial state nearer to it, or {hint}"))
 
 
@@ -405,7 +407,7 @@ def _not_positive_definite(model: CompiledModel, q: Array, p: Array) -> ModelErr
     start = inertia_warning(model, q, p, where="at the start of the search")
     if start is not None and beams_beyond_linear_range(model, q, p):
         return ModelError(Problem("steady motion", start.text, start.hint))
-    fault = "the inertia matrix is singular at the end of the search"
+    fault = "the inertia matrix is singular at the end of the search [E0097]"
     hint = "an initial state nearer to the motion, or masses and inertias that bodies can have"
     return ModelError(Problem("steady motion", fault, hint))
 

@@ -332,7 +332,7 @@ def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
                 raise ValueError
             result[name.strip()] = (float(first or "-inf"), float(last or "inf"))
         except ValueError:
-            fault = "a name and two numbers are needed"
+            fault = "a name and two numbers are needed [E0156]"
             raise UsageError(Problem(f"--bounds {text}", fault, "--bounds mass=0.5:2, --bounds mass=0:")) from None
     return result
 

@@ -115,7 +115,9 @@ def _numbers(text: str | None) -> list[float]:
     try:
         return [float(word) for word in (text or "").split(",") if word.strip()]
     except ValueError:
-        raise UsageError(Problem(f"--steps {text}", "these are not numbers of seconds", "--steps 1e-3,5e-4")) from None
+        raise UsageError(
+            Problem(f"--steps {text}", "these are not numbers of seconds [E1102]", "--steps 1e-3,5e-4")
+        ) from None
 
 
 def _print_tradeoff(study: Tradeoff) -> None:
@@ -246,9 +248,11 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     described = pipeline.load_scene(scene, **reading)
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
-        raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file", "--out tuned.toml"))
+        raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file [E1103]", "--out tuned.toml"))
     if (options["error"] is None) == (options["real_time"] is None):
-        raise UsageError(Problem("tune", "either --error is demanded or a cycle of --real-time", "--error 1e-4"))
+        raise UsageError(
+            Problem("tune", "either --error is demanded or a cycle of --real-time [E1104]", "--error 1e-4")
+        )
     with terminal_bar(described.name) as bar:
         bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
         result = tuned(
@@ -288,7 +292,7 @@ def _seconds(text: str | None) -> float | None:
     try:
         return float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
     except ValueError:
-        raise UsageError(Problem(f"--real-time {text}", "this is not a time", "--real-time 1ms")) from None
+        raise UsageError(Problem(f"--real-time {text}", "this is not a time [E1105]", "--real-time 1ms")) from None
 
 
 def _print_tuned(tuned: Tuned) -> None:
@@ -357,7 +361,7 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     reading = {name: options.pop(name) for name in SCENE_OPTIONS}
     for name in ("budget", "limit"):
         if not options[name] > 0.0:
-            fault = f"{options[name]:g} is not a positive number of seconds"
+            fault = f"{options[name]:g} is not a positive number of seconds [E1106]"
             raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
     with terminal_bar(Path(scene).stem) as progress:
         result = studied(

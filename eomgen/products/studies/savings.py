@@ -415,14 +415,16 @@ def savings(
     """
     document = load_scene(scene, **options) if isinstance(scene, str | os.PathLike) else as_document(scene)[0]
     if not isinstance(document, Scene):
-        raise UsageError("variants are made of scenes, which this document is none of", "a scene file")
+        raise UsageError("variants are made of scenes, which this document is none of [E1107]", "a scene file")
     if rounds < 1:
-        raise UsageError(Problem("rounds", f"{rounds} rounds give no median", f"{SAVINGS_ROUNDS}"))
+        raise UsageError(Problem("rounds", f"{rounds} rounds give no median [E1108]", f"{SAVINGS_ROUNDS}"))
     chosen = method_of(document, method)
     every = variants(document, terms_of_step(document, chosen), _absolute(scene, document, options))
     names = [variant.name for variant in every[1:]]
     if unknown := [name for name in only if name not in names]:
-        raise UsageError(Problem("only", f"no variant is called {', '.join(unknown)}", f"some of {', '.join(names)}"))
+        raise UsageError(
+            Problem("only", f"no variant is called {', '.join(unknown)} [E1109]", f"some of {', '.join(names)}")
+        )
     wanted = [every[0], *(variant for variant in every[1:] if not only or variant.name in only)]
     step = document.simulation.step
     with tempfile.TemporaryDirectory(prefix="eomgen-savings-") as folder, warnings.catch_warnings():
@@ -442,7 +444,9 @@ def savings(
         costs = _timed(measured, step, document.simulation.duration, rounds)
         doubt = "" if costs[0].problem or measured[0][1] is None else _doubt(measured[0][1], document)
     if costs[0].problem:
-        raise UsageError(f"the scene as it is asked cannot be measured: {costs[0].problem}", "another method or step")
+        raise UsageError(
+            f"the scene as it is asked cannot be measured: {costs[0].problem} [E1110]", "another method or step"
+        )
     return Savings(document.name, chosen, step, tuple(costs), doubt)
 
 

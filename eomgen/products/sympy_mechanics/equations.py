@@ -365,7 +365,7 @@ class _Recorder:
         for place, name in enumerate(self.document.coordinates):
             row = self.mass[place * self.count : (place + 1) * self.count]
             if all(item.is_zero for item in row):
-                fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse"
+                fault = f"no mass moves with the coordinate {name}, so the mass matrix has no inverse [E2175]"
                 hint = 'a mass, or terms without accelerations, as eomgen.derive(document, ["mass", "force"])'
                 raise ModelError(Problem(self.document.name, fault, hint))
         (solution,) = solved(self.mass, [balance])

@@ -116,7 +116,7 @@ class Expressions:
                     self.known[item] = self.algebra.one
                     continue
                 if name in self.parameters or name in self.inputs:
-                    fault = f"two symbols have the name {shown(name)}"
+                    fault = f"two symbols have the name {shown(name)} [E1146]"
                     raise DescriptionError(Problem(self.name, fault, "other names of the symbols"))
                 places[block][name] = item
         for block, names in places.items():
@@ -225,7 +225,7 @@ class Expressions:
         return result if result is not None else self.algebra.zero
 
     def _refused(self, fault: str, remedy: str) -> DescriptionError:
-        return DescriptionError(Problem(self.name, f"{fault} has no counterpart", remedy))
+        return DescriptionError(Problem(self.name, f"{fault} has no counterpart [E1147]", remedy))
 
 
 Record = Callable[[Any], Scalar]

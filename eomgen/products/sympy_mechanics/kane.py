@@ -75,7 +75,7 @@ class Kinematics:
             path: Sequence[Any] = frame._dict_list(self.inertial, kind)
         except ValueError:
             word = "orientation" if kind == 0 else "angular velocity"
-            fault = f"the frame {frame.name} has no {word} in {self.inertial.name}"
+            fault = f"the frame {frame.name} has no {word} in {self.inertial.name} [E1148]"
             fault += ", another frame of this name" if str(frame.name) == str(self.inertial.name) else ""
             raise DescriptionError(Problem(self.expressions.name, fault, f"{frame.name}.orient_axis")) from None
         return path
@@ -110,7 +110,7 @@ class Kinematics:
                 if other not in ways:
                     ways[other] = plus(ways[here], self.vector(here.pos_from(other)))
                     waiting.append(other)
-        fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known"
+        fault = f"the velocity of the point {point.name} in {self.inertial.name} is not known [E1149]"
         raise DescriptionError(
             Problem(
                 self.expressions.name, fault, f"{point.name}.set_vel, or a place relative to a point with a velocity"
@@ -125,7 +125,7 @@ class Kinematics:
         """Return time derivatives along the motion, at constant v."""
         refs = [item.ref for item in values]
         if any(symbol.block == "u" for symbol in self.tape.depends_on(refs)):
-            fault = "a place or a mass depends on an input, whose rate is unknown"
+            fault = "a place or a mass depends on an input, whose rate is unknown [E1150]"
             raise DescriptionError(Problem(self.expressions.name, fault, "a coordinate, or a formula of time"))
         return [Scalar(self.tape, ref) for ref in jacobian_vector(self.tape, refs, self._along)]
 

@@ -144,7 +144,9 @@ class Observed:
             center = center_of(body)
             given = center._acc_dict.get(self.kinematics.inertial)
             if given is not None and not self._is_acceleration(given, self.kinematics.velocity(center)):
-                notes.append(f"the acceleration given for {name} is not the rate of the velocity, and has no effect")
+                notes.append(
+                    f"the acceleration given for {name} is not the rate of the velocity, and has no effect [W0260]"
+                )
         return notes
 
     def _is_acceleration(self, given: Any, velocity: Sequence[Scalar]) -> bool:

@@ -25,7 +25,7 @@ from sympy.physics.mechanics import (
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_call
 from eomgen.base.messages import is_legal, listed, shown
-from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.errors import DescriptionError, Message, Problem, UsageError
 from eomgen.products.sympy_mechanics.equations import InternalStates, Observations, SymbolicEquations
 from eomgen.products.sympy_mechanics.expressions import Expressions, name_of
 from eomgen.products.sympy_mechanics.kane import Kinematics, Terms, augmented, center_of, is_rigid, kane
@@ -111,10 +111,12 @@ def from_sympy(
     array([-4.])
     """
     if not isinstance(name, str) or not is_legal(name):
-        raise UsageError(Problem("name", f"{shown(name)} is not a name", 'letters, digits and underscores, "bicycle"'))
+        raise UsageError(
+            Problem("name", f"{shown(name)} is not a name [E0888]", 'letters, digits and underscores, "bicycle"')
+        )
     for key, given in (("parameters", parameters), ("initial", initial), ("states", states)):
         if not isinstance(given, Mapping | None):
-            fault = f"values by symbol are needed, not a {type(given).__name__}"
+            fault = f"values by symbol are needed, not a {type(given).__name__} [E2176]"
             raise UsageError(Problem(key, fault, f"{key}={{m: 1.0}}"))
     reading = _Reading(name, system, q, states or {})
     terms = reading.terms()
@@ -159,11 +161,13 @@ class _Reading:
         for state, rate in states.items():
             if not isinstance(state, AppliedUndef) or state in {*self.q, *self.u}:
                 hint = "a function of time that is neither a coordinate nor a speed"
-                raise UsageError(Problem("states", f"{shown(str(state))} cannot be an internal state", hint))
+                raise UsageError(Problem("states", f"{shown(str(state))} cannot be an internal state [E2177]", hint))
             if not isinstance(rate, sympy.Expr | int | float):
                 raise UsageError(
                     Problem(
-                        "states", f"the rate of {state} is {shown(rate)}, not an expression", f"{{{state}: -{state}}}"
+                        "states",
+                        f"the rate of {state} is {shown(rate)}, not an expression [E2178]",
+                        f"{{{state}: -{state}}}",
                     )
                 )
         for muscle in self.actuators:
@@ -200,7 +204,7 @@ class _Reading:
             self.constraints = list(system._k_nh * system.u + system._f_nh) if len(system._f_nh) else []
             if not system.bodies and not system.forcelist:
                 hint = "KanesMethod(..., bodies=[...], forcelist=[...])"
-                raise DescriptionError(Problem(self.name, "the KanesMethod has no bodies", hint))
+                raise DescriptionError(Problem(self.name, "the KanesMethod has no bodies [E1151]", hint))
             self.q, self.u = list(system.q), list(system.u)
             # as given: SymPy solves these for the rates, which takes more expressions
             rates = system.q.diff(dynamicsymbols._t)
@@ -214,11 +218,13 @@ class _Reading:
         elif isinstance(system, tuple | list) and len(system) == 2:
             self.q = list(q) if isinstance(q, Sequence) else []
             if not self.q:
-                raise UsageError(Problem("q", "matrices alone have no coordinates", "q=[theta, x]"))
+                raise UsageError(Problem("q", "matrices alone have no coordinates [E1152]", "q=[theta, x]"))
             self.system = tuple(self._matrix(item, letter) for item, letter in zip(system, "Mf", strict=True))
         else:
             hint = "System, KanesMethod, LagrangesMethod, or (M, f) with q"
-            raise UsageError(Problem("system", f"{type(system).__name__} is none of SymPy's descriptions", hint))
+            raise UsageError(
+                Problem("system", f"{type(system).__name__} is none of SymPy's descriptions [E1153]", hint)
+            )
         self.loads = [(load[0], load[1]) for load in loads]
 
     def _matrix(self, item: object, letter: str) -> Any:
@@ -226,7 +232,7 @@ class _Reading:
         entries = item if isinstance(item, sympy.MatrixBase) else np.array(item, dtype=object)
         known = all(isinstance(entry, sympy.Basic | int | float | np.number) for entry in np.array(entries).ravel())
         if not known or len(entries.shape) not in (1, 2):
-            fault = f"a matrix of expressions is needed for {letter}, not a {type(item).__name__}"
+            fault = f"a matrix of expressions is needed for {letter}, not a {type(item).__name__} [E2179]"
             raise UsageError(Problem("system", fault, "sympy.Matrix([[m, 0], [0, m]]), and f with a row for each of M"))
         return sympy.Matrix(entries.tolist())
 
@@ -244,14 +250,14 @@ class _Reading:
         time = dynamicsymbols._t
         faults += [(item, "coordinate", "dynamicsymbols") for item in self.q if getattr(item, "args", ()) != (time,)]
         for item, noun, hint in faults:
-            raise DescriptionError(Problem(self.name, f"{shown(str(item))} is not a {noun}", hint))
+            raise DescriptionError(Problem(self.name, f"{shown(str(item))} is not a {noun} [E2180]", hint))
         if not names:
             raise DescriptionError(
-                Problem(self.name, "the system has no coordinates", "joints, or system.add_coordinates")
+                Problem(self.name, "the system has no coordinates [E2182]", "joints, or system.add_coordinates")
             )
         if twice := [name for name in names if names.count(name) > 1]:
             raise DescriptionError(
-                Problem(self.name, f"two coordinates have the name {shown(twice[0])}", "other names")
+                Problem(self.name, f"two coordinates have the name {shown(twice[0])} [E2183]", "other names")
             )
 
     def _integrate_speeds(self) -> None:
@@ -315,7 +321,9 @@ class _Reading:
         if not self.speeds:
             return
         if len(self.kdes) != len(self.q) or len(self.q) < len(self.u):
-            fault = f"{len(self.q)} coordinates have {len(self.u)} speeds and {len(self.kdes)} kinematic equations"
+            fault = (
+                f"{len(self.q)} coordinates have {len(self.u)} speeds and {len(self.kdes)} kinematic equations [E1155]"
+            )
             raise DescriptionError(Problem(self.name, fault, "one kinematic equation for the rate of each coordinate"))
         factors = sympy.Matrix(self.kdes).jacobian(self.u)
         record = self.expressions
@@ -352,7 +360,8 @@ class _Reading:
         count = len(self.q)
         if matrix.shape != (count, count) or len(vector) != count:
             fault = (
-                f"M is {matrix.shape[0]} x {matrix.shape[1]} and f has {len(vector)} entries for {count} coordinates"
+                f"M is {matrix.shape[0]} x {matrix.shape[1]} and f has {len(vector)} entries for {count}"
+                f" coordinates [E1156]"
             )
             raise DescriptionError(Problem(self.name, fault, "one row for each coordinate"))
         mass, force = ([self.expressions(entry) for entry in item] for item in (matrix, vector))
@@ -431,13 +440,17 @@ class _Reading:
         apart = np.abs(M - M.T)
         i, j = np.unravel_index(np.argmax(apart), apart.shape)
         if apart[i, j] > _ASYMMETRIC * np.abs(M).max():
-            fault = f"M is not symmetric: M[{i}, {j}] is {M[i, j]:.6g} and M[{j}, {i}] is {M[j, i]:.6g} at the start"
+            fault = (
+                f"M is not symmetric: M[{i}, {j}] is {M[i, j]:.6g} and M[{j}, {i}] is {M[j, i]:.6g} at the"
+                f" start [E2184]"
+            )
             raise DescriptionError(Problem(self.name, fault, "equations of Kane or Lagrange, of which M is symmetric"))
         if np.linalg.eigvalsh(M)[0] < -_ASYMMETRIC * np.abs(M).max():
-            return ["the mass matrix has a negative eigenvalue at the start: a mass or an inertia is negative"]
+            return ["the mass matrix has a negative eigenvalue at the start: a mass or an inertia is negative [W0261]"]
         if not rows.names and is_singular([M]):
             return [
-                "the mass matrix is singular at the start, so no acceleration follows: a mass or an inertia is zero"
+                "the mass matrix is singular at the start, so no acceleration follows: a mass or an inertia is"
+                " zero [W0262]"
             ]
         return []
 
@@ -452,12 +465,12 @@ class _Reading:
             moving = [{**sample, "v": random.normal(size=len(self.q))} for sample in samples]
         angular = tuple(self.angular)
         if isinstance(self.system, tuple):
-            return Observations(angular=angular, notes=tuple(notes))
+            return Observations(angular=angular, notes=tuple(map(Message, notes)))
         observed = None
         if self.inertial is not None:
             observed = Observed(self.kinematics, self.bodies, self.origin, moving)
             if faults := observed.twisted():
-                fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation"
+                fault = f"the angular velocity of the frame {faults[0]} is not the rate of the orientation [E2131]"
                 hint = f"{faults[0]}.set_ang_vel with the rates of the angles, or no such call"
                 raise DescriptionError(Problem(self.name, fault, hint))
         if isinstance(self.system, LagrangesMethod):
@@ -467,8 +480,8 @@ class _Reading:
             energies = observed.energies(self.loads, self.actuators)
         energy = self._balance(energies, rows, moving)
         if observed is None or not observed.bodies:
-            return Observations(energy=energy, angular=angular, notes=tuple(notes))
-        fault = "no point at rest leads to {}, which is drawn from a point with a given velocity"
+            return Observations(energy=energy, angular=angular, notes=tuple(map(Message, notes)))
+        fault = "no point at rest leads to {}, which is drawn from a point with a given velocity [E2130]"
         adrift = [fault.format(name) for name in observed.adrift]
         notes = [*notes, *adrift, *observed.contradictions(), *self._unused_energies()]
         return Observations(
@@ -478,7 +491,7 @@ class _Reading:
             energy,
             angular,
             observed.drawing(self.joints, self.actuators),
-            tuple(notes),
+            tuple(map(Message, notes)),
         )
 
     def _unused_energies(self) -> list[str]:
@@ -491,7 +504,7 @@ class _Reading:
         if not names:
             return []
         fault = f"no force follows from the potential energy of {listed(names)} in Kane's equations"
-        return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy"]
+        return [f"{fault}; try: a load, or system.form_eoms(LagrangesMethod) before from_sympy [W0263]"]
 
     def _balance(self, energies: Energies, rows: Rows, samples: Sequence[Mapping[str, Array]]) -> tuple[Ref, ...]:
         """Return energies and powers; drivers have power if something moves at rest."""
@@ -527,10 +540,10 @@ class _Reading:
         given = {_key(key): _number("parameters", key, value) for key, value in parameters.items()}
         if missing := [item for item in names if item not in given]:
             hint = f"parameters={{{', '.join(f'{item}: 1.0' for item in missing[:_LISTED])}}}"
-            raise UsageError(Problem("parameters", f"no values for {', '.join(missing)}", hint))
+            raise UsageError(Problem("parameters", f"no values for {', '.join(missing)} [E1157]", hint))
         if unknown := sorted(given.keys() - names.keys() - self.expressions.absent):
             hint = f"one of {', '.join(names)}" if names else "no parameters"
-            raise UsageError(Problem("parameters", f"the system has no free symbol {unknown[0]}", hint))
+            raise UsageError(Problem("parameters", f"the system has no free symbol {unknown[0]} [E1158]", hint))
         return given
 
     def _start(self, names: Sequence[str], initial: Mapping[Any, float]) -> dict[str, float]:
@@ -538,7 +551,7 @@ class _Reading:
         start = {_key(key): _number("initial", key, value) for key, value in initial.items()}
         if unknown := sorted(start.keys() - {*names, *(f"v.{item}" for item in names)}):
             hint = f"one of {', '.join(names)}, or a rate by q.diff()"
-            raise UsageError(Problem("initial", f"there is no coordinate {unknown[0]}", hint))
+            raise UsageError(Problem("initial", f"there is no coordinate {unknown[0]} [E1159]", hint))
         return start
 
 
@@ -559,7 +572,7 @@ def _number(argument: str, key: object, value: Any) -> float:
     except (TypeError, ValueError, OverflowError):
         number = math.nan
     if not math.isfinite(number):
-        fault = f"the value of {key} is {shown(value)}, not a finite number"
+        fault = f"the value of {key} is {shown(value)}, not a finite number [E2185]"
         raise UsageError(Problem(argument, fault, f"{argument}={{{key}: 1.0}}"))
     return number
 
@@ -617,7 +630,7 @@ def _solved(
         values = np.abs(evaluate(tape, [rows[row][column].ref for row in order[column:]], sample))
         best = column + int(np.argmax(values))
         if not values.max() > 0.0:
-            fault = "the kinematic differential equations do not determine the speeds"
+            fault = "the kinematic differential equations do not determine the speeds [E1160]"
             raise DescriptionError(Problem(name, fault, "one independent equation for each speed"))
         order[column], order[best] = order[best], order[column]
         pivot = order[column]

@@ -103,7 +103,7 @@ class Constraints:
         self.slopes += forward_partials(self.tape, self.velocities, seeds[1])
         for number, row in enumerate(self.slopes[len(self.positions) :], 1):
             if any(symbol.block == "v" for symbol in self.tape.depends_on(row.values())):
-                fault = f"the constraint of velocities number {number} is not linear in the rates"
+                fault = f"the constraint of velocities number {number} is not linear in the rates [E2186]"
                 raise DescriptionError(
                     Problem(expressions.name, fault, "a constraint of the form a(q, t) q.diff() + b(q, t)")
                 )
@@ -134,7 +134,7 @@ class Constraints:
                 np.subtract(moved, step, out=moved)
                 size = float(np.abs(results[: len(values)]).max())
             if not size < _MET:
-                fault = f"the constraints are not met near the initial state: off by {size:.3g}"
+                fault = f"the constraints are not met near the initial state: off by {size:.3g} [E1161]"
                 hint = "an initial state nearer to the constraints"
                 raise DescriptionError(Problem(self.expressions.name, fault, hint))
         return State(q, v)

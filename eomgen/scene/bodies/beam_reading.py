@@ -35,10 +35,10 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
     key = key_of("beams", name)
     start = values.constant(f"{key}.start", entry.start)
     if entry.length is None:
-        values.report.add(key, "the key length is missing", "length = 1.0")
+        values.report.add(key, "the key length is missing [E1311]", "length = 1.0")
     length = 1.0 if entry.length is None else values.constant(f"{key}.length", entry.length)
     if length <= 0.0:
-        values.report.add(f"{key}.length", f"the length of a beam is {length:.6g}", "a number above 0")
+        values.report.add(f"{key}.length", f"the length of a beam is {length:.6g} [E1312]", "a number above 0")
     section = _Section(key, entry, values)
     mass_per_length, polar = section.mass_per_length(), section.polar_inertia()
     profiles = {
@@ -55,7 +55,9 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
                 _deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values)
             )
     if not deformations:
-        values.report.add(key, "the beam deforms in no way", f"one of {', '.join(KINDS)}, or a body of [bodies]")
+        values.report.add(
+            key, "the beam deforms in no way [E1313]", f"one of {', '.join(KINDS)}, or a body of [bodies]"
+        )
     if entry.torsion is not None and not values.report.concerns(f"{key}.polar_inertia"):
         values.require(f"{key}.torsion", RELATIONS["inertia of torsion"], [polar])
     beam = replace(
@@ -69,7 +71,7 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
         return undeformed(name, beam)
     except OverflowError:
         values.report.add(
-            key, "the mass or the inertia of the beam is out of the range of double precision", "SI units"
+            key, "the mass or the inertia of the beam is out of the range of double precision [E1314]", "SI units"
         )
         return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
 
@@ -104,12 +106,12 @@ class _Section:
             return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
         if self.section is None:
             self.values.report.add(
-                self.key, "the key mass_per_length is missing", "mass_per_length = ..., or a section"
+                self.key, "the key mass_per_length is missing [E1315]", "mass_per_length = ..., or a section"
             )
             return ZERO
         if self.section.area is None:
             if not self.values.report.concerns(self.section.key):
-                self.values.report.add(self.section.key, "the key area is missing", "area = ..., or a shape")
+                self.values.report.add(self.section.key, "the key area is missing [E1316]", "area = ..., or a shape")
             return ZERO
         return product(self.section.density, self.section.area)
 
@@ -142,12 +144,14 @@ class _Section:
         if section is not None and self.values.report.concerns(section.key):
             return ZERO
         other = "a section" if section is None else f"{needed[kind]} in the section"
-        self.values.report.add(f"{self.key}.{kind}", "the key stiffness is missing", f"stiffness = ..., or {other}")
+        self.values.report.add(
+            f"{self.key}.{kind}", "the key stiffness is missing [E1317]", f"stiffness = ..., or {other}"
+        )
         return ZERO
 
     def once(self, field: str) -> None:
         if self.entry.section is not None:
-            fault = f"{field} is given, and follows from the section too"
+            fault = f"{field} is given, and follows from the section too [E1318]"
             self.values.report.add(f"{self.key}.{field}", fault, "one of them; mass_profile for a mass that varies")
 
 
@@ -155,7 +159,7 @@ def _profile(key: str, given: Sequence[float | str], quantity: str, values: Valu
     """Return the coefficients of a polynomial that is positive along the beam."""
     coefficients = tuple(values.constants(key, given))
     if not coefficients:
-        values.report.add(key, "the list of coefficients is empty", "[1, -0.5]")
+        values.report.add(key, "the list of coefficients is empty [E1319]", "[1, -0.5]")
         return _UNIFORM
     if not all(math.isfinite(entry) for entry in coefficients):
         return _UNIFORM
@@ -165,7 +169,7 @@ def _profile(key: str, given: Sequence[float | str], quantity: str, values: Valu
     lowest = min([0.0, *turns, 1.0], key=lambda s: float(polynomial(s)))
     if polynomial(lowest) <= 0.0:
         how = "vanishes" if polynomial(lowest) == 0.0 else f"is {float(polynomial(lowest)):.6g} of its value"
-        text = f"the profile of the {quantity} {how} at s = {lowest:.6g}"
+        text = f"the profile of the {quantity} {how} at s = {lowest:.6g} [E1320]"
         values.report.add(key, text, "coefficients of a polynomial above 0 for s from 0 to 1")
         return _UNIFORM
     return coefficients
@@ -183,7 +187,7 @@ def _deformation(
     velocity = _state(f"{key}.initial.velocity", initial.velocity, modes, values)
     ratio = values.constant(f"{key}.damping_ratio", given.damping_ratio)
     if ratio < 0.0:
-        values.report.add(f"{key}.damping_ratio", f"the damping ratio is {ratio:.6g}", "0 or more")
+        values.report.add(f"{key}.damping_ratio", f"the damping ratio is {ratio:.6g} [E1321]", "0 or more")
     if note := percent_of_critical(ratio):
         values.notes.append(f"{key}.damping_ratio: {note}")
     masses: list[tuple[float, float, float]] = []
@@ -193,12 +197,12 @@ def _deformation(
             for field in ("at", "mass", "inertia")
         )
         if beam.is_beyond(at):
-            fault = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m"
+            fault = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m [E1322]"
             values.report.add(f"{key}.masses[{place}].at", fault, "a place on the beam")
         for field, number in (("mass", amount), ("inertia", inertia)):
             if number < 0.0:
                 values.report.add(
-                    f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative", "0 or more"
+                    f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative [E1323]", "0 or more"
                 )
         masses.append((beam.nearest(at), amount / unit_mass, inertia / unit_mass))
     return Deformation(
@@ -225,13 +229,13 @@ def _check_mesh(key: str, given: written.Deformation, report: Report) -> None:
     meshed = given.shapes == "finite_elements"
     for field in ("elements", "coordinates", "masses"):
         if getattr(given, field) and not meshed:
-            fault = f"{field} is for a mesh, and the shapes are {given.shapes}"
+            fault = f"{field} is for a mesh, and the shapes are {given.shapes} [E1325]"
             report.add(f"{key}.{field}", fault, 'shapes = "finite_elements"')
     if given.ends is not None and not meshed and given.shapes != "polynomial":
-        fault = f"the shapes {given.shapes} have their own conditions at the ends"
+        fault = f"the shapes {given.shapes} have their own conditions at the ends [E1324]"
         report.add(f"{key}.ends", fault, f'shapes = "{given.ends}", or "polynomial"')
     if meshed and given.elements is None:
-        report.add(key, "finite elements need their number", "elements = 8")
+        report.add(key, "finite elements need their number [E1326]", "elements = 8")
 
 
 def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: Values) -> int:
@@ -243,17 +247,20 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
     size = per_element * (given.elements or 0) + beside
     if given.coordinates == "nodal" and meshed:
         if given.modes not in (None, size):
-            report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {given.modes}", "no modes")
+            report.add(f"{key}.modes", f"the mesh has {size} nodal coordinates, not {given.modes} [E1327]", "no modes")
         if size > written.MOST_NODAL:
-            fault = f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the most"
+            fault = (
+                f"{given.elements} elements have {size} nodal coordinates, and {written.MOST_NODAL} are the"
+                f" most [E1329]"
+            )
             report.add(f"{key}.elements", fault, "modal coordinates, with modes = 3")
         return max(size, 1)
     if given.modes is None:
-        report.add(key, "the key modes is missing", "modes = 3")
+        report.add(key, "the key modes is missing [E1330]", "modes = 3")
         return 1
     rigid = (2 if kind.startswith("bending") else 1) if given.ends == "free_free" else 0
     if meshed and given.elements is not None and given.modes > size - rigid:
-        fault = f"{given.modes} modes are requested from a mesh that has {size - rigid}"
+        fault = f"{given.modes} modes are requested from a mesh that has {size - rigid} [E1328]"
         report.add(f"{key}.modes", fault, f"at most {size - rigid} modes, or more elements: 3 for each mode")
     return given.modes
 
@@ -261,6 +268,6 @@ def _modes(key: str, kind: DeformationKind, given: written.Deformation, values: 
 def _state(key: str, given: Sequence[float | str], modes: int, values: Values) -> tuple[float, ...]:
     if given and len(given) != modes:
         count = f"{modes} values, one for each mode, are" if modes > 1 else "one value, for the one mode, is"
-        values.report.add(key, f"{count} needed here, not {len(given)}", "")
+        values.report.add(key, f"{count} needed here, not {len(given)} [E1331]", "")
         return ()
     return tuple(values.constants(key, given))

@@ -70,11 +70,11 @@ def check_keys(name: str, entry: written.Beam, values: Values) -> None:
     exact, model = is_exact(entry), entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
         if field in entry.model_fields_set:
-            fault = f"a beam of the model {model} has no {field}"
+            fault = f"a beam of the model {model} has no {field} [E1333]"
             hint = _COUNTERPARTS.get(field, "without it") if exact else 'model = "cosserat"'
             values.report.add(key_of("beams", name, field), fault, hint)
     if not exact and entry.section is not None and entry.section.shear_factors is not None:
-        fault = "a beam of the model euler_bernoulli does not shear"
+        fault = "a beam of the model euler_bernoulli does not shear [E1332]"
         values.report.add(key_of("beams", name, "section", "shear_factors"), fault, 'model = "cosserat"')
     if exact:
         _check_strains(name, entry, values)
@@ -95,7 +95,7 @@ def _check_strains(name: str, entry: written.Beam, values: Values) -> None:
             given += [(*before, field, strain) for strain in without if inner and strain in inner.model_fields_set]
     for parts in given:
         last = str(parts[-1])
-        fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'}"
+        fault = f"a beam of the model {model} does not {'stretch' if last == 'stretch' else 'shear'} [E1334]"
         models = [other for other, strains in CONSTRAINED.items() if last not in strains and other != model]
         hint = " or ".join(f'model = "{other}"' for other in (models if last in STRAINS else ["cosserat"]))
         values.report.add(key_of("beams", name, *parts), fault, f"without it, or {hint}")
@@ -137,7 +137,9 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     beam = Cosserat(name, tuple(elements), whole.model)
     if values.report.concerns(whole.key) or not (fault := _beyond_numbers(beam, values)):
         return beam
-    values.report.add(whole.key, f"{fault} is too large or too small to be squared in double precision", "SI units")
+    values.report.add(
+        whole.key, f"{fault} is too large or too small to be squared in double precision [E1335]", "SI units"
+    )
     return Cosserat(name, tuple(replace(part, length=Fraction(1)) for part in elements), whole.model)
 
 
@@ -180,17 +182,19 @@ def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list
     if not entry.parts:
         if entry.elements is None:
             report.add(
-                whole.key, f"a beam of the model {whole.model} needs the number of its elements", "elements = 16"
+                whole.key,
+                f"a beam of the model {whole.model} needs the number of its elements [E1336]",
+                "elements = 16",
             )
         return [_Piece(whole, _equal(_length(whole, shape, values), entry.elements or 1))]
     for field in ("length", "elements", "shape"):
         if getattr(entry, field) is not None:
-            fault = f"{field} is given, and parts too, which have their own"
+            fault = f"{field} is given, and parts too, which have their own [E1338]"
             hint = "curvature in the parts" if field == "shape" else f"{field} in the parts alone"
             report.add(f"{whole.key}.{field}", fault, hint)
     count = sum(part.elements for part in entry.parts)
     if count > written.MOST_EXACT_ELEMENTS:
-        fault = f"the parts have {count} elements, and {written.MOST_EXACT_ELEMENTS} are the most of a beam"
+        fault = f"the parts have {count} elements, and {written.MOST_EXACT_ELEMENTS} are the most of a beam [E1337]"
         report.add(f"{whole.key}.parts", fault, "fewer elements")
     pieces = []
     for number, part in enumerate(entry.parts):
@@ -229,12 +233,12 @@ def _with_nodes(whole: BeamKeys, pieces: Sequence[_Piece], stations: Sequence[fl
 def _length(whole: BeamKeys, shape: InitialShape | None, values: Values) -> Fraction:
     if shape is not None:
         if whole.entry.length is not None:
-            fault = "length is given, and follows from the shape too"
+            fault = "length is given, and follows from the shape too [E1339]"
             values.report.add(f"{whole.key}.length", fault, "one of them")
         return Fraction(shape.length)
     if whole.entry.length is None:
         if whole.entry.shape is None:  # one that is wrong is reported
-            values.report.add(whole.key, "the key length is missing", "length = 1.0")
+            values.report.add(whole.key, "the key length is missing [E1311]", "length = 1.0")
         return Fraction(1)
     return _positive(f"{whole.key}.length", "a beam", whole.entry.length, values)
 
@@ -243,7 +247,7 @@ def _positive(key: str, beam_or_part: str, given: float | str, values: Values) -
     length = values.constant(key, given)
     if not length > 0.0:
         if not math.isnan(length):
-            values.report.add(key, f"the length of {beam_or_part} is {length:.6g}", "a number above 0")
+            values.report.add(key, f"the length of {beam_or_part} is {length:.6g} [E1340]", "a number above 0")
         return Fraction(1)
     return Fraction(length)
 
@@ -295,7 +299,7 @@ def _section(keys: BeamKeys, values: Values) -> BeamSection:
 
 def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:
     if keys["stiffness"] is not None and keys["stiffness_matrix"] is not None:
-        fault = "stiffness and stiffness_matrix are both given"
+        fault = "stiffness and stiffness_matrix are both given [E1341]"
         values.report.add(keys.of("stiffness_matrix"), fault, "one of them")
     free = [strain for strain in STRAINS if strain not in CONSTRAINED[keys.model]]
     if (given := keys["stiffness_matrix"]) is not None:
@@ -310,7 +314,7 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
     if (by_strain := keys["stiffness"]) is not None:
         return _diagonal(_given(keys.of("stiffness"), by_strain, free, values))
     if section is None:
-        fault = "the sections have no stiffness"
+        fault = "the sections have no stiffness [E1342]"
         values.report.add(keys.key, fault, f"stiffness = {{ {free[-1]} = ..., ... }}, stiffness_matrix, or a section")
         return _diagonal(_SECTION_UNKNOWN)
     area, shear, torsion = (section.needed(field) for field in ("area", "shear_modulus", "torsion_constant"))
@@ -332,7 +336,7 @@ def _given(key: str, table: written.SectionStiffness, free: Sequence[str], value
     """Return the stiffness by each strain, 0 for strains that the model constrains."""
     for strain in free:
         if getattr(table, strain) is None:
-            values.report.add(key, f"the key {strain} is missing", f"{strain} = ...")
+            values.report.add(key, f"the key {strain} is missing [E1343]", f"{strain} = ...")
     return [
         values.formula(f"{key}.{strain}", getattr(table, strain), PARAMETERS)
         if strain in free and getattr(table, strain) is not None
@@ -383,5 +387,5 @@ def _check_fold(whole: BeamKeys, turn: float, elements: int, values: Values) -> 
     given = [field for field in ("pretwist", "shape", "curvature", "parts") if getattr(whole.entry, field)]
     which = "each of" if given == ["curvature"] else "one of"
     degrees = f"{math.degrees(turn):.6g} degrees"
-    fault = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 is unique"
+    fault = f"{which} the {elements} elements turns by {degrees} at rest, and only less than 180 is unique [E1344]"
     values.report.add(f"{whole.key}.{given[0]}", fault, f"elements = {4 * least}; {least} is the least")

@@ -221,7 +221,7 @@ class SectionReader:
 
     def _missing(self, field: str) -> Formula:
         if not self.values.report.concerns(self.key):
-            fault = f"the section has no {field}, which a geometrically exact beam needs"
+            fault = f"the section has no {field}, which a geometrically exact beam needs [E1345]"
             other = "poisson_ratio = ..." if field == "shear_modulus" else "stiffness = { ... } without a section"
             self.values.report.add(self.key, fault, f"{field} = ..., or {other}")
         return ZERO
@@ -231,25 +231,25 @@ class SectionReader:
         section, report = self.section, self.values.report
         given = [size for size in _SIZES if getattr(section, size) is not None]
         if section.shear_modulus is not None and section.poisson_ratio is not None:
-            fault = "shear_modulus and poisson_ratio are both given"
+            fault = "shear_modulus and poisson_ratio are both given [E1346]"
             report.add(f"{self.key}.poisson_ratio", fault, "one of them: shear modulus = E/(2 (1 + ratio))")
         if section.shape is None:
             if given:
                 shapes = [name for name, shape in SHAPES.items() if given[0] in shape.sizes]
-                fault = f"{given[0]} is of a shape, and the section has none"
+                fault = f"{given[0]} is of a shape, and the section has none [E1347]"
                 report.add(f"{self.key}.{given[0]}", fault, " or ".join(f'shape = "{name}"' for name in shapes))
             return
         sizes = SHAPES[section.shape].sizes
         for size in given:
             if size not in sizes:
-                fault = f"a {section.shape} has no {size}"
+                fault = f"a {section.shape} has no {size} [E1348]"
                 report.add(f"{self.key}.{size}", fault, listed(sizes))
         for size in sizes:
             if size not in given:
-                report.add(self.key, f"a {section.shape} needs its {size}", f"{size} = 0.02")
+                report.add(self.key, f"a {section.shape} needs its {size} [E1351]", f"{size} = 0.02")
         for field in _OF_SHAPES:
             if getattr(section, field) is not None:
-                fault = f"{field} is given, and follows from the shape too"
+                fault = f"{field} is given, and follows from the shape too [E1350]"
                 report.add(f"{self.key}.{field}", fault, f"{field} without shape, or shape without {field}")
 
     def _formula(self, field: str, value: float | str) -> Formula:
@@ -304,24 +304,31 @@ def _stiffness_fault(matrix: Array, model: str) -> tuple[str, str]:
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
-        fault = f"the matrix is not symmetric, so it has no potential: entry [{pair[0]}][{pair[1]}] differs from"
+        fault = (
+            f"the matrix is not symmetric, so it has no potential: entry [{pair[0]}][{pair[1]}] differs from [E1806]"
+        )
         return f"{fault} [{pair[1]}][{pair[0]}]", "the mean of both"
     for place in map(STRAINS.index, CONSTRAINED[model]):
         if matrix[place].any():
-            fault = f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0"
+            fault = (
+                f"a beam of the model {model} has no {STRAINS[place]}, and row [{place}] of the matrix is not 0 [E1807]"
+            )
             return fault, "0 in rows and columns of strains that it does not have"
     free = [place for place, strain in enumerate(STRAINS) if strain not in CONSTRAINED[model]]
     diagonal = np.diag(matrix)
     if weak := [place for place in free if not diagonal[place] > 0.0]:
         place = min(weak, key=lambda place: float(diagonal[place]))
         entry = f"entry [{place}][{place}] is {matrix[place, place]:.6g}"
-        return f"the section does not resist {STRAINS[place]}: {entry}", _DEFINITE
+        return f"the section does not resist {STRAINS[place]}: {entry} [E1804]", _DEFINITE
     scale = np.sqrt(diagonal[free])
     smallest = float(np.linalg.eigvalsh(matrix[np.ix_(free, free)] / np.outer(scale, scale))[0])
     if smallest > _NONE:
         return "", ""
-    fault = "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of 1,"
-    return f"{fault} its smallest eigenvalue is {smallest:.6g}", _DEFINITE
+    fault = (
+        "the matrix is not positive definite, so the section gives way to some strain: scaled to a diagonal of"
+        " 1, [E1805]"
+    )
+    return f"{fault} its smallest eigenvalue is {smallest:.6g} [E1801]", _DEFINITE
 
 
 #: Relative deviation of a block of a matrix from the required form that is allowed: written matrices have few digits.
@@ -373,11 +380,11 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
     if not np.all(np.isfinite(matrix)):
         return "", ""
     if (pair := unlike(matrix)) is not None:
-        message = f"the matrix is not symmetric, as an inertia is: entry [{pair[0]}][{pair[1]}] differs from"
+        message = f"the matrix is not symmetric, as an inertia is: entry [{pair[0]}][{pair[1]}] differs from [E1810]"
         return f"{message} [{pair[1]}][{pair[0]}]", "the mean of both"
     mass = matrix[3, 3]
     if not mass > 0.0:
-        return f"the mass per length, entry [3][3], is {mass:.6g}", "a number above 0"
+        return f"the mass per length, entry [3][3], is {mass:.6g} [E1809]", "a number above 0"
     y, z = matrix[0, 5] / mass, matrix[1, 3] / mass
     static = mass * np.array([[0.0, -z, y], [z, 0.0, 0.0], [-y, 0.0, 0.0]])
     size = float(np.sqrt(mass * np.abs(matrix[:3, :3]).max()))
@@ -389,16 +396,21 @@ def _inertia_fault(matrix: Array) -> tuple[str, str]:
         apart = np.abs(given - form)
         if np.any(apart > _INERTIA_ROUNDING * scale):
             row, column = np.unravel_index(int(apart.argmax()), (3, 3))
-            message = f"no rigid section has this inertia: entry [{corner[0] + row}][{corner[1] + column}], a {block},"
-            return f"{message} is {given[row, column]:.6g} where {form[row, column]:.6g} belongs", _FORM
+            message = (
+                f"no rigid section has this inertia: entry [{corner[0] + row}][{corner[1] + column}], a"
+                f" {block}, [E1811]"
+            )
+            return f"{message} is {given[row, column]:.6g} where {form[row, column]:.6g} belongs [E1812]", _FORM
     about = matrix[:3, :3] - mass * np.array([[y * y + z * z, 0.0, 0.0], [0.0, z * z, -y * z], [0.0, -y * z, y * y]])
     least, _, largest = np.linalg.eigvalsh(about).tolist()
     hint = "moments about the beam's axis, not about the centre of mass"
     if not least > NO_INERTIA * largest:
-        message = "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is"
+        message = (
+            "the rotary inertia about the centre of mass is not positive definite: its smallest eigenvalue is [E1801]"
+        )
         return f"{message} {least:.6g}", hint
     fault = impossible(mass, about)
-    return (f"about the centre of mass, {fault}", hint) if fault else ("", "")
+    return (f"about the centre of mass, {fault} [E1808]", hint) if fault else ("", "")
 
 
 #: Keys in whose place the matrix stands.
@@ -424,7 +436,9 @@ def _of_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
     place = keys.of("inertia_matrix")
     for field in _BY_KEYS:
         if keys[field] is not None and keys.together(field, "inertia_matrix"):
-            values.report.add(keys.of(field), f"{field} is given, and inertia_matrix too, which has it", "one of them")
+            values.report.add(
+                keys.of(field), f"{field} is given, and inertia_matrix too, which has it [E1353]", "one of them"
+            )
     matrix = [
         [values.formula(f"{place}[{row}][{column}]", entry, PARAMETERS) for column, entry in enumerate(line)]
         for row, line in enumerate(keys["inertia_matrix"])
@@ -438,11 +452,11 @@ def _mass_per_length(keys: BeamKeys, section: SectionReader | None, values: Valu
     given = keys["mass_per_length"]
     if given is not None:
         if section is not None and keys.together("mass_per_length", "section"):
-            fault = "mass_per_length is given, and follows from the section too"
+            fault = "mass_per_length is given, and follows from the section too [E1354]"
             values.report.add(keys.of("mass_per_length"), fault, "one of them")
         return values.formula(keys.of("mass_per_length"), given, PARAMETERS)
     if section is None:
-        fault, hint = "the key mass_per_length is missing", "mass_per_length = ..., or a section"
+        fault, hint = "the key mass_per_length is missing [E1315]", "mass_per_length = ..., or a section"
         values.report.add(keys.key, fault, hint)
         return ZERO
     return product(section.density, section.needed("area"))
@@ -456,7 +470,7 @@ def _rotary_inertia(keys: BeamKeys, section: SectionReader | None, values: Value
             values.require(keys.of("rotary_inertia"), RELATIONS["rotary inertia"], entries)
         return _not_thin(keys.of("rotary_inertia"), entries, values)
     if section is None:
-        fault = "the sections have no rotary inertia, without which their rotations have none"
+        fault = "the sections have no rotary inertia, without which their rotations have none [E1355]"
         values.report.add(keys.key, fault, "rotary_inertia = [polar, about y, about z], or a section")
         return ZERO, ZERO, ZERO
     across_y, across_z = section.needed_pair("second_moments")

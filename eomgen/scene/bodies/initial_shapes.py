@@ -226,10 +226,12 @@ def read_shape(whole: BeamKeys, values: Values) -> InitialShape | None:
         return None
     key, report = f"{whole.key}.shape", values.report
     if whole.entry.curvature is not None:
-        report.add(f"{whole.key}.curvature", "curvature and shape are both given", "one of them")
+        report.add(f"{whole.key}.curvature", "curvature and shape are both given [E1356]", "one of them")
     both = given.points is not None and given.frames is not None
     if both or (given.points is None and given.frames is None):
-        fault = "points and frames are both given" if both else "the shape has neither points nor frames"
+        fault = (
+            "points and frames are both given [E1357]" if both else "the shape has neither points nor frames [E1358]"
+        )
         report.add(key, fault, "one of them" if both else "points = [[0, 0, 0], [1, 0, 0], [2, 1, 0]]")
         return None
     if given.points is not None:
@@ -243,14 +245,14 @@ def _through_points(key: str, given: Sequence[Sequence[float | str]], values: Va
         return None
     chord = points[1]
     if np.arctan2(np.hypot(chord[1], chord[2]), chord[0]) >= _BEHIND:
-        fault = "the second point is not ahead of the first one, from where the beam leaves along x"
+        fault = "the second point is not ahead of the first one, from where the beam leaves along x [E1359]"
         values.report.add(f"{key}[1]", fault, "axes with x along the beam, and the rotation of its joint")
         return None
     chords = np.diff(points, axis=0)
     for place, (before, after) in enumerate(pairwise(chords), 1):
         turn = np.arctan2(float(np.linalg.norm(np.cross(before, after))), float(before @ after))
         if turn > math.pi - _FOLDED:
-            fault = f"the points go back on themselves: by {math.degrees(turn):.4g} degrees"
+            fault = f"the points go back on themselves: by {math.degrees(turn):.4g} degrees [E1360]"
             values.report.add(f"{key}[{place}]", fault, "points around the bend, closer together")
             return None
     return through_points(points)
@@ -267,7 +269,7 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
     if len(quaternions) < len(given):
         return None
     if abs(abs(quaternions[0][0]) - 1.0) > _AT_ORIGIN:
-        fault = "the first frame is turned against the beam's, which it is"
+        fault = "the first frame is turned against the beam's, which it is [E1361]"
         values.report.add(f"{key}[0].rotation", fault, "no rotation here; the beam's joint has one")
         return None
     poses = np.column_stack([np.array(quaternions), positions])
@@ -275,17 +277,23 @@ def _through_frames(key: str, given: Sequence[written.ShapeFrame], values: Value
         twist = relative_twist(poses[place - 1], poses[place])
         turn = max(float(np.linalg.norm(twist[:3])), _turn_about_one_axis(before or (), after or ()))
         if turn > math.pi - _AT_ORIGIN:
-            fault = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before"
+            fault = f"the frame is turned by {math.degrees(turn):.6g} degrees against the one before [E1362]"
             fault += ", and the sense of rotation is unique below 180 only"
             values.report.add(f"{key}[{place}].rotation", fault, "a frame between them")
             return None
         off = math.atan2(float(np.hypot(twist[4], twist[5])), float(twist[3]))
         if off > _OFF_AXIS:
-            fault = f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of both"
+            fault = (
+                f"from the frame before to this one the axis goes {math.degrees(off):.6g} degrees off the x of"
+                f" both [E1363]"
+            )
             values.report.add(f"{key}[{place}]", fault, "rotations with x along the beam, or points in place of frames")
             return None
         if off > _OBLIQUE:
-            fault = f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses are"
+            fault = (
+                f"up to here sections are {math.degrees(off):.3g} degrees off across the axis, and stiffnesses"
+                f" are [E1364]"
+            )
             values.note([f"{key}[{place}]: {fault} in the axes of the sections"])
     return through_frames(poses)
 
@@ -311,7 +319,9 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
     faults."""
     report = values.report
     if len(places) < 2:
-        report.add(key, f"a shape needs two {plural} at least, not {len(places)}", "[0, 0, 0], and where the beam goes")
+        report.add(
+            key, f"a shape needs two {plural} at least, not {len(places)} [E1365]", "[0, 0, 0], and where the beam goes"
+        )
         return False
     if not np.all(np.isfinite(places)):
         return False
@@ -319,12 +329,12 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
     size = float(np.max(apart))
     if np.linalg.norm(places[0]) > _AT_ORIGIN * size:
         listed = ", ".join(f"{number:.6g}" for number in places[0])
-        fault = f"the first of the {plural} is at [{listed}], and the origin of the beam's frame is there"
+        fault = f"the first of the {plural} is at [{listed}], and the origin of the beam's frame is there [E1366]"
         report.add(f"{key}[0]", fault, "[0, 0, 0]; the joint of the beam says its place")
         return False
     if float(np.min(apart)) <= _AT_ORIGIN * size:
         place = int(np.argmin(apart))
-        report.add(f"{key}[{place + 1}]", f"two of the {plural} in succession are at one place", "one of them")
+        report.add(f"{key}[{place + 1}]", f"two of the {plural} in succession are at one place [E1367]", "one of them")
         return False
     return True
 
@@ -365,7 +375,9 @@ def pretwisted(whole: BeamKeys, shape: InitialShape, values: Values) -> InitialS
 
     at_start = angle(0.0)
     if abs(at_start) > _AT_ORIGIN:
-        fault = f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame"
+        fault = (
+            f"the pretwist is {at_start:.6g} rad at s = 0, where the sections have the axes of the beam's frame [E1368]"
+        )
         hint = "the angle from there on, and the rest as rotation of the joint"
         if angle(shape.length) == at_start:
             hint = f'"{at_start:.6g} * s" for that much up to the other end, or a rotation of the joint'

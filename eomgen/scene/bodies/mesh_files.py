@@ -109,28 +109,32 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
     ending, name = path.suffix.lower(), path.name
     if ending not in ENDINGS:
         kind = (
-            f"files of the kind {shown(ending)} are not read" if ending in _OTHERS else "its ending is none of a mesh"
+            f"files of the kind {shown(ending)} are not read [E1369]"
+            if ending in _OTHERS
+            else "its ending is none of a mesh [E1370]"
         )
         raise MeshError(name, kind, f"{path.stem}.stl or {path.stem}.obj, exported from the same program")
     try:
         data = read_bytes(path, LARGEST)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise MeshError(str(path), f"the mesh cannot be read: {reason}", nearby(path)) from None
+        raise MeshError(str(path), f"the mesh cannot be read: {reason} [E1371]", nearby(path)) from None
     if len(data) > LARGEST:
-        raise MeshError(name, f"the file has more than {LARGEST // 1_000_000} MB", "a coarser mesh")
+        raise MeshError(name, f"the file has more than {LARGEST // 1_000_000} MB [E1372]", "a coarser mesh")
     colors = _PLAIN
     if ending in (".stl", ".obj"):
         vertices, faces = (_stl if ending == ".stl" else _obj)(data, name)
     else:
         vertices, faces, colors = _in_library(data, name, ending)
     if not len(faces):
-        raise MeshError(name, "the mesh has no triangles", "an export with the surfaces of the part")
+        raise MeshError(name, "the mesh has no triangles [E1373]", "an export with the surfaces of the part")
     if not np.all(np.isfinite(vertices)):
-        raise MeshError(name, "a vertex of the mesh is not a finite number", "the export of the mesh once more")
+        raise MeshError(name, "a vertex of the mesh is not a finite number [E1374]", "the export of the mesh once more")
     mesh = _merged(vertices, faces, colors)._replace(closed=_is_closed(vertices, faces))
     if not len(mesh.faces):
-        raise MeshError(name, "each triangle of the mesh has two equal corners", "the export of the mesh once more")
+        raise MeshError(
+            name, "each triangle of the mesh has two equal corners [E1375]", "the export of the mesh once more"
+        )
     return _thinned(_outward(mesh), most)
 
 
@@ -181,10 +185,10 @@ def _in_library(data: bytes, name: str, ending: str) -> Painted:
     try:
         vertices, faces, colors = zip(_NO_TRIANGLES, *read(data), strict=True)
     except ImportError:
-        fault = f"{ending} files are read by {package}, which is not installed"
+        fault = f"{ending} files are read by {package}, which is not installed [E2222]"
         raise MeshError(name, fault, "python -m pip install 'eomgen[meshes]', or an STL file") from None
     except Exception as error:  # the package raises errors of many kinds for files that are not consistent
-        fault = f"{package} cannot read the file: {error}"
+        fault = f"{package} cannot read the file: {error} [E2223]"
         raise MeshError(name, fault, "the export of the mesh once more, or an STL file") from None
     starts = np.cumsum([0, *map(len, vertices[:-1])])
     painted = np.concatenate(colors)
@@ -249,10 +253,15 @@ def _stl(data: bytes, name: str) -> Triangles:
     elif data.lstrip()[:5].lower() == b"solid":
         corners = _text_corners(data, name)
     elif count < 0:
-        raise MeshError(name, f"the file has {counted(len(data), 'byte')}, too few for an STL file", "a whole file")
+        raise MeshError(
+            name, f"the file has {counted(len(data), 'byte')}, too few for an STL file [E1376]", "a whole file"
+        )
     else:
         held = max(len(data) - _HEADER, 0) // _TRIANGLE.itemsize
-        fault = f"the header of the STL file promises {counted(count, 'triangle')}, and the file has bytes for {held}"
+        fault = (
+            f"the header of the STL file promises {counted(count, 'triangle')}, and the file has bytes for"
+            f" {held} [E1377]"
+        )
         raise MeshError(name, fault, "a whole file, or the export once more")
     return corners, np.arange(len(corners), dtype=np.intp).reshape(-1, 3)
 
@@ -269,7 +278,7 @@ def _text_corners(data: bytes, name: str) -> Array:
             line = data.count(b"\n", 0, match.start(1)) + 1
             _not_numbers(name, line, "vertex", match[1])
     if len(rows) % 3:
-        raise MeshError(name, f"the file ends within a triangle: it has {len(rows)} corners", "a whole file")
+        raise MeshError(name, f"the file ends within a triangle: it has {len(rows)} corners [E1378]", "a whole file")
     return np.array(rows, dtype=float).reshape(-1, 3)
 
 
@@ -291,14 +300,14 @@ def _obj(data: bytes, name: str) -> Triangles:
         places = [corner - 1 if corner > 0 else len(vertices) + corner for corner in corners]
         for corner, place in zip(corners, places, strict=True):
             if not 0 <= place < len(vertices) or corner == 0:
-                fault = f"the face has the vertex {corner}, and there are {len(vertices)} before it"
+                fault = f"the face has the vertex {corner}, and there are {len(vertices)} before it [E1379]"
                 raise MeshError(f"{name}:{number}", fault, "vertices before the faces, counted from 1")
         faces += [[places[0], places[k], places[k + 1]] for k in range(1, len(places) - 1)]
     return np.array(vertices, dtype=float).reshape(-1, 3), np.array(faces, dtype=np.intp).reshape(-1, 3)
 
 
 def _not_numbers(name: str, line: int, keyword: str, text: bytes) -> NoReturn:
-    fault = f"numbers are needed after {keyword}, not {shown(text.decode('utf-8', 'replace'))}"
+    fault = f"numbers are needed after {keyword}, not {shown(text.decode('utf-8', 'replace'))} [E1385]"
     raise MeshError(f"{name}:{line}", fault, "the export of the mesh once more")
 
 

@@ -62,7 +62,7 @@ def read_base(base: WrittenBase | None, values: Values, duration: float, units: 
     if base.acceleration is not None:
         made = _accelerated(made, base.acceleration, base.drift, values, duration, units)
     elif base.drift is not None:
-        fault = "drift is of the integral of an acceleration, and the base has none"
+        fault = "drift is of the integral of an acceleration, and the base has none [E1386]"
         values.report.add("base.drift", fault, 'acceleration = ["quake(t)", 0, 0]')
     for row in added_keys("base"):
         if (value := getattr(base, row.added)) is not None:
@@ -92,7 +92,7 @@ def _accelerated(
             values.report.add(key, error.fault, error.hint)
             continue
         if (off := integral.error * integral.end) > _KNOWN * _largest(integral, values.parameters):
-            fault = f"the integral by polynomials is off by about {off:.1g} m at t = {integral.end:.6g} s"
+            fault = f"the integral by polynomials is off by about {off:.1g} m at t = {integral.end:.6g} s [E1391]"
             values.report.add(key, fault, "a formula without poles and jumps, or a curve through its values")
             continue
         position[axis] = total(position[axis], integral.formula)
@@ -155,7 +155,7 @@ def _is_motion(key: str, formula: Formula, values: Values) -> bool:
     known = symbols(formula)
     name = next((name for name, law in values.names.motions.items() if symbols(law) <= known), "")
     if name:
-        fault = f"the motion {name} has a position, and no acceleration that is known when the scene is read"
+        fault = f"the motion {name} has a position, and no acceleration that is known when the scene is read [E1392]"
         values.report.add(
             key, fault, f'position = ["{name}", 0, 0], whose caller gives position, rate and acceleration'
         )
@@ -179,10 +179,12 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
     if fault is not None:
         hint = {"m": f'position = ["{name}(t)", 0, 0]', "m/s": "the derivative of the points, or their integral"}
         other = f"a curve in {_UNIT}; value_unit of a table converts"
-        text = f"the curve {name} is in {label}, and an acceleration in {_UNIT}"
+        text = f"the curve {name} is in {label}, and an acceleration in {_UNIT} [E1393]"
         values.report.add(key, text, hint.get(label, other))
     elif factor != 1.0:
-        text = f"the curve {name} is labelled {label}, and labels do not convert: its values are taken in {_UNIT}"
+        text = (
+            f"the curve {name} is labelled {label}, and labels do not convert: its values are taken in {_UNIT} [E1394]"
+        )
         values.report.add(key, text, f'value_unit = "{label}" in its table, and unit = "{_UNIT}"')
     return fault is not None or factor != 1.0
 

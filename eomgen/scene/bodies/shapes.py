@@ -160,20 +160,20 @@ class _Reader:
         """Return a cylinder or a capsule between two points, with the body; None for a reported fault."""
         entry, values = self.entry, self.values
         if entry.type not in ("cylinder", "capsule"):
-            fault = f"{_noun(entry.type)} has no ends: first and second are for a cylinder or a capsule"
+            fault = f"{_noun(entry.type)} has no ends: first and second are for a cylinder or a capsule [E1395]"
             self.report.add(self.key, fault, 'type = "capsule"')
             return None
         for name in ("position", "rotation", "axis", "in", "length"):
             if ("given_in" if name == "in" else name) in entry.model_fields_set:
-                self.report.add(f"{self.key}.{name}", f"first and second give the {name}", f"no {name}")
+                self.report.add(f"{self.key}.{name}", f"first and second give the {name} [E1397]", f"no {name}")
         if entry.radius is None:
-            self.report.add(self.key, f"{_noun(entry.type)} needs a radius", "radius = 0.1")
+            self.report.add(self.key, f"{_noun(entry.type)} needs a radius [E1398]", "radius = 0.1")
         points: Mapping[str, Point] = self.reading.items["points"]
         ends: list[Vector] = []
         for side in ("first", "second"):
             name = getattr(entry, side)
             if name is None:
-                self.report.add(f"{self.key}.{side}", f"the key {side} is missing", f"{side} = ...")
+                self.report.add(f"{self.key}.{side}", f"the key {side} is missing [E1343]", f"{side} = ...")
             elif values.point(f"{self.key}.{side}", name) and known and name in points:
                 point = points[name]
                 place = point.body, True, entry.body, point.position, _SAME
@@ -186,10 +186,12 @@ class _Reader:
         size = float(np.linalg.norm(direction))
         if not size > 0.0:
             if size == 0.0:
-                self.report.add(self.key, "both points are at the same place at the design position", "other points")
+                self.report.add(
+                    self.key, "both points are at the same place at the design position [E1399]", "other points"
+                )
             return None
         if np.count_nonzero(direction) > 1 and values.is_tunable(*way):
-            fault = "tunable parameters turn the line between both points, and axes of shapes are fixed"
+            fault = "tunable parameters turn the line between both points, and axes of shapes are fixed [E1396]"
             self.report.add(self.key, fault, "fixed parameters in the points' positions")
             return None
         sizes = values.formula(f"{self.key}.radius", entry.radius or 0.0, PARAMETERS), size_of(way)
@@ -204,14 +206,18 @@ class _Reader:
             if name not in given:
                 place = next((f"{self.key}.{other}" for other in given if other not in needed), self.key)
                 hint = ", ".join(f"{name} = {_EXAMPLES[name]}" for name in needed)
-                self.report.add(place, f"{_noun(entry.type)} needs {' and '.join(needed)}, and {name} is missing", hint)
+                self.report.add(
+                    place, f"{_noun(entry.type)} needs {' and '.join(needed)}, and {name} is missing [E1400]", hint
+                )
                 return
         for name in given:
             if name not in needed:
-                fault = f"{_noun(entry.type)} has no {name}: it has {' and '.join(needed)}"
+                fault = f"{_noun(entry.type)} has no {name}: it has {' and '.join(needed)} [E1401]"
                 self.report.add(f"{self.key}.{name}", fault, f"no {name}, or another type")
         if entry.type != "mesh" and "scale" in entry.model_fields_set:
-            self.report.add(f"{self.key}.scale", f"scale is for meshes, and this is {_noun(entry.type)}", "no scale")
+            self.report.add(
+                f"{self.key}.scale", f"scale is for meshes, and this is {_noun(entry.type)} [E1403]", "no scale"
+            )
 
     def _axes(self) -> tuple[tuple[float, float, float], ...] | None:
         """Return the axes of the shape in the frame that the entry is given in; z is the axis of symmetry."""
@@ -220,11 +226,11 @@ class _Reader:
         if entry.axis is None and symmetry is None:
             return turned
         if entry.axis is not None and symmetry is None:
-            fault = f"{_noun(entry.type)} has no axis of symmetry"
+            fault = f"{_noun(entry.type)} has no axis of symmetry [E1404]"
             self.report.add(f"{self.key}.axis", fault, "rotation = [{ axis = [0, 0, 1], angle = 0.5 }]")
             return None
         if entry.axis is not None and entry.rotation is not None:
-            self.report.add(f"{self.key}.axis", "axis and rotation are both given", "one of them")
+            self.report.add(f"{self.key}.axis", "axis and rotation are both given [E1405]", "one of them")
             return None
         axis = np.array(symmetry) if entry.axis is None else self.values.axis(f"{self.key}.axis", entry.axis)
         return None if axis is None else rows(np.array(turned) @ frame_about(axis))
@@ -234,7 +240,7 @@ class _Reader:
         entry, values = self.entry, self.values
         if entry.type == "mesh":
             if len(entry.scale) not in (1, 3):
-                fault = f"a mesh has one scale or three, not {len(entry.scale)}"
+                fault = f"a mesh has one scale or three, not {len(entry.scale)} [E1406]"
                 self.report.add(f"{self.key}.scale", fault, "scale = 0.001")
             if len(entry.scale) == 1:
                 return (values.formula(f"{self.key}.scale", entry.scale[0], PARAMETERS),)
@@ -259,7 +265,7 @@ class _Reader:
             digits = written[1:].lower()
             return "#" + (digits if len(digits) == 6 else "".join(2 * digit for digit in digits))
         hint = '"#3f7fdb"' if written.startswith("#") else f'{nearest(written.lower(), COLORS)}, or "#3f7fdb"'
-        self.report.add(f"{self.key}.color", f"{shown(written)} is not a known colour", hint)
+        self.report.add(f"{self.key}.color", f"{shown(written)} is not a known colour [E1407]", hint)
         return ""
 
     def _opacity(self) -> float:
@@ -267,7 +273,7 @@ class _Reader:
         if 0.0 < opacity <= 1.0:
             return opacity
         hint = f"{opacity / 100.0:.6g}" if 1.0 < opacity <= 100.0 else "1, or a part of 1 to see through it"
-        self.report.add(f"{self.key}.opacity", f"the opacity is {opacity:.6g}, not above 0 and up to 1", hint)
+        self.report.add(f"{self.key}.opacity", f"the opacity is {opacity:.6g}, not above 0 and up to 1 [E1408]", hint)
         return 1.0
 
     def _meshed(self, shape: Shape) -> Shape | None:
@@ -306,7 +312,9 @@ class _Shapes(Section):
         read = {name: reader.shape() for name, reader in readers.items()}
         if missing := {name: reader.missing for name, reader in readers.items() if reader.missing}:
             first = next(iter(missing.values()))
-            values.note([f"meshes that are left out of pictures ({len(missing)}: {listed(list(missing))}): {first}"])
+            values.note(
+                [f"meshes that are left out of pictures ({len(missing)}: {listed(list(missing))}): {first} [W0280]"]
+            )
         reading.values.mentioned |= values.mentioned
         reading.values.note(values.notes)
         return {name: self._attached(shape, reading) for name, shape in read.items() if shape is not None}
@@ -327,12 +335,12 @@ SHAPES = _Shapes(
     positional=("type", "body"),
     bounds={
         "position": None,
-        "size": above_zero("a side of a box"),
-        "radius": above_zero("the radius of a shape"),
-        "length": above_zero("the length of a shape"),
-        "width": above_zero("the width of a wheel"),
-        "semi_axes": above_zero("a semi-axis of an ellipsoid"),
-        "scale": (_zero, "the scale of a mesh is {0}", "a number other than 0; a negative one mirrors"),
+        "size": above_zero("a side of a box [E1734]"),
+        "radius": above_zero("the radius of a shape [E1735]"),
+        "length": above_zero("the length of a shape [E1736]"),
+        "width": above_zero("the width of a wheel [E1737]"),
+        "semi_axes": above_zero("a semi-axis of an ellipsoid [E1738]"),
+        "scale": (_zero, "the scale of a mesh is {0} [E1409]", "a number other than 0; a negative one mirrors"),
     },
     documentation="""
     Add a solid or a mesh by which pictures show a body, the base or the world; equations do not depend on it.

@@ -37,14 +37,14 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
     """Return the tension that a skyhook controller asks for; ``ends`` are the points of every spring."""
     key, report = key_of("controllers", name), values.report
     if entry.spring is None:
-        report.add(key, "a skyhook controller needs spring", 'spring = "suspension"')
+        report.add(key, "a skyhook controller needs spring [E1411]", 'spring = "suspension"')
         return UNKNOWN
     if entry.spring not in ends:
         hint = nearest(entry.spring, ends) or "a [springs] section"
-        report.add(f"{key}.spring", f"there is no spring {shown(entry.spring)}", hint)
+        report.add(f"{key}.spring", f"there is no spring {shown(entry.spring)} [E1412]", hint)
         return UNKNOWN
     if entry.damping is None and entry.groundhook is None:
-        report.add(key, "a skyhook controller needs damping or groundhook", "damping = 2000")
+        report.add(key, "a skyhook controller needs damping or groundhook [E1413]", "damping = 2000")
         return UNKNOWN
     given = {
         field: getattr(entry, field)
@@ -56,11 +56,15 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
         for field in _LIMITS:
             if field in given:
                 report.add(
-                    f"{key}.{field}", f"{field} has no meaning for a skyhook that is not clipped", "clipped = true"
+                    f"{key}.{field}",
+                    f"{field} has no meaning for a skyhook that is not clipped [E1414]",
+                    "clipped = true",
                 )
     elif "maximum_damping" not in given:
         report.add(
-            key, "a clipped skyhook needs maximum_damping: no damper is infinitely hard", "maximum_damping = 4000"
+            key,
+            "a clipped skyhook needs maximum_damping: no damper is infinitely hard [E1415]",
+            "maximum_damping = 4000",
         )
         return UNKNOWN
     first, second = ends[entry.spring]
@@ -211,7 +215,7 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
         formulas = [item.output for item in controllers if f"controllers.{item.name}" in loop]
         if names := listed(dict.fromkeys(label for formula in formulas for label in _labels(formula))):
             chain += f" (in the definition {names})"
-        fault = f"an algebraic loop: {chain}, with no state between"
+        fault = f"an algebraic loop: {chain}, with no state between [E1416]"
         values.report.add(loop[0], fault, "a low_pass controller, or a state, somewhere in the loop")
 
 
@@ -360,18 +364,20 @@ def _check_keys(name: str, entry: Written, values: Values) -> None:
     for option in given:
         if option not in (*needed, *allowed):
             kinds = " or ".join(kind for kind, (first, second) in _KEYS.items() if option in (*first, *second))
-            report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", f"type = {kinds}")
+            report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type} [E1417]", f"type = {kinds}")
     for option in needed:
         if option not in given:
-            report.add(key, f"a {entry.type} controller needs {option}", f"{option} = 0.01")
+            report.add(key, f"a {entry.type} controller needs {option} [E1418]", f"{option} = 0.01")
     if entry.initial and entry.type == "lead_lag":
-        report.add(f"{key}.initial", "a lead_lag controller starts from initial_filtered", "initial_filtered = ...")
+        report.add(
+            f"{key}.initial", "a lead_lag controller starts from initial_filtered [E1419]", "initial_filtered = ..."
+        )
     if not SUFFIXES[entry.type]:
         sampled = entry.type == "sampled"  # outputs are limited by the function
         for option in ("signal", "minimum", "maximum") if sampled else ("signal", "initial"):
             if getattr(entry, option) not in (None, 0.0):
                 limited = ", and limits in the function, or min() and max() around its output"
                 hint = f"no {option}{limited if option in ('minimum', 'maximum') else ''}"
-                report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type}", hint)
+                report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type} [E1417]", hint)
     elif entry.signal is None:
-        report.add(f"{key}.signal", "the key signal is missing", "signal = ...")
+        report.add(f"{key}.signal", "the key signal is missing [E1420]", "signal = ...")

@@ -112,25 +112,25 @@ def text_of(path: Path) -> tuple[str, str]:
     try:
         data = read_bytes(path, _LARGEST) if path.is_file() else None
         if data is None:
-            return "", f"{shown(str(path))} is not a file"
+            return "", f"{shown(str(path))} is not a file [E0897]"
         if len(data) > _LARGEST:
-            return "", f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB"
+            return "", f"{shown(str(path))} is larger than {_LARGEST // 1_000_000} MB [E0899]"
         return data.decode("utf-8-sig").replace("\r\n", "\n"), ""
     except UnicodeDecodeError:
-        return "", f"{shown(str(path))} is not UTF-8"
+        return "", f"{shown(str(path))} is not UTF-8 [E0900]"
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        return "", f"{shown(str(path))} cannot be read: {reason}"
+        return "", f"{shown(str(path))} cannot be read: {reason} [E0902]"
 
 
 def _source(key: str, entry: Written, folder: Path, report: Report) -> CSource | None:
     """Return the C file of a controller; None if the caller gives the function, or if a fault is reported."""
     if entry.source is None:
         if entry.function is not None:
-            report.add(f"{key}.function", "function is the name of one in a C file", 'source = "controller.c"')
+            report.add(f"{key}.function", "function is the name of one in a C file [E1421]", 'source = "controller.c"')
         return None
     if entry.function is None:
-        message = "the name of the function in the C file is missing"
+        message = "the name of the function in the C file is missing [E1422]"
         report.add(f"{key}.source", message, 'function = "controller"')
         return None
     prototype = f"int {entry.function}({CONTROLLER_ARGUMENTS})"
@@ -151,28 +151,26 @@ def c_source(
     """
     for word, (function, _) in functions.items():
         if not _IDENTIFIER.fullmatch(function) or _KEYWORDS.fullmatch(function) or function.startswith("eomgen"):
-            message = f"{shown(function)} cannot be the name of a C function here"
+            message = f"{shown(function)} cannot be the name of a C function here [E1423]"
             hint = "letters, digits and underscores, no word of C and of its library, not eomgen at its start"
             report.add(f"{key}.{word}", message, hint)
             return None
     path = folder / file
     text, fault = text_of(path)
     hint = (
-        "the file saved in UTF-8"
-        if fault.endswith("is not UTF-8")
-        else "the path of a C file, from the scene file's folder"
+        "the file saved in UTF-8" if "is not UTF-8" in fault else "the path of a C file, from the scene file's folder"
     )
     if not fault and path.suffix != ".c":
-        fault = f"{shown(file)} does not end in .c"
+        fault = f"{shown(file)} does not end in .c [E1424]"
     if not fault and "\0" in text:
-        fault = f"{shown(str(path))} holds a zero byte: this is not a text"
+        fault = f"{shown(str(path))} holds a zero byte: this is not a text [E1425]"
     if not fault and (own := _OWN_HEADER.search(text)):
         line = text.count("\n", 0, own.start()) + 1
-        fault = f'{path.name}:{line} includes "{own[1]}", a file of its own, which would not come along'
+        fault = f'{path.name}:{line} includes "{own[1]}", a file of its own, which would not come along [E1426]'
         hint = "its text in the C file; headers in angle brackets are there"
     for function, prototype in functions.values():
         if not fault and not re.search(rf"\b{function}\s*\(", text):
-            fault, hint = f"{path.name} has no function {function}", f"{prototype} in it"
+            fault, hint = f"{path.name} has no function {function} [E0904]", f"{prototype} in it"
     if fault:
         report.add(f"{key}.source", fault, hint)
         return None

@@ -39,9 +39,11 @@ def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], 
                 continue
             kind = JOINTS.get(values.names.joints[joint])
             if kind is not None and kind.v_size != 1:
-                values.report.add(place, f"a {kind.name} joint has not one coordinate", "a joint of one coordinate")
+                values.report.add(
+                    place, f"a {kind.name} joint has not one coordinate [E1427]", "a joint of one coordinate"
+                )
             if joint in followers:
-                values.report.add(place, f"the joint {joint} follows another", "the joint that it follows")
+                values.report.add(place, f"the joint {joint} follows another [E1428]", "the joint that it follows")
             formulas.append((joint, values.formula(place, text, SPRING_FORCE)))
         parts[part] = tuple(formulas)
     return Reference(name, **parts)
@@ -58,15 +60,15 @@ class _Controllers(Section):
         for section, made in _made(name, entries[name]):
             maker = f"the controller makes {nouns[section]}"
             if not is_legal(made):
-                fault = f"{maker} {shown(made)}, whose name is"
+                fault = f"{maker} {shown(made)}, whose name is [E1455]"
                 too_long = len(made) > NAME_LENGTH
                 return (f"{fault} too long", "a shorter name") if too_long else (f"{fault} not legal", NAME_RULE)
             if made in others:
-                fault = f"the controllers {name} and {others[made]} both make {nouns[section]} {made}"
+                fault = f"the controllers {name} and {others[made]} both make {nouns[section]} {made} [E1456]"
                 return fault, "another name for one of them"
             for other, noun in nouns.items():
                 if made in document.section(other):
-                    return f"{maker} {made}, and there is {noun} of that name", "another name for one of them"
+                    return f"{maker} {made}, and there is {noun} of that name [E1457]", "another name for one of them"
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:

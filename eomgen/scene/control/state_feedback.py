@@ -126,17 +126,19 @@ def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
     report = values.report
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     if not coordinates and not signals:
-        report.add(key, "a state_feedback needs coordinates or signals", 'coordinates = ["joint"]')
+        report.add(key, "a state_feedback needs coordinates or signals [E1429]", 'coordinates = ["joint"]')
     for number, joint in enumerate(coordinates):
         _check_coordinate(f"{key}.coordinates[{number}]", joint, coordinates[:number], values)
     for signal in signals:
         if not is_legal(signal):
-            report.add(f"{key}.signals.{key_of(signal)}", f"the name {shown(signal)} is not legal", NAME_RULE)
+            report.add(f"{key}.signals.{key_of(signal)}", f"the name {shown(signal)} is not legal [E0715]", NAME_RULE)
     for number, output in enumerate(entry.outputs or ()):
         if output in (entry.outputs or ())[:number]:
-            report.add(f"{key}.outputs[{number}]", f"the output {output} is named twice", "each output once")
+            report.add(f"{key}.outputs[{number}]", f"the output {output} is named twice [E1430]", "each output once")
     if entry.outputs == ():
-        report.add(f"{key}.outputs", "the list of outputs is empty", f"no outputs: then there is one, called {name}")
+        report.add(
+            f"{key}.outputs", "the list of outputs is empty [E1431]", f"no outputs: then there is one, called {name}"
+        )
     for table in ("position_gains", "velocity_gains", "position_references"):
         check_known(f"{key}.{table}", getattr(entry, table), coordinates, f"coordinate of {name}", values)
     for table in ("signal_gains", "signal_references"):
@@ -169,15 +171,17 @@ def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Value
     kinds = values.names.joints
     if joint in values.names.beams:
         hint = f'signals = {{ {joint}_0 = "q.{joint}[0]", {joint}_0_rate = "v.{joint}[0]", ... }}'
-        values.report.add(key, f"{shown(joint)} is a beam: signals name its elastic coordinates", hint)
+        values.report.add(key, f"{shown(joint)} is a beam: signals name its elastic coordinates [E1432]", hint)
     elif joint not in kinds:
-        values.report.add(key, f"there is no joint {shown(joint)}", nearest(joint, kinds) or "a [joints] section")
+        values.report.add(
+            key, f"there is no joint {shown(joint)} [E1433]", nearest(joint, kinds) or "a [joints] section"
+        )
     elif joint in before:
-        values.report.add(key, f"the joint {joint} is named twice", "each joint once")
+        values.report.add(key, f"the joint {joint} is named twice [E1434]", "each joint once")
     elif kinds[joint] and (size := JOINTS[kinds[joint]].v_size) != 1:
         count = f"{size} coordinates" if size else "no coordinates"
         hint = f'signals = {{ {joint}_0 = "q.{joint}[0]", ... }}' if size else "a moving joint"
-        values.report.add(key, f"the {kinds[joint]} joint {joint} has {count}, not one", hint)
+        values.report.add(key, f"the {kinds[joint]} joint {joint} has {count}, not one [E1435]", hint)
 
 
 def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
@@ -188,15 +192,15 @@ def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
     for table in tables:
         for name, gains in getattr(entry, table).items():
             if len(gains) != count:
-                fault = f"{len(gains)} gain{'s' * (len(gains) > 1)} given for {count} output{'s' * (count > 1)}"
+                fault = f"{len(gains)} gain{'s' * (len(gains) > 1)} given for {count} output{'s' * (count > 1)} [E1436]"
                 values.report.add(f"{key}.{table}.{key_of(name)}", fault, "one gain for each output")
     if tables and entry.calibration is not None:
         values.report.add(
-            f"{key}.{tables[0]}", "gains are given, and a calibration that would find them, too", "one of them"
+            f"{key}.{tables[0]}", "gains are given, and a calibration that would find them, too [E1437]", "one of them"
         )
     if not tables and entry.calibration is None:
         values.report.add(
-            key, "a state_feedback needs gains or a calibration", f'[{key}.calibration] and method = "lqr"'
+            key, "a state_feedback needs gains or a calibration [E1438]", f'[{key}.calibration] and method = "lqr"'
         )
 
 
@@ -213,7 +217,7 @@ def _check_keys_of_method(key: str, written: WrittenCalibration, report: Report)
     for field in dict.fromkeys(field for fields in _TAKEN.values() for field in fields):
         if getattr(written, field) is not None and field not in _TAKEN[written.method]:
             kinds = " or ".join(kind for kind, fields in _TAKEN.items() if field in fields)
-            report.add(f"{key}.{field}", f"{field} has no meaning for {written.method}", f"method = {kinds}")
+            report.add(f"{key}.{field}", f"{field} has no meaning for {written.method} [E1417]", f"method = {kinds}")
 
 
 def read_calibration(
@@ -231,7 +235,7 @@ def read_calibration(
     _check_lists(key, written, count, values)
     for place, (real, imaginary) in enumerate(written.poles or ()):
         if real >= 0.0:
-            fault = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0"
+            fault = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0 [E1439]"
             report.add(f"{key}.poles[{place}]", fault, f"[{-real or -1.0:g}, {imaginary:g}]")
     poles = tuple(complex(*pair) for pair in written.poles or ())
     return Calibration(
@@ -266,13 +270,15 @@ def _check_weights(
         for joint in getattr(written, table) or ():
             kind = joints.get(joint, "")
             if kind and JOINTS[kind].v_size != 1:
-                fault = f"the {kind} joint {joint} has not one coordinate"
+                fault = f"the {kind} joint {joint} has not one coordinate [E1440]"
                 hint = "an output, and its weight in output_weights"
                 values.report.add(f"{key}.{table}.{key_of(joint)}", fault, hint)
     for table, _, _ in known:
         for name, weight in (getattr(written, table) or {}).items():
             if weight < 0.0:
-                values.report.add(f"{key}.{table}.{key_of(name)}", f"the weight {weight:.6g} is negative", "0 or more")
+                values.report.add(
+                    f"{key}.{table}.{key_of(name)}", f"the weight {weight:.6g} is negative [E1441]", "0 or more"
+                )
 
 
 def _check_lists(key: str, written: WrittenCalibration, count: int, values: Values) -> None:
@@ -284,15 +290,15 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
         if given is not None and len(given) not in numbers:
             needed = " or ".join(map(str, dict.fromkeys(numbers)))
             of = ("output" if method == "lqr" else "mode") + "s" * (numbers[-1] > 1)
-            fault = f"{len(given)} number{'s' * (len(given) > 1)} given for {numbers[-1]} {of}"
+            fault = f"{len(given)} number{'s' * (len(given) > 1)} given for {numbers[-1]} {of} [E1442]"
             report.add(f"{key}.{field}", fault, f"a list of {needed}")
         for place, number in enumerate(given or ()):
             allowed = number >= 0.0 if (method, field) == ("lqr", "effort_weights") else number > 0.0
             if not allowed:
                 hint = "0 or more" if method == "lqr" else "a number above 0"
-                report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} cannot be", hint)
+                report.add(f"{key}.{field}[{place}]", f"{field} of {number:.6g} cannot be [E1444]", hint)
             elif field == "damping_ratios" and (note := percent_of_critical(number)):
-                values.notes.append(f"{key}.{field}[{place}]: {note}")
+                values.notes.append(f"{key}.{field}[{place}]: {note} [W0098]")
     _check_needed(key, written, values)
 
 
@@ -300,14 +306,16 @@ def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None
     """Report lists that a method needs, and lists that exclude each other."""
     report, method = values.report, written.method
     if method == "imsc" and written.effort_weights is None:
-        report.add(key, "imsc needs effort_weights", "effort_weights = 1e-3")
+        report.add(key, "imsc needs effort_weights [E1446]", "effort_weights = 1e-3")
     if method == "pole_placement":
         if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
             report.add(
-                f"{key}.poles", "poles are given, and modes, frequencies or damping ratios too", "one of both ways"
+                f"{key}.poles",
+                "poles are given, and modes, frequencies or damping ratios too [E1447]",
+                "one of both ways",
             )
         elif written.poles is None and written.damping_ratios is None:
-            report.add(key, "pole_placement needs damping_ratios of modes, or poles", "damping_ratios = 0.3")
+            report.add(key, "pole_placement needs damping_ratios of modes, or poles [E1448]", "damping_ratios = 0.3")
 
 
 def check_known(
@@ -319,7 +327,7 @@ def check_known(
             continue
         if kind == "joint" and name in values.names.beams:
             hint = f'a signal "q.{name}[0]", or "v.{name}[0]", and its weight in signal_weights'
-            values.report.add(f"{key}.{key_of(name)}", f"{shown(name)} is a beam, not a joint", hint)
+            values.report.add(f"{key}.{key_of(name)}", f"{shown(name)} is a beam, not a joint [E1449]", hint)
         else:
             hint = nearest(name, known) or f"without {key.rpartition('.')[2]}"
-            values.report.add(f"{key}.{key_of(name)}", f"there is no {kind} {shown(name)}", hint)
+            values.report.add(f"{key}.{key_of(name)}", f"there is no {kind} {shown(name)} [E0100]", hint)

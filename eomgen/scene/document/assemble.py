@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from eomgen.base.messages import key_of
+from eomgen.errors import Message
 from eomgen.scene.control.sampled import sources_digest
 from eomgen.scene.document.checks import CHECKS, LAST_CHECKS, check_names
 from eomgen.scene.document.notes import SceneFacts, notes_of
@@ -60,7 +61,9 @@ def assemble(
         **fields,
         source={key: report.place(key) for key in report.lines},
         content=content(document) + _content_of_files(fields) + signature(part.spaces),
-        notes=(*notes, *part.notes, *labels, *notes_of(SceneFacts(part.data, document, fields, reading))),
+        notes=tuple(
+            map(Message, (*notes, *part.notes, *labels, *notes_of(SceneFacts(part.data, document, fields, reading))))
+        ),
         metadata=dict(metadata or {}),
     )
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 def check_names(document: Document, refused: Mapping[str, set[str]], report: Report) -> Document:
     """Return the document without the entries whose names are not legal; these names go to ``refused``."""
     if not is_legal(document.name):
-        report.add("name", f"the name {shown(document.name)} is not legal", NAME_RULE)
+        report.add("name", f"the name {shown(document.name)} is not legal [E0715]", NAME_RULE)
     kept: dict[str, object] = {}
     rows = sorted(document.rows, key=lambda row: row is CURVES)  # names of curves count last
     for row in document.rows:
@@ -47,13 +47,13 @@ def check_names(document: Document, refused: Mapping[str, set[str]], report: Rep
 def _fault(row: Section, name: str, document: Document, rows: Sequence[Section]) -> tuple[str, str]:
     """Return the fault of a name of an entry, and a hint; two empty texts if there is none."""
     if not is_legal(name):
-        return f"the name {shown(name)} is not legal", NAME_RULE
+        return f"the name {shown(name)} is not legal [E0715]", NAME_RULE
     if row.bare and name in RESERVED:
-        return f"the name {name} is a word of formulas", f"{name}_value"
+        return f"the name {name} is a word of formulas [E0729]", f"{name}_value"
     bare = [other for other in rows if other.bare] if row.bare else []  # formulas use the names of all these entries
     for other in takewhile(lambda other: other is not row, bare):
         if name in document.section(other.key):
-            return f"the name {name} is both {other.bare} and {row.bare}", "another name for one of them"
+            return f"the name {name} is both {other.bare} and {row.bare} [E1461]", "another name for one of them"
     return row.fault_of_name(name, document, rows)
 
 
@@ -97,7 +97,7 @@ def _check_groups(document: Document, reading: Reading) -> None:
     for joint in document.section("joints").values():
         body = document.section("bodies").get(joint.child)
         if not JOINTS[joint.type].moves and body is not None and body.group is not None:
-            fault = f"the body {joint.child} has no motion of its own: a fixed joint carries it"
+            fault = f"the body {joint.child} has no motion of its own: a fixed joint carries it [E1462]"
             reading.report.add(key_of("bodies", joint.child, "group"), fault, "the group of the body that carries it")
 
 
@@ -112,7 +112,11 @@ def _check_drive_efforts(document: Document, reading: Reading) -> None:
     for key, formula in formulas:
         for symbol in sorted(symbols(formula), key=lambda symbol: symbol.name):
             if symbol.kind == "drive_effort" and (count := driven.count(symbol.name)) != 1:
-                fault = f"{symbol.name} has no drive" if not count else f"two drives are called {symbol.name}"
+                fault = (
+                    f"{symbol.name} has no drive [E1463]"
+                    if not count
+                    else f"two drives are called {symbol.name} [E1464]"
+                )
                 hint = nearest(symbol.name, driven) or 'drive = "0.5 * t"'
                 report.add(key, f"drive_effort.{symbol.name}: {fault}", hint if not count else "another name")
 
@@ -121,16 +125,20 @@ def _check_simulation(document: Document, reading: Reading) -> None:
     """Report a time grid or a spectral radius that cannot be."""
     simulation, report = document.simulation, reading.report
     if not is_legal(simulation.method):
-        report.add("simulation.method", f"{shown(simulation.method)} is not the name of a method", "generalized_alpha")
+        report.add(
+            "simulation.method", f"{shown(simulation.method)} is not the name of a method [E1465]", "generalized_alpha"
+        )
     if simulation.step <= 0.0:
-        report.add("simulation.step", f"the step {simulation.step:.6g} is not positive", "1e-3")
+        report.add("simulation.step", f"the step {simulation.step:.6g} is not positive [E1466]", "1e-3")
     if simulation.duration < 0.0:
-        report.add("simulation.duration", f"the duration {simulation.duration:.6g} is negative", "0 or more")
+        report.add("simulation.duration", f"the duration {simulation.duration:.6g} is negative [E1467]", "0 or more")
     if not 0.0 <= simulation.rho_inf <= 1.0:
-        report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1", "0.8")
+        report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1 [E1468]", "0.8")
     if "rho_inf" in simulation.model_fields_set and simulation.alpha is not None:
         report.add(
-            "simulation.alpha", "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha)", "one of them"
+            "simulation.alpha",
+            "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha) [E0352]",
+            "one of them",
         )
 
 

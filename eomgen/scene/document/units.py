@@ -87,7 +87,7 @@ class ColumnUnits:
                 return None
         except UnitError:
             pass
-        fault = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise"
+        fault = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise [E1470]"
         hint = f'{word} = "{unit}", or no {word}'
         if dimension_of(label) == dimension_of(unit):
             hint += f'; numbers in {label.strip()} have their unit in the points, "3 {label.strip()}", or in a table'
@@ -244,7 +244,7 @@ class _Converter:
         factors = _factors(label) if isinstance(label, str) else None
         if factors and not _is_same(factors, unit := _in_si(factors)):
             fault = f"its values become {columns.of('value')}, of a quantity in {unit}, and the label {shown(label)}"
-            self.report.add(f"{key}.unit", f"{fault} says otherwise", f'unit = "{unit}", or no unit')
+            self.report.add(f"{key}.unit", f"{fault} says otherwise [E1471]", f'unit = "{unit}", or no unit')
 
     def label(self, key: str, data: Mapping[str, Any], result: dict[str, Any], name: str) -> None:
         """Set the label of a value with any unit: the SI unit if a unit string was converted, else the label as
@@ -255,7 +255,7 @@ class _Converter:
             return
         factors = _factors(label)
         if label.strip() and factors is None and label.strip() not in _WITHOUT_UNIT:
-            note = f"{key}.unit: {shown(label)} is not a known unit, and is shown unchanged"
+            note = f"{key}.unit: {shown(label)} is not a known unit, and is shown unchanged [W0125]"
             self.notes += [note] if note not in self.notes else []
         if isinstance(written, str) and isinstance(number, float):
             from eomgen.formula.units.conversion import is_coherent, to_si  # noqa: PLC0415
@@ -265,11 +265,13 @@ class _Converter:
             if not label.strip():
                 result["unit"] = unit
             elif factors is None or not is_coherent(factors, quantity):
-                fault = f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise"
+                fault = (
+                    f"{shown(written)} becomes {number:.9g} {unit}, and the label {shown(label)} says otherwise [E1473]"
+                )
                 self.report.add(f"{key}.unit", fault, f'unit = "{unit}", or no unit')
         elif isinstance(number, int | float) and factors and not all(names()[name].is_coherent for name, _ in factors):
-            fault = f"its unit {label} is a label, so {number:g} is taken as it is"
-            self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI')
+            fault = f"its unit {label} is a label, so {number:g} is taken as it is [E1472]"
+            self.notes.append(f'{key}: {fault}; "{number:g} {label}" would be converted to SI [W0126]')
 
     def sources_of_kind(self, data: Mapping[str, Any]) -> tuple[str, ...]:
         """Return the keys of the entry that is converted and of the joint that a table names."""
@@ -345,12 +347,12 @@ class _Converter:
         from eomgen.formula.units.conversion import misplaced, to_unit  # noqa: PLC0415
 
         if name in self.parameters and (fault := misplaced(self.labels[name], unit)):
-            self.report.add(key, f"the parameter {name} is {fault}", f"a parameter in {unit}")
+            self.report.add(key, f"the parameter {name} is {fault} [E1474]", f"a parameter in {unit}")
             return FaultyText(name)
         try:
             to_unit(QuantityWithUnit(name, Fraction(1), factors), unit)
         except UnitError as error:
-            self.notes.append(f"{key}: {error.what}, and labels convert nothing")
+            self.notes.append(f"{key}: {error.what}, and labels convert nothing [W0127]")
         return None
 
     def beside_unit(self, unit: Units, key: str, values: Sequence[Any]) -> None:
@@ -360,7 +362,8 @@ class _Converter:
         for place, value in enumerate(values):
             if number := _plain(value):
                 self.notes.append(
-                    f"{key}[{place}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g} {unit}"
+                    f"{key}[{place}]: {number:g} has no unit, unlike neighbouring entries, so it is {number:g}"
+                    f" {unit} [W0128]"
                 )
 
     def beside_units(self, columns: ColumnUnits, names: tuple[Column, Column], key: str, rows: Sequence[Any]) -> None:
@@ -376,7 +379,8 @@ class _Converter:
             if bare and unit:
                 more = f" ({len(bare)} such {name}s)" if len(bare) > 1 else ""
                 self.notes.append(
-                    f"{key}: the {name} {bare[0]:g} has no unit, as others have, so it is {bare[0]:g} {unit}{more}"
+                    f"{key}: the {name} {bare[0]:g} has no unit, as others have, so it is {bare[0]:g}"
+                    f" {unit}{more} [W0129]"
                 )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
@@ -385,12 +389,12 @@ class _Converter:
         try:
             if over_time and (product := _WITH_TIME.fullmatch(text)):
                 number = to_si(read_quantity(product[1], self.known))[0]
-                fault = f"{shown(text)} is a formula, and formulas take numbers in SI, without units"
+                fault = f"{shown(text)} is a formula, and formulas take numbers in SI, without units [E0322]"
                 raise UnitError(fault, f'"{number:.6g} * t"')
             quantity = read_quantity(text, self.known)
             if not isinstance(unit, str):
                 raise UnitError(
-                    f"{shown(text)} is one value, and {len(unit)} are needed here", f"units {', '.join(unit)}"
+                    f"{shown(text)} is one value, and {len(unit)} are needed here [E0323]", f"units {', '.join(unit)}"
                 )
             if unit:
                 if unit != ANY_UNIT:
@@ -399,7 +403,7 @@ class _Converter:
                 return number
             number, coherent = to_si(quantity)
             fault, hint = (
-                f"{shown(text)} has a unit, and a number without one is needed here",
+                f"{shown(text)} has a unit, and a number without one is needed here [E0321]",
                 repr(number).removesuffix(".0"),
             )
             if measure(quantity.factors)[0] != 1:

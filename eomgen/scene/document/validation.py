@@ -283,7 +283,7 @@ def wrong_format(given: object) -> tuple[str, str]:
     """Return the fault and the remedy of a ``format`` that is not 1."""
     later = isinstance(given, int) and given > 1
     remedy = "format = 1, or a newer eomgen" if later else "format = 1"
-    return f"this eomgen reads format 1, not {described(given)}", remedy
+    return f"this eomgen reads format 1, not {described(given)} [E1479]", remedy
 
 
 def explained(
@@ -300,18 +300,18 @@ def explained(
     if kind == "extra_forbidden":
         return _unknown_key(location, given, table, depth)
     if kind == "missing":
-        return f"the key {last} is missing", required(location)
+        return f"the key {last} is missing [E1343]", required(location)
     if location == ("format",):
         return wrong_format(given)
     if kind == "literal_error":
-        return f"{described(given)} is not known here", _word_meant(message, location, given)
+        return f"{described(given)} is not known here [E0263]", _word_meant(message, location, given)
     if kind in ("greater_than_equal", "less_than_equal"):
         bound = f"{message.rpartition(' ')[2]} or {'more' if kind == 'greater_than_equal' else 'less'}"
-        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')}", bound
+        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]", bound
     if kind in ("greater_than", "less_than"):
         limit, side = message.rpartition(" ")[2], "above" if kind == "greater_than" else "below"
         return (
-            f"{described(given)} is out of range here: it {message.removeprefix('Input ')}",
+            f"{described(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]",
             f"a number {side} {limit}",
         )
     fault = message[0].lower() + message[1:]
@@ -322,7 +322,7 @@ def explained(
     if kind == "number" and (hint := _number_meant(location, given, table, depth)):
         return fault, hint
     if kind in _NEEDED:
-        fault = f"{_NEEDED[kind]} is needed here, not {described(given)}"
+        fault = f"{_NEEDED[kind]} is needed here, not {described(given)} [E1475]"
     return fault, example(location, given)
 
 
@@ -355,14 +355,14 @@ def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Bas
     """Return the message about an unknown key or section, and a hint."""
     last = str(location[-1])
     if len(location) == 1 and (absent := fault_of_absent(last)):
-        return f"the section {shown(last)} is unknown: {absent[0]}", absent[1]
+        return f"the section {shown(last)} is unknown: {absent[0]} [E1476]", absent[1]
     keys = _keys_at(location[depth:-1], table)
     if location[0] == "definitions" and len(location) == 3 and last.isidentifier() and _is_formula(given):
-        dotted = f"definitions.{location[1]} is a table with the key {shown(last)}, and names have no dots"
+        dotted = f"definitions.{location[1]} is a table with the key {shown(last)}, and names have no dots [E1477]"
         return dotted, f"{location[1]}_{last} = {quoted(given)}"
     if absent := fault_of_absent(".".join(map(str, location))):
-        return f"the key {shown(last)} is unknown here: {absent[0]}", absent[1]
-    return f"the key {shown(last)} is unknown here", key_meant(last, keys, given) or nearest(last, keys)
+        return f"the key {shown(last)} is unknown here: {absent[0]} [E1478]", absent[1]
+    return f"the key {shown(last)} is unknown here [E0722]", key_meant(last, keys, given) or nearest(last, keys)
 
 
 def _reported(

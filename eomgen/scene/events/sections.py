@@ -30,8 +30,8 @@ _KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to
 
 def _restitution_fault(number: float) -> str:
     if number > 1.0:
-        return f"the restitution is {number:.6g}, and every impact would add energy"
-    return f"the restitution is {number:.6g}"
+        return f"the restitution is {number:.6g}, and every impact would add energy [E1770]"
+    return f"the restitution is {number:.6g} [E1770]"
 
 
 #: Of a restitution that parameters decide.
@@ -64,25 +64,29 @@ def read_event(
     key = key_of("events", name)
     when = values.formula(f"{key}.when", entry.when, EVERYTHING)
     if isinstance(when, Number) and when is not UNKNOWN:
-        values.report.add(f"{key}.when", "a number has no roots in time", 'a formula such as "q.ball" or "t - 2"')
+        values.report.add(
+            f"{key}.when", "a number has no roots in time [E1481]", 'a formula such as "q.ball" or "t - 2"'
+        )
     if _is_comparison(when):
-        message = "a comparison is 1 or 0 and does not pass zero"
+        message = "a comparison is 1 or 0 and does not pass zero [E1482]"
         values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
     for action, keys in _KEYS.items():
         for own in keys:
             given = getattr(entry, own) is not None
             if given and action != entry.action:
                 values.report.add(
-                    f"{key}.{own}", f"{own} is of the action {action}, not {entry.action}", f'action = "{action}"'
+                    f"{key}.{own}",
+                    f"{own} is of the action {action}, not {entry.action} [E1483]",
+                    f'action = "{action}"',
                 )
             elif not given and action == entry.action:
-                values.report.add(key, f"the action {action} needs the key {own}", _EXAMPLES[own])
+                values.report.add(key, f"the action {action} needs the key {own} [E1484]", _EXAMPLES[own])
     if entry.mode is not None:
         report.check_reference(f"{key}.mode", entry.mode, modes, "mode", values.report)
     resets = []
     if entry.action == "reset" and entry.reset is not None:
         if not entry.reset:
-            values.report.add(f"{key}.reset", "the reset sets nothing", _EXAMPLES["reset"])
+            values.report.add(f"{key}.reset", "the reset sets nothing [E1485]", _EXAMPLES["reset"])
         for target, value in entry.reset.items():
             place = f"{key}.reset.{key_of(target)}"
             symbol = values.formula(place, target, _TARGETS)
@@ -93,7 +97,7 @@ def read_event(
                 resets.append((symbol, formula))
     least = values.constant(f"{key}.least_interval", entry.least_interval or 0.0)
     if least < 0.0:
-        values.report.add(f"{key}.least_interval", f"{least:.6g} s is negative", "a small positive time")
+        values.report.add(f"{key}.least_interval", f"{least:.6g} s is negative [E1490]", "a small positive time")
     return Event(
         name=name,
         when=when,
@@ -135,22 +139,27 @@ def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: 
     if symbol is UNKNOWN:
         return None
     if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):
-        return f"{shown(target)} is not a number of the state", 'one of "q.joint", "v.joint" or the name of a state'
+        return (
+            f"{shown(target)} is not a number of the state [E1486]",
+            'one of "q.joint", "v.joint" or the name of a state',
+        )
     if symbol.kind == "state":
         return None
     if absolute:
-        fault = f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own"
+        fault = (
+            f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own [E1487]"
+        )
         return fault, 'action = "impact", or coordinates = "joint"'
     joint = joints.get(symbol.name)
     if joint is None:
         return None
     if joint.mimic is not None:
         return (
-            f"{shown(target)} cannot be set: the joint follows {joint.mimic.joint}",
+            f"{shown(target)} cannot be set: the joint follows {joint.mimic.joint} [E1489]",
             f'"{symbol.kind}.{joint.mimic.joint}"',
         )
     if symbol.kind == "q" and JOINTS[joint.type].group != "R":
-        fault = f"{shown(target)} cannot be set: an orientation has no components that are free of each other"
+        fault = f"{shown(target)} cannot be set: an orientation has no components that are free of each other [E1488]"
         return fault, f'"v.{symbol.name}[0]", or joints that turn about one axis each'
     return None
 
@@ -159,7 +168,10 @@ class _Modes(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         parameter = mode_parameter(name)
         if parameter in document.section("parameters"):
-            return f"the mode {name} is the parameter {parameter}, and there is one of that name", "another name"
+            return (
+                f"the mode {name} is the parameter {parameter}, and there is one of that name [E1457]",
+                "another name",
+            )
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:

@@ -90,7 +90,9 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
     preload = (*rotational, *values.vector(f"{key}.preload", entry.preload, PARAMETERS))
     parts = [entry for row in (*stiffness, *damping, preload) for entry in row]
     if not values.report.concerns(key) and all(part in (ZERO, Number(-0.0)) for part in parts):
-        values.report.add(key, "the bushing has no stiffness, damping or preload", "stiffness = [1e5, 1e5, 1e5]")
+        values.report.add(
+            key, "the bushing has no stiffness, damping or preload [E1491]", "stiffness = [1e5, 1e5, 1e5]"
+        )
     return Bushing(
         name=name,
         first=first,
@@ -115,7 +117,7 @@ def _rows(key: str, entry: BushingEntry, quantity: str, values: Values) -> Rows:
         return tuple(tuple(diagonal[i] if i == j else ZERO for j in range(6)) for i in range(6))
     for field in fields:
         if getattr(entry, field) is not None:
-            values.report.add(f"{key}.{field}", f"{field} and {quantity}_matrix are both given", "one of them")
+            values.report.add(f"{key}.{field}", f"{field} and {quantity}_matrix are both given [E1492]", "one of them")
     _check_matrix(f"{key}.{quantity}_matrix", matrix, quantity, values)
     return tuple(tuple(Number(number) for number in row) for row in matrix)
 
@@ -128,13 +130,16 @@ def _check_matrix(key: str, rows_given: Sequence[Sequence[float]], quantity: str
         if quantity == "stiffness" and row < column:
             fault = (
                 f"the matrix is not symmetric, so it has no potential: entry [{row}][{column}] differs from"
-                f" [{column}][{row}]"
+                f" [{column}][{row}] [E1494]"
             )
             values.report.add(key, fault, "the mean of both")
             return
     smallest = float(np.linalg.eigvalsh(0.5 * (matrix + matrix.T))[0])
     if smallest < -1e-9 * size:
-        fault = f"the {quantity} is negative in some direction: the smallest eigenvalue of the matrix is {smallest:.6g}"
+        fault = (
+            f"the {quantity} is negative in some direction: the smallest eigenvalue of the matrix is"
+            f" {smallest:.6g} [E1493]"
+        )
         values.report.add(key, fault, "a positive semidefinite matrix")
 
 

@@ -96,9 +96,9 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
     start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
         fault = (
-            f"{shown(entry.beam)} is not a beam"
+            f"{shown(entry.beam)} is not a beam [E1495]"
             if entry.beam in site.bodies
-            else f"there is no beam {shown(entry.beam)}"
+            else f"there is no beam {shown(entry.beam)} [E1291]"
         )
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", fault, hint)
@@ -109,7 +109,7 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
         start = values.constant(f"{of_beam}.start", site.beams[entry.beam].start)
         length = values.constant(f"{of_beam}.length", site.beams[entry.beam].length or 1.0)
     if "moment" in entry.model_fields_set:
-        fault = "only geometrically exact beams take distributed moments"
+        fault = "only geometrically exact beams take distributed moments [E1497]"
         values.report.add(f"{place}.moment", fault, 'model = "cosserat" of the beam')
     force = values.vector(f"{place}.force", entry.force, scope)
     return DistributedLoad(name, entry.beam, start, length, force, _profile(place, entry, values), entry.axes)
@@ -118,9 +118,11 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
 def _profile(place: str, entry: DistributedLoadEntry, values: Reader) -> tuple[float, ...]:
     profile = tuple(values.constants(f"{place}.profile", entry.profile))
     if not profile:
-        values.report.add(f"{place}.profile", "the list of coefficients is empty", "[1, -0.5]")
+        values.report.add(f"{place}.profile", "the list of coefficients is empty [E1319]", "[1, -0.5]")
     elif all(math.isfinite(entry) for entry in profile) and not any(profile):
-        values.report.add(f"{place}.profile", "all coefficients are zero, so there is no load", "[1], or no entry")
+        values.report.add(
+            f"{place}.profile", "all coefficients are zero, so there is no load [E1498]", "[1], or no entry"
+        )
     return profile
 
 

@@ -93,6 +93,6 @@ class ElementSection(Section):
         element = self.reader(name, entry, site)
         if not isinstance(element, self.model):
             module, kind = self.reader.__module__, type(element).__qualname__
-            fault = f"{module}.{self.reader.__qualname__} returns a {kind}, not a {self.model.__qualname__}"
+            fault = f"{module}.{self.reader.__qualname__} returns a {kind}, not a {self.model.__qualname__} [E2220]"
             raise UsageError(Problem(key(), fault, "another version of the distribution that brings it"))
         return element.attached(lambda parts, *place: reading.attach(key(*parts), *place))

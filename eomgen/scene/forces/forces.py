@@ -78,9 +78,9 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     key, values, vector = key_of("forces", name), site.values, site.values.vector
     if force.body in (BASE, WORLD):
         why = "its motion is prescribed" if force.body == BASE else "it rests"
-        values.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why}", "a body")
+        values.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why} [E1499]", "a body")
     elif force.body in site.points and force.body not in site.bodies:
-        fault = f"{force.body} is a point of {site.points[force.body].body}, not a body"
+        fault = f"{force.body} is a point of {site.points[force.body].body}, not a body [E1500]"
         hint = f'body = "{site.points[force.body].body}", and the position of {force.body} as point'
         values.report.add(f"{key}.body", fault, hint)
     else:
@@ -143,7 +143,9 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
         size = JOINTS[kind].v_size if kind else math.inf
         if effort.index >= size:
             hint = f"an index from 0 to {size - 1}" if size else "a moving joint"
-            values.report.add(f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index}", hint)
+            values.report.add(
+                f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index} [E1501]", hint
+            )
     return Effort(name, effort.joint, values.formula(f"{key}.effort", effort.effort, LOAD), effort.index)
 
 

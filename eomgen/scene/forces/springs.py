@@ -69,7 +69,9 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
     for field, point in (("first", spring.first), ("second", spring.second)):
         known = values.point(f"{key}.{field}", point) and known
     if known and spring.first == spring.second:
-        values.report.add(f"{key}.second", f"the spring connects the point {spring.first} to itself", "another point")
+        values.report.add(
+            f"{key}.second", f"the spring connects the point {spring.first} to itself [E1502]", "another point"
+        )
     fields = ("stiffness", "damping", "length")
     stiffness, damping, length = (formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields)
     force = formula(f"{key}.force", spring.force, SPRING_FORCE)
@@ -81,7 +83,7 @@ SECTION = ElementSection(
     entry=SpringEntry,
     model=Spring,
     reader=read_spring,
-    bounds={**dict.fromkeys(("stiffness", "damping")), "length": not_below_zero("the length of a spring")},
+    bounds={**dict.fromkeys(("stiffness", "damping")), "length": not_below_zero("the length of a spring [E1761]")},
     offers={"length": "element", "rate": "element", "tension": "tension"},
     positional=("first", "second"),
     documentation="Add a spring, damper or actuator along the line between two points; ``force`` is a tension.",
@@ -135,14 +137,14 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
         known = check_reference(f"{key}.{field}", joint, joints, "joint", values.report)
         angles = JOINTS[joints[joint]].angles if known and joints[joint] else 0
         if known and joints[joint] and not angles:
-            fault = f"the joint {joint} is {joints[joint]} and has no angle"
+            fault = f"the joint {joint} is {joints[joint]} and has no angle [E1503]"
             values.report.add(f"{key}.{field}", fault, "a revolute joint")
         elif angles and index >= angles:
-            fault = f"the {joints[joint]} joint {joint} has no angle {index}"
+            fault = f"the {joints[joint]} joint {joint} has no angle {index} [E1504]"
             values.report.add(f"{key}.{field}_index", fault, "0" if angles == 1 else "0 or 1")
     if spring.first == spring.second in joints and spring.first_index == spring.second_index:
         values.report.add(
-            f"{key}.second", f"the spring connects the joint {spring.first} to itself", "another joint, or none"
+            f"{key}.second", f"the spring connects the joint {spring.first} to itself [E1505]", "another joint, or none"
         )
     fields = ("stiffness", "damping", "rest")
     constants = [values.formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields]

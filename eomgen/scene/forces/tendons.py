@@ -136,15 +136,17 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
     for index, point in enumerate(entry.points):
         values.point(f"{key}.points[{index}]", point)
     if len(entry.points) < 2:
-        report.add(f"{key}.points", f"a path needs two points, not {len(entry.points)}", 'points = ["first", "second"]')
+        report.add(
+            f"{key}.points", f"a path needs two points, not {len(entry.points)} [E1506]", 'points = ["first", "second"]'
+        )
     for point, following in pairwise(entry.points):
         if point == following:
-            report.add(f"{key}.points", f"the path goes from the point {point} to itself", "another point")
+            report.add(f"{key}.points", f"the path goes from the point {point} to itself [E1507]", "another point")
     wraps = [_wrap(f"{key}.wraps[{index}]", wrap, entry.points, site) for index, wrap in enumerate(entry.wraps)]
     kept = sorted((wrap for wrap in wraps if wrap is not None), key=lambda wrap: wrap.after)
     for before, behind in pairwise(kept):
         if before.after == behind.after:
-            fault = f"two obstacles follow the point {entry.points[before.after]}"
+            fault = f"two obstacles follow the point {entry.points[before.after]} [E1508]"
             report.add(f"{key}.wraps", fault, "a point of the path between the obstacles")
     stiffness, damping, length = (
         values.formula(f"{key}.{field}", getattr(entry, field), PARAMETERS)
@@ -162,13 +164,13 @@ def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap
     if entry.side is not None:
         values.point(f"{key}.side", entry.side)
     if entry.side is not None and entry.inside:
-        report.add(f"{key}.side", "a path through a ring has no side", "no side, or inside = false")
+        report.add(f"{key}.side", "a path through a ring has no side [E1509]", "no side, or inside = false")
     if entry.after not in points[:-1]:
-        fault = f"no point of the path follows a point {entry.after}"
+        fault = f"no point of the path follows a point {entry.after} [E1510]"
         report.add(f"{key}.after", fault, f"one of {listed(points[:-1])}")
         return None
     if points.count(entry.after) > 1:
-        fault = f"the path passes the point {entry.after} twice, so the place of the obstacle is not determined"
+        fault = f"the path passes the point {entry.after} twice, so the place of the obstacle is not determined [E1511]"
         report.add(f"{key}.after", fault, "another point at the same place")
         return None
     return Wrap(points.index(entry.after), entry.shape == "cylinder", frame, radius, entry.side or "", entry.inside)
@@ -181,8 +183,8 @@ SECTION = ElementSection(
     reader=read_tendon,
     bounds={
         **dict.fromkeys(("stiffness", "damping")),
-        "length": not_below_zero("the length of a tendon"),
-        "wraps.radius": above_zero("the radius of an obstacle"),
+        "length": not_below_zero("the length of a tendon [E1762]"),
+        "wraps.radius": above_zero("the radius of an obstacle [E1739]"),
         "wraps.center.position": None,
     },
     offers={"path_length": "element", "path_rate": "element", "path_tension": "tension"},

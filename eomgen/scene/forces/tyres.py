@@ -108,7 +108,10 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     key, values, points, report = key_of("tyres", name), site.values, site.points, site.values.report
     known = values.point(f"{key}.center", entry.center)
     if known and entry.center in points and points[entry.center].body in (BASE, WORLD):
-        fault = f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves nothing"
+        fault = (
+            f"the point {entry.center} is on the {points[entry.center].body}, where a wheel's force moves"
+            f" nothing [E1512]"
+        )
         report.add(f"{key}.center", fault, "a point of the wheel's body")
     damping = values.formula(f"{key}.damping", entry.damping, PARAMETERS)
     road = _height(f"{key}.road", entry.road, entry.center, values)
@@ -118,10 +121,10 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
     if entry.road_rate is not None:
         rate = _height(f"{key}.road_rate", entry.road_rate, entry.center, values)
         if not moving and not report.concerns(f"{key}.road"):
-            fault = "neither time nor an input moves the road, so it has no rate of its own"
+            fault = "neither time nor an input moves the road, so it has no rate of its own [E1513]"
             report.add(f"{key}.road_rate", fault, "a road that moves, or no road_rate")
     elif "input" in kinds and damping != Number(0.0):
-        fault = "the damping needs the rate of the road, which does not follow from an input"
+        fault = "the damping needs the rate of the road, which does not follow from an input [E1514]"
         report.add(key, fault, _KNOWN_RATE)
     return Tyre(
         name=name,
@@ -145,7 +148,7 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
         if symbol.name != center or symbol.index == 2:
             fault = (
                 f"position.{symbol.name}[{symbol.index}] cannot be used here: a road has a height over its own wheel's"
-                " x and y"
+                " x and y [E1515]"
             )
             values.report.add(key, fault, f"position.{center}[0] or position.{center}[1]")
             break
@@ -155,7 +158,9 @@ def _height(key: str, value: float | str, center: str, values: Values) -> Formul
 def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
     axis = values.axis(f"{key}.axis", slip.axis)
     if len(slip.stiffness) not in (1, 2):
-        fault = f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)}"
+        fault = (
+            f"one stiffness, or a longitudinal and a lateral one, are needed here, not {len(slip.stiffness)} [E1516]"
+        )
         values.report.add(f"{key}.stiffness", fault, "[15, 12]")
         return None
     places = [f"{key}.stiffness[{place}]" for place in range(len(slip.stiffness))]
@@ -173,13 +178,13 @@ _KNOWN_RATE = (
     '"...", a second input for instance; or no damping'
 )
 _BOUNDS = {
-    "radius": above_zero("the radius of a tyre"),
-    "stiffness": above_zero("the stiffness of a tyre"),
-    "damping": not_below_zero("the damping of a tyre"),
-    "onset": above_zero("the onset of a tyre"),
-    "slip.stiffness": not_below_zero("a slip stiffness"),
-    "slip.friction": above_zero("the friction of a tyre"),
-    "slip.velocity": above_zero("the velocity of a slip"),
+    "radius": above_zero("the radius of a tyre [E1740]"),
+    "stiffness": above_zero("the stiffness of a tyre [E1752]"),
+    "damping": not_below_zero("the damping of a tyre [E1763]"),
+    "onset": above_zero("the onset of a tyre [E1741]"),
+    "slip.stiffness": not_below_zero("a slip stiffness [E1764]"),
+    "slip.friction": above_zero("the friction of a tyre [E1742]"),
+    "slip.velocity": above_zero("the velocity of a slip [E1743]"),
 }
 SECTION = ElementSection(
     key="tyres",

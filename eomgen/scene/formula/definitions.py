@@ -79,7 +79,7 @@ class NamedExpression:
         self.used = True
         if scope not in self._written:
             if self in self.open:
-                fault = f"the definition {self.name} mentions itself"
+                fault = f"the definition {self.name} mentions itself [E1517]"
                 raise DefinitionError(fault, 1, "an expression of other names")
             self._check_nesting(1)
             self.open.append(self)
@@ -99,7 +99,7 @@ class NamedExpression:
 
     def _check_nesting(self, more: int) -> None:
         if len(self.open) + more > MOST_NESTED:
-            fault = f"more than {MOST_NESTED} definitions are within one another"
+            fault = f"more than {MOST_NESTED} definitions are within one another [E1518]"
             raise DefinitionError(fault, 1, IN_PLACE)
 
 
@@ -126,7 +126,9 @@ def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[st
     except DefinitionError:
         raise
     except FormulaError as error:
-        raise FormulaError(f"in the definition {symbol.name}, {error.fault}", error.column, error.hint) from None
+        raise FormulaError(
+            f"in the definition {symbol.name}, {error.fault} [E1519]", error.column, error.hint
+        ) from None
 
 
 def mentioned(formula: Formula) -> set[Symbol]:
@@ -140,7 +142,7 @@ def check_extent(formula: Formula, parts: Mapping[Symbol, WrittenDefinition]) ->
     if operations > MOST_OPERATIONS or levels > MOST_LEVELS:
         fault = (
             f"the formula has {operations} operations in {levels} levels with its definitions written out, of at most"
-            f" {MOST_OPERATIONS} and {MOST_LEVELS}"
+            f" {MOST_OPERATIONS} and {MOST_LEVELS} [E1520]"
         )
         raise FormulaError(fault, 1, IN_PLACE)
 

@@ -109,7 +109,7 @@ class _FormulaReader:
             column = self.text.column(max((error.offset or 1) - 1, 0))
             rest = self.text.text[column - 1 :].strip()
             near = f"at {shown(rest[:20])}" if rest else "at its end"
-            fault = f"the formula is not well formed {near}"
+            fault = f"the formula is not well formed {near} [E1521]"
             word = re.match(r"[A-Za-z_0-9]*", rest)
             in_degrees = word is not None and word[0] in DEGREES
             hint = IN_RADIANS if in_degrees else _of_broken(self.text.text, error.msg)
@@ -124,7 +124,9 @@ class _FormulaReader:
     def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
         """Return the formula of a node, and the value of a constant node."""
         if depth > DEPTH:
-            raise self.error(node, f"{TOO_DEEP} (each term of a long sum counts)", "brackets around groups of terms")
+            raise self.error(
+                node, f"{TOO_DEEP} (each term of a long sum counts) [E1523]", "brackets around groups of terms"
+            )
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
             value = float(node.value)  # type: ignore[arg-type]
             return Number(value), value
@@ -150,7 +152,7 @@ class _FormulaReader:
             return self.quantity(node), None
         comma = re.fullmatch(r"\s*([+-]?\d+),(\d+)\s*([A-Za-z][^,]*)?", self.text.text)
         hint = f"{comma[1]}.{comma[2]} with a decimal point" if comma else "one expression that gives one number"
-        raise self.error(node, "this is not a number, a name, an operation or a function", hint)
+        raise self.error(node, "this is not a number, a name, an operation or a function [E1524]", hint)
 
     def operation(
         self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]
@@ -161,7 +163,7 @@ class _FormulaReader:
             try:
                 value = apply(name, values)
             except ArithmeticError as error:
-                raise self.error(node, f"the constant {error}", "a finite constant") from None
+                raise self.error(node, f"the constant {error} [E1525]", "a finite constant") from None
         return Operation(name, tuple(formula for formula, _ in parts)), value
 
     def fold(
@@ -178,10 +180,10 @@ class _FormulaReader:
         parts = [self.convert(node.left, depth + 1), self.convert(node.right, depth + 1)]
         exponent = parts[1][1]
         if name == "pow" and exponent is not None and abs(exponent) > LARGEST_EXPONENT:
-            fault = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f}"
+            fault = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f} [E1526]"
             raise self.error(node.right, fault, "exp() or a smaller exponent")
         if name == "div" and exponent == 0.0 and parts[0][1] is None:
-            raise self.error(node.right, "the divisor is zero", "another divisor")
+            raise self.error(node.right, "the divisor is zero [E1527]", "another divisor")
         return self.operation(node, name, parts)
 
     def unary(self, node: ast.UnaryOp, depth: int) -> tuple[Formula, float | None]:
@@ -199,7 +201,7 @@ class _FormulaReader:
         parts = []
         for place, operator in enumerate(node.ops):
             if type(operator) not in _COMPARISONS:
-                raise self.error(node, "this comparison is not part of formulas", "< <= > >=")
+                raise self.error(node, "this comparison is not part of formulas [E1528]", "< <= > >=")
             name, swapped = _COMPARISONS[type(operator)]
             pair = operands[place : place + 2]
             parts.append(self.operation(node, name, pair[::-1] if swapped else pair))
@@ -211,7 +213,7 @@ class _FormulaReader:
             hint = "a comparison such as x > 0"
             if name in self.names.definitions:
                 hint = f"{name} > 0, or a comparison as the formula of {name}"
-            raise self.error(node, "a condition is needed here, not a number", hint)
+            raise self.error(node, "a condition is needed here, not a number [E1529]", hint)
         return self.convert(node, depth)
 
     def defines_condition(self, name: str) -> bool:
@@ -241,52 +243,52 @@ class _FormulaReader:
             hint = f"one of {', '.join(sorted(FUNCTIONS))}"
             if isinstance(node.func, ast.Attribute) and (call := self.call_of_entry(node.func.attr)):
                 hint = f"{call} without a word before it: it has no derivative in formulas"
-            raise self.error(node, "only functions can be called", hint)
+            raise self.error(node, "only functions can be called [E1530]", hint)
         name = node.func.id.removeprefix(PREFIX)
         if name in self.names.curves:
             return self.application(node, name, "", depth)
         if name not in FUNCTIONS:
             raise self.unknown_function(node, name)
         if node.keywords or any(isinstance(argument, ast.Starred) for argument in node.args):
-            raise self.error(node, f"{name}() takes plain arguments only", f"{name}(x)")
+            raise self.error(node, f"{name}() takes plain arguments only [E1531]", f"{name}(x)")
         count, variadic = FUNCTIONS[name], name in ("min", "max")
         if len(node.args) != count and not (variadic and len(node.args) > count):
             needed = f"{count} arguments or more" if variadic else f"{count} argument{'s' * (count > 1)}"
-            raise self.error(node, f"{name}() takes {needed}, not {len(node.args)}")
+            raise self.error(node, f"{name}() takes {needed}, not {len(node.args)} [E1532]")
         parts = [self.convert(argument, depth + 1) for argument in node.args]
         return self.fold(node, name, parts) if variadic else self.operation(node, name, parts)
 
     def unknown_function(self, node: ast.Call, name: str) -> FormulaError:
         """Return the error for a call of a name that is not a function, with the nearest meaning as remedy."""
         if name in self.declared():
-            return self.error(node, f"{name} is a number, not a function", f"{name} alone, or {name} * (...)")
+            return self.error(node, f"{name} is a number, not a function [E1533]", f"{name} alone, or {name} * (...)")
         hint = IN_RADIANS if name in DEGREES else of_function(name, self.names.curves, sorted(FUNCTIONS))
         if name in self.kinds() and len(node.args) == 1 and isinstance(node.args[0], ast.Name):
             hint = f"{name}.{node.args[0].id.removeprefix(PREFIX)}"
         if (added := added_word(name)) and (entries := self.names.entries.get(added.section)):
             hint = added.call(next(iter(entries)))
-        return self.error(node, f"unknown function {shown(name)}", self.call_of_entry(name) or hint)
+        return self.error(node, f"unknown function {shown(name)} [E1534]", self.call_of_entry(name) or hint)
 
     def application(self, node: ast.Call, name: str, word: str, depth: int) -> tuple[Formula, float | None]:
         """Return a curve, or a derivative of a curve, at an argument."""
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
         if word in self.kinds() and word not in DERIVATIVES:
-            raise self.error(node, f"{call} is a quantity, not a function", f"{call} without brackets")
+            raise self.error(node, f"{call} is a quantity, not a function [E1535]", f"{call} without brackets")
         if word not in DERIVATIVES and (absent := fault_of_absent(word)):
-            raise self.error(node, f"unknown quantity {shown(word)}: {absent[0]}", absent[1])
+            raise self.error(node, f"unknown quantity {shown(word)}: {absent[0]} [E1563]", absent[1])
         if word and word not in DERIVATIVES:
             hint = self.call_of_entry(name) or _plain_hint(word, name)
-            raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')}", hint)
+            raise self.error(node, f"only functions can be called, not {shown(f'{word}.{name}')} [E1536]", hint)
         if name not in self.names.curves:
             hint = nearest(name, self.names.curves) or "a [curves] section"
             if given := self.call_of_entry(name):
                 hint = f"{given}, which has no derivative in formulas"
-            raise self.error(node, f"there is no curve {shown(name)}", hint)
+            raise self.error(node, f"there is no curve {shown(name)} [E1537]", hint)
         self.allow(node, "curve", f"the curve {shown(name)}")
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
             raise self.error(
-                node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)}", f"{call}(t)"
+                node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)} [E1532]", f"{call}(t)"
             )
         argument, _ = self.convert(node.args[0], depth + 1)
         return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
@@ -317,7 +319,7 @@ class _FormulaReader:
         known = self.names.entries.get(word.section, {})
         if name not in known:
             hint = nearest(name, known) or f"a [{word.section}] section, and [{word.section}.{name[:64]}]"
-            fault = f"{word.name}.{name[:64]}: there are no {word.section} {shown(name)}"
+            fault = f"{word.name}.{name[:64]}: there are no {word.section} {shown(name)} [E1538]"
             raise self.error(call, fault, hint)
         item = known[name]
         if word.scope:
@@ -327,7 +329,7 @@ class _FormulaReader:
         count = len(word.arguments_of(item))
         if len(call.args) != count or call.keywords or any(isinstance(item, ast.Starred) for item in call.args):
             given = len(call.args) + len(call.keywords)
-            fault = f"{label}() takes {counted(count, 'argument')}, not {given}"
+            fault = f"{label}() takes {counted(count, 'argument')}, not {given} [E1542]"
             raise self.error(call, fault, word.call(name[:64], item, part))
         named = self.part(call, word, item, part)
         index = self.component_of_entry(word, node, item)
@@ -342,12 +344,12 @@ class _FormulaReader:
         label, written, size = f"{word.name}.{item.name}", word.call(item.name, item), word.components
         if not isinstance(node, ast.Subscript):
             if size > 1:
-                raise self.error(node, f"{label} has {size} components", f"{written}[0]")
+                raise self.error(node, f"{label} has {size} components [E1543]", f"{written}[0]")
             return 0
         index = self.index(node)
         if size == 1 or index >= size:
             hint = f"an index from 0 to {size - 1}" if size > 1 else written
-            raise self.error(node, f"{label} has no component {index}", hint)
+            raise self.error(node, f"{label} has no component {index} [E1544]", hint)
         return index
 
     def part(self, call: ast.Call, word: Word, item: Any, part: str) -> int:
@@ -355,11 +357,11 @@ class _FormulaReader:
         parts, label = word.parts_of(item), f"{word.name}.{item.name}"
         if part and part not in parts:
             hint = f"{label}.{nearest(part, parts)}" if parts else word.call(item.name, item)
-            raise self.error(call, f"{label} has no result {shown(part)}", hint)
+            raise self.error(call, f"{label} has no result {shown(part)} [E1545]", hint)
         if not part and len(parts) > 1:
             raise self.error(
                 call,
-                f"{label} has the results {listed(parts)}",
+                f"{label} has the results {listed(parts)} [E1547]",
                 f"{label}.{parts[0]}({', '.join(word.arguments_of(item))})",
             )
         return parts.index(part) if part else 0
@@ -372,12 +374,12 @@ class _FormulaReader:
         one = node.args[0] if len(node.args) == 1 and not node.keywords else None
         if not isinstance(one, ast.Name):
             raise self.error(
-                node, f"{label}() takes the name of one reference", f"{label}(servo), and [references.servo]"
+                node, f"{label}() takes the name of one reference [E1548]", f"{label}(servo), and [references.servo]"
             )
         name = one.id.removeprefix(PREFIX)
         if name not in self.names.references:
             hint = nearest(name, self.names.references) or "a [references] section"
-            raise self.error(one, f"there is no reference {shown(name)}", hint)
+            raise self.error(one, f"there is no reference {shown(name)} [E0253]", hint)
         return replace(joint, reference=name)
 
     def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
@@ -401,7 +403,7 @@ class _FormulaReader:
             return None
         for noun, taken in (("parameter", self.names.parameters), ("definition", self.names.definitions)):
             if name in taken:
-                fault = f"{name} is the {meaning} here, and a {noun} is called so too"
+                fault = f"{name} is the {meaning} here, and a {noun} is called so too [E1549]"
                 raise self.error(node, fault, f"another name for the {noun}")
         return symbol
 
@@ -409,7 +411,7 @@ class _FormulaReader:
         """Return a parameter, an input, a law of a product, a state or an output of a controller."""
         if name in self.names.parameters:
             if self.names.parameters[name] and "fixed" in self.scope.kinds:
-                fault = f"the tunable parameter {shown(name)} cannot be used here"
+                fault = f"the tunable parameter {shown(name)} cannot be used here [E1556]"
                 raise self.error(node, fault, "a fixed parameter (tunable = false)")
             self.allow(node, "fixed" if "fixed" in self.scope.kinds else "parameter", f"parameter {shown(name)}")
             return Symbol("parameter", name)
@@ -429,19 +431,19 @@ class _FormulaReader:
     def not_a_number(self, node: ast.Name, name: str) -> FormulaError:
         """Return the error for a name that is unknown, or names an object that is not a number."""
         if name in FUNCTIONS:
-            return self.error(node, f"the function {name} needs arguments", f"{name}(x)")
+            return self.error(node, f"the function {name} needs arguments [E1550]", f"{name}(x)")
         if name in self.names.curves:
-            return self.error(node, f"{shown(name)} is a curve, which needs an argument", f"{name}(t)")
+            return self.error(node, f"{shown(name)} is a curve, which needs an argument [E1551]", f"{name}(t)")
         for noun, movable in (("joint", self.names.joints), ("beam", self.names.beams)):
             if name in movable:
                 hint = ON_A_POINT if name in self.names.exact_beams else f"q.{name} or v.{name}"
-                return self.error(node, f"{shown(name)} is a {noun}, not a number", hint)
+                return self.error(node, f"{shown(name)} is a {noun}, not a number [E1552]", hint)
         known = [*self.declared(), *FUNCTIONS, "t", "pi"]
         hint = IN_RADIANS if name in DEGREES else of_name(name, self.names, self.scope, known)
         unit = re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text)
         if unit and name not in DEGREES:
             hint = of_product(unit[1], unit[2]) or hint
-        return self.error(node, f"unknown name {shown(name)}", hint)
+        return self.error(node, f"unknown name {shown(name)} [E1553]", hint)
 
     def declared(self) -> list[str]:
         """Return the names of numbers that the scene declares."""
@@ -467,8 +469,8 @@ class _FormulaReader:
         if kind not in self.scope.kinds:
             for absent, reason, instead in self.scope.reasons:
                 if absent == kind:
-                    raise self.error(node, f"{quantity} cannot be used here: {reason}", instead)
-            raise self.error(node, f"{quantity} cannot be used here", f"{self.scope.description} only")
+                    raise self.error(node, f"{quantity} cannot be used here: {reason} [E1555]", instead)
+            raise self.error(node, f"{quantity} cannot be used here [E1556]", f"{self.scope.description} only")
 
     def quantity(self, node: ast.Attribute | ast.Subscript, *, called: bool = False) -> Symbol:
         """Return a component of a quantity: ``q.joint``, ``position.point[2]``; ``called`` with a reference motion."""
@@ -476,7 +478,7 @@ class _FormulaReader:
         if isinstance(inner, ast.Attribute) and _is_reaction(inner.value):
             return self.reaction(node, inner, index)
         if not (isinstance(inner, ast.Attribute) and isinstance(inner.value, ast.Name)):
-            fault = "only quantities such as q.joint or position.point[2] have parts"
+            fault = "only quantities such as q.joint or position.point[2] have parts [E1557]"
             word, part = _before(inner)
             raise self.error(node, fault, of_parts(self.names, word, part or ("" if index is None else str(index))))
         kind, name = inner.value.id.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
@@ -493,34 +495,38 @@ class _FormulaReader:
     def index(self, node: ast.Subscript) -> int:
         """Return the index of a component."""
         if not (isinstance(node.slice, ast.Constant) and type(node.slice.value) is int):
-            raise self.error(node, "an index must be a whole number", "[0]")
+            raise self.error(node, "an index must be a whole number [E1558]", "[0]")
         return int(node.slice.value)
 
     def check_complete(self, node: ast.expr, kind: str, name: str, *, called: bool) -> None:
         """Check that a kind and a name alone make a quantity, without a part, an argument or a reference motion."""
         label = f"{kind}.{name[:64]}"
         if kind == "reaction":
-            raise self.error(node, f"{label} is a force and a moment", f"{label}.force[0] or {label}.moment[0]")
+            raise self.error(node, f"{label} is a force and a moment [E1559]", f"{label}.force[0] or {label}.moment[0]")
         if kind not in self.kinds() and (added := added_word(kind)):
             call = added.call(name[:64])
-            fault = f"{label} is a function of {listed(added.arguments)}, and needs arguments"
+            fault = f"{label} is a function of {listed(added.arguments)}, and needs arguments [E1560]"
             item = self.names.entries.get(added.section, {}).get(name)
             arguments = added.arguments if item is None else added.arguments_of(item)
             call = added.call(name[:64], item)
-            fault = f"{kind}.{name[:64]} is a function of {listed(arguments)}, and needs arguments"
+            fault = f"{kind}.{name[:64]} is a function of {listed(arguments)}, and needs arguments [E1560]"
             raise self.error(node, fault, f"{call}[0]" if added.components > 1 else call)
         if kind == "tau" and not called:
-            raise self.error(node, f"{label} needs a reference motion", f"{label}(servo), and [references.servo]")
+            raise self.error(
+                node, f"{label} needs a reference motion [E1561]", f"{label}(servo), and [references.servo]"
+            )
 
     def unknown_kind(self, node: ast.expr, kind: str, name: str) -> FormulaError:
         """Return the error for a kind of quantity that the scene does not have."""
         if kind == "mode":
-            return self.error(node, f"mode.{name[:64]}: the scene has no [modes]", f"[modes] and {name[:64]} = 1")
+            return self.error(
+                node, f"mode.{name[:64]}: the scene has no [modes] [E1562]", f"[modes] and {name[:64]} = 1"
+            )
         if absent := fault_of_absent(kind):
-            return self.error(node, f"unknown quantity {shown(kind)}: {absent[0]}", absent[1])
+            return self.error(node, f"unknown quantity {shown(kind)}: {absent[0]} [E1563]", absent[1])
         meant = next((each for each in (name, f"{kind}_{name}") if each in self.declared()), "")
         hint = meant or of_kind(kind, name, self.names, self.kinds())
-        return self.error(node, f"unknown quantity {shown(kind)}", hint)
+        return self.error(node, f"unknown quantity {shown(kind)} [E1563]", hint)
 
     def check_name(self, node: ast.expr, kind: str, name: str, known: Collection[str]) -> None:
         """Check that a quantity may stand here, and that its name is among the names known for its kind."""
@@ -530,15 +536,17 @@ class _FormulaReader:
         of_joints = kind in ("q", "v", "a")
         if name not in known:
             if kind == "rate" and name in self.names.states:
-                fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself"
+                fault = f"rate.{name}: the rate of a state has no name, or it could depend on itself [E1565]"
                 raise self.error(node, fault, f"its formula, or the state {name}")
             if QUANTITIES.get(kind) == "body" and name in self.bent:
-                fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own"
+                fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own [E1566]"
                 raise self.error(node, fault, "a body that is fixed to the beam at the place of interest")
             noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
-            raise self.error(node, f"{kind}.{name[:64]}: there is no {noun} {shown(name)}", nearest(name, known))
+            raise self.error(
+                node, f"{kind}.{name[:64]}: there is no {noun} {shown(name)} [E1568]", nearest(name, known)
+            )
         if of_joints and name in self.names.exact_beams and name not in self.names.joints:
-            fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates"
+            fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates [E1564]"
             raise self.error(node, fault, ON_A_POINT)
 
     def check_component(self, node: ast.expr, label: str, index: int | None, size: int | None) -> None:
@@ -546,21 +554,25 @@ class _FormulaReader:
         if size is None:
             return
         if size == 0:
-            raise self.error(node, f"{label}: a fixed joint has no coordinates", "a moving joint")
+            raise self.error(node, f"{label}: a fixed joint has no coordinates [E1571]", "a moving joint")
         if index is None and size > 1:
-            raise self.error(node, f"{label} has {size} components", f"{label}[0]")
+            raise self.error(node, f"{label} has {size} components [E1543]", f"{label}[0]")
         if index is not None and index >= size:
             hint = f"an index from 0 to {size - 1}" if size > 1 else label
-            raise self.error(node, f"{label} has no component {index}", hint)
+            raise self.error(node, f"{label} has no component {index} [E1544]", hint)
 
     def local(self, node: ast.expr, kind: str, index: int | None) -> Symbol:
         """Return a component of a quantity of the place at which a load acts: ``velocity.here[2]``."""
         label = f"{kind}.{HERE}"
         if "local" not in self.scope.kinds:
-            fault = f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams"
+            fault = (
+                f"{label}: {HERE} is where a load acts, in [forces] and in [distributed_loads] of exact beams [E1572]"
+            )
             raise self.error(node, fault, "the name of a point")
         if index is None or not 0 <= index <= 2:
-            fault = f"{label} has 3 components" if index is None else f"{label} has no component {index}"
+            fault = (
+                f"{label} has 3 components [E1543]" if index is None else f"{label} has no component {index} [E1544]"
+            )
             raise self.error(node, fault, f"{label}[0]")
         return Symbol("local", kind, index)
 
@@ -570,15 +582,22 @@ class _FormulaReader:
         name, part = inner.value.attr.removeprefix(PREFIX), inner.attr.removeprefix(PREFIX)
         label = f"reaction.{name[:64]}"
         if "reaction" not in self.scope.kinds:
-            message = f"{label} cannot be used here: it depends on the accelerations that follow from what stands here"
+            message = (
+                f"{label} cannot be used here: it depends on the accelerations that follow from what stands"
+                f" here [E1555]"
+            )
             raise self.error(node, message, f"{self.scope.description} only")
         if fault := self.names.fault_of_reaction(name):
             raise self.error(node, f"{label}: {fault[0]}", fault[1])
         if part not in REACTION_PARTS:
-            raise self.error(node, f"{label} has no part {shown(part)}", f"{label}.force[0] or {label}.moment[0]")
+            raise self.error(
+                node, f"{label} has no part {shown(part)} [E1576]", f"{label}.force[0] or {label}.moment[0]"
+            )
         if index is None or index > 2:
             message = (
-                f"{label}.{part} has 3 components" if index is None else f"{label}.{part} has no component {index}"
+                f"{label}.{part} has 3 components [E1543]"
+                if index is None
+                else f"{label}.{part} has no component {index} [E1544]"
             )
             raise self.error(node, message, f"{label}.{part}[0]")
         return Symbol("reaction", name, REACTION_PARTS[part] + index)

@@ -277,12 +277,12 @@ class SceneNames:
         if name not in known:
             for kind in _FORCES:
                 if (row := self.offered.get(kind)) and name in row.names:
-                    fault = f"{name[:64]} is in [{row.section}], and no joint, constraint or reaction"
+                    fault = f"{name[:64]} is in [{row.section}], and no joint, constraint or reaction [E1879]"
                     return fault, f"{kind}.{name[:64]} in a formula, its force in N"
-            return f"there is no joint, constraint or reaction {shown(name)}", nearest(name, known)
+            return f"there is no joint, constraint or reaction {shown(name)} [E1877]", nearest(name, known)
         if name not in self.reactions and name in self.joints and name in self.constraints:
             hint = f'[reactions] and {name[:64]}_load = {{ joint = "{name[:64]}" }}'
-            return f"both a joint and a constraint are called {name[:64]}", hint
+            return f"both a joint and a constraint are called {name[:64]} [E1878]", hint
         return None
 
     def section_of(self, kind: str) -> str:

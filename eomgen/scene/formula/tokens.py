@@ -49,7 +49,7 @@ DEGREES = frozenset({"deg", "degs", "degree", "degrees", "radians", "rad", "deg2
 #: Quantities of a geometrically exact beam in formulas.
 ON_A_POINT = "position.NAME[0], with NAME in [points] at one of its nodes"
 IN_RADIANS = 'angles are in radians: 45 * pi / 180, or "45 deg" alone'
-TOO_DEEP = f"the formula is nested more than {DEPTH} deep"
+TOO_DEEP = f"the formula is nested more than {DEPTH} deep [E1522]"
 _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 
 
@@ -83,10 +83,10 @@ class FormulaText:
         self.aliased_starts: list[int] = []
         self.columns: list[int] = []
         if len(text) > TEXT_LENGTH:
-            fault = f"the formula has {len(text)} characters, more than {TEXT_LENGTH}"
+            fault = f"the formula has {len(text)} characters, more than {TEXT_LENGTH} [E1577]"
             raise FormulaError(fault, TEXT_LENGTH + 1, "[definitions] for its parts")
         if not text.strip():
-            raise FormulaError("the formula is empty", 1, "a number")
+            raise FormulaError("the formula is empty [E1578]", 1, "a number")
         self.aliased = self.alias()
 
     def alias(self) -> str:
@@ -127,26 +127,26 @@ class FormulaText:
             return str(int(token))
         value = float(token)
         if not math.isfinite(value):
-            raise FormulaError(f"the number {shown(token)} is too large", column, "a number below 1e308")
+            raise FormulaError(f"the number {shown(token)} is too large [E1579]", column, "a number below 1e308")
         return repr(value)
 
     def beside(self, number: str, word: str, column: int) -> FormulaError:
         """Return the error of a number that a word follows."""
         if word in DEGREES:
-            return FormulaError(f"the number {shown(number)} runs into a name", column, IN_RADIANS)
+            return FormulaError(f"the number {shown(number)} runs into a name [E1580]", column, IN_RADIANS)
         fault, hint = in_formula(number, word)
         return FormulaError(fault, column, hint)
 
     def refused(self, token: str, column: int) -> FormulaError:
         if token == "=" and column == 1:
-            return FormulaError("a formula does not begin with '='", column, "the formula without it")
+            return FormulaError("a formula does not begin with '=' [E1582]", column, "the formula without it")
         if token in _ADVICE:
-            return FormulaError(f"the operator {shown(token)} is not part of formulas", column, _ADVICE[token])
+            return FormulaError(f"the operator {shown(token)} is not part of formulas [E1583]", column, _ADVICE[token])
         if token in "'\"`":
-            return FormulaError("a text in quotes is not part of formulas", column, "names without quotes")
+            return FormulaError("a text in quotes is not part of formulas [E1584]", column, "names without quotes")
         title = "" if token.isascii() else f" (U+{ord(token):04X} {unicodedata.name(token, 'unnamed')})"
         hint = IN_RADIANS if token in DEGREES else _SIGNS.get(token, _ALPHABET)
-        return FormulaError(f"the character {shown(token)}{title} is not part of formulas", column, hint)
+        return FormulaError(f"the character {shown(token)}{title} is not part of formulas [E1585]", column, hint)
 
     def column(self, offset: int) -> int:
         """Return the user's column (from 1) for an offset in the parser's text."""

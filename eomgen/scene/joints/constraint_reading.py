@@ -75,9 +75,11 @@ def _check_keys(key: str, entry: written.Constraint, report: Report) -> None:
         given = getattr(entry, field) is not None
         types = [row.name for row in TYPES.values() if field in row.constraint_keys]
         if given and entry.type not in types:
-            report.add(f"{key}.{field}", f"a {entry.type} constraint has no {field}", f"type = {' or '.join(types)}")
+            report.add(
+                f"{key}.{field}", f"a {entry.type} constraint has no {field} [E1599]", f"type = {' or '.join(types)}"
+            )
         elif not given and entry.type in types and field in _EXAMPLES:
-            report.add(key, f"a {entry.type} constraint needs a {field}", f"{field} = {_EXAMPLES[field]}")
+            report.add(key, f"a {entry.type} constraint needs a {field} [E1600]", f"{field} = {_EXAMPLES[field]}")
 
 
 def read_constraint(
@@ -127,10 +129,12 @@ def _doubtful_contact(
 ) -> Iterator[str]:
     """Yield notes on a contact whose frames or radii look exchanged."""
     if second.body == BASE:
-        yield f"{key}: second, the base, carries the {shape}, and first the plane; a body on the ground is second"
+        yield (
+            f"{key}: second, the base, carries the {shape}, and first the plane; a body on the ground is second [W0131]"
+        )
     if shape == "torus" and (inner := values.value(tube)) >= (outer := values.value(radius)):
         fault = f"a tube of radius {inner:g} about a centre line of radius {outer:g} leaves no hole in the torus"
-        yield f"{key}.tube_radius: {fault}; try: the smaller radius in tube_radius"
+        yield f"{key}.tube_radius: {fault}; try: the smaller radius in tube_radius [W0132]"
 
 
 def _length(
@@ -150,9 +154,11 @@ def _length(
     if math.isnan(number) or not why:  # other faults
         return UNKNOWN
     if number > _NO_LENGTH:
-        values.note([f"{key}: the length is not given, so it is the distance at the design position, {number:.6g} m"])
+        values.note(
+            [f"{key}: the length is not given, so it is the distance at the design position, {number:.6g} m [W0281]"]
+        )
         return length
-    fault = f"a distance constraint needs a length, and the design position gives none: {why}"
+    fault = f"a distance constraint needs a length, and the design position gives none: {why} [E1601]"
     values.report.add(key, fault, "length = 1.0")
     return UNKNOWN
 
@@ -165,10 +171,10 @@ def _surface(key: str, text: float | str, values: Values) -> Formula | None:
     for symbol in sorted(symbols(formula), key=lambda symbol: (symbol.kind, symbol.index)):
         if symbol.kind not in ("parameter", "local"):
             hint = "a moving body in first, which carries the surface"
-            values.report.add(key, "the surface changes over time", hint)
+            values.report.add(key, "the surface changes over time [E1602]", hint)
             return None
         if symbol.kind == "local" and symbol.index > 1:
-            values.report.add(key, "the height of a surface depends on x and y, not on z", '"0.1 * x**2"')
+            values.report.add(key, "the height of a surface depends on x and y, not on z [E1603]", '"0.1 * x**2"')
             return None
     _check_smooth(key, formula, values, 3)
     return formula
@@ -186,7 +192,7 @@ def _frame(
     """Return the first or the second frame of a joint; a missing frame is reported."""
     if frame is None:
         side = key.rpartition(".")[2]
-        values.report.add(key, f"the key {side} is missing", f"{side} = ...")
+        values.report.add(key, f"the key {side} is missing [E1343]", f"{side} = ...")
         return Frame("")
     return read_frame(key, f"{_kind(entry)} constraint", frame, need, bodies, points, values)
 
@@ -198,14 +204,16 @@ def _check_shape(key: str, shape: Shape, entry: written.Constraint, values: Valu
         if example is not None and not given:
             article = "an" if shape == "ellipsoid" else "a"
             fault = (
-                f"a {entry.type} constraint needs a {field}"
+                f"a {entry.type} constraint needs a {field} [E1600]"
                 if field == "radius"
-                else f"{article} {shape} needs {field}"
+                else f"{article} {shape} needs {field} [E1604]"
             )
             values.report.add(key, fault, f"{field} = {example}")
         elif given and example is None:
             having = [f'"{name}"' for name, keys in _OF_SHAPES.items() if field in keys]
-            values.report.add(f"{key}.{field}", f"the shape {shape} has no {field}", f"shape = {' or '.join(having)}")
+            values.report.add(
+                f"{key}.{field}", f"the shape {shape} has no {field} [E1608]", f"shape = {' or '.join(having)}"
+            )
 
 
 def _needs(entry: written.Constraint) -> tuple[Need, Need]:
@@ -238,12 +246,14 @@ def read_equation(
     text = entry.velocity_equation if at_velocity else entry.equation
     if text is None or (at_velocity and entry.equation is not None):
         got = "both" if at_velocity else "none"
-        report.add(key, f"a formula constraint needs one of equation and velocity_equation, not {got}", _EQUATION)
+        report.add(
+            key, f"a formula constraint needs one of equation and velocity_equation, not {got} [E1609]", _EQUATION
+        )
         return None, "m"
     framed = entry.first is not None or entry.second is not None
     if at_velocity and framed:
         hint = "velocities of points and joints, and no first and second"
-        report.add(f"{key}.velocity_equation", "an equation between two frames holds positions alone", hint)
+        report.add(f"{key}.velocity_equation", "an equation between two frames holds positions alone [E1610]", hint)
         return UNKNOWN, "m"
     place = f"{key}.velocity_equation" if at_velocity else f"{key}.equation"
     formula = values.formula(place, text, VELOCITIES if at_velocity else BETWEEN_FRAMES if framed else POSITIONS)
@@ -272,21 +282,23 @@ def _holds(
     report = values.report
     if at_velocity and not kinds.intersection(_VELOCITIES):
         if kinds.intersection(("q", "position")):
-            report.add(place, "the equation names no velocity", "equation = ... for positions")
+            report.add(place, "the equation names no velocity [E1611]", "equation = ... for positions")
         else:
-            report.add(place, "the equation names no velocity, so it holds no motion", "v.JOINT or velocity.POINT[0]")
+            report.add(
+                place, "the equation names no velocity, so it holds no motion [E1612]", "v.JOINT or velocity.POINT[0]"
+            )
         return False
     if at_velocity and degree(formula) >= _NONLINEAR:
         hint = "a sum of velocities times factors of positions and time"
-        report.add(place, "the equation is not linear in velocities", hint)
+        report.add(place, "the equation is not linear in velocities [E1613]", hint)
         return False
     if not at_velocity and not kinds.intersection(("q", "position", "local")):
         hint = "x, y or z" if framed else "q.JOINT or position.POINT[0]"
-        report.add(place, "the equation names no coordinate, so it holds no motion", hint)
+        report.add(place, "the equation names no coordinate, so it holds no motion [E1614]", hint)
         return False
     named = {symbol for symbol in symbols(formula) if symbol.kind in ("q", "v", "position", "velocity", "local")}
     if all(symbol.kind in ("position", "velocity") and symbol.name in still for symbol in named):
-        fault = "the equation names points of the base and of the world alone, so it holds no motion"
+        fault = "the equation names points of the base and of the world alone, so it holds no motion [E1615]"
         report.add(place, fault, "a point of a moving body")
         return False
     return True
@@ -298,12 +310,12 @@ def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int
     noun = "surface" if place.endswith(".surface") else "equation"
     needs = f"a constraint needs {_COUNTS[derivatives]} of its {noun}"
     for name, does in rough_curves(formula, derivatives).items():
-        values.report.add(place, f"{needs}, and {name} {does}", 'interpolation = "quintic"')
+        values.report.add(place, f"{needs}, and {name} {does} [E1616]", 'interpolation = "quintic"')
     for name in dict.fromkeys(_rough(formula)):
         if derivatives == 1 and _ROUGH[name] == "a corner":
             continue
         hint = "a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
-        fault = f"{needs}, and {_words(name)} has {_ROUGH[name]}"
+        fault = f"{needs}, and {_words(name)} has {_ROUGH[name]} [E1617]"
         values.report.add(place, fault, hint)
     if any(part.name == "select" and changes(part.arguments[0]) for part in _operations(formula)):
         equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
@@ -368,13 +380,15 @@ def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values
     by_choice = {unit: unit for unit in choice}
     if given is not None and given not in choice:
         level = "velocities" if at_velocity else "positions"
-        report.add(f"{key}.unit", f"an equation of {level} is in {' or '.join(choice)}, not in {given}", choice[0])
+        report.add(
+            f"{key}.unit", f"an equation of {level} is in {' or '.join(choice)}, not in {given} [E1618]", choice[0]
+        )
     elif known and known not in choice:
-        report.add(place, f"the equation is in {known}", f"an equation in {' or '.join(choice)}")
+        report.add(place, f"the equation is in {known} [E1619]", f"an equation in {' or '.join(choice)}")
     elif given is not None and known and given != known:
-        report.add(f"{key}.unit", f"the equation is in {known}, not in {given}", f'"{known}"')
+        report.add(f"{key}.unit", f"the equation is in {known}, not in {given} [E1620]", f'"{known}"')
     elif given is None and not known:
-        fault = "the unit of the equation does not follow from its text"
+        fault = "the unit of the equation does not follow from its text [E1621]"
         report.add(key, fault, f'unit = "{choice[0]}", or "{choice[1]}" of angles and numbers')
     return given or by_choice.get(known, choice[0])  # type: ignore[call-overload]  # known is any text
 

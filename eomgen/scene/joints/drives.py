@@ -55,7 +55,7 @@ def read_length(key: str, value: float | str, values: Values, smooth: float | No
     check_twice_differentiable(key, [formula], values.report, SMOOTH_OR_SPLINE)
     length, _ = start_of(key, formula, values)
     if length < 0.0:
-        values.report.add(key, f"the length is {length:.6g} m at t = 0, which is not positive", "a length in m")
+        values.report.add(key, f"the length is {length:.6g} m at t = 0, which is not positive [E1622]", "a length in m")
     return formula
 
 
@@ -70,13 +70,15 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
         return None
     place = f"{key}.smooth"
     if law:
-        values.report.add(place, f"smooth is of a {law} over time, and there is none", f"no smooth, or a {law}")
+        values.report.add(place, f"smooth is of a {law} over time, and there is none [E1623]", f"no smooth, or a {law}")
         return None
     duration = values.constant(place, smooth)
     if math.isnan(duration):
         return None
     if not 0.0 < duration < math.inf:
-        values.report.add(place, f"the duration is {duration:.6g} s, and has to be positive", 'smooth = "10 ms"')
+        values.report.add(
+            place, f"the duration is {duration:.6g} s, and has to be positive [E1624]", 'smooth = "10 ms"'
+        )
         return None
     return duration
 
@@ -92,7 +94,7 @@ def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | N
     try:
         law = smoothed(formula, smooth, fixed)
         if law == formula:
-            values.notes.append(f"{key}: smooth changes nothing, since the law has no jumps and no kinks")
+            values.notes.append(f"{key}: smooth changes nothing, since the law has no jumps and no kinks [W0133]")
         return law
     except SmoothingError as error:
         values.report.add(key, error.what, error.hint)
@@ -107,19 +109,21 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
     kind, place, report = JOINTS[joint.type], f"{key}.drive", values.report
     meanings = tuple(kind.coordinates)
     if not meanings:
-        report.add(place, f"a {joint.type} joint has no coordinates that a drive could prescribe", "a revolute joint")
+        report.add(
+            place, f"a {joint.type} joint has no coordinates that a drive could prescribe [E1625]", "a revolute joint"
+        )
         return ()
     if len(joint.drive) != len(meanings):
         count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"
-        report.add(place, f"the drive of a {joint.type} joint needs {count}, not {len(joint.drive)}")
+        report.add(place, f"the drive of a {joint.type} joint needs {count}, not {len(joint.drive)} [E1626]")
         return ()
     if joint.mimic is not None:
-        report.add(place, "a joint that follows another cannot be driven", f"the drive of {joint.mimic.joint}")
+        report.add(place, "a joint that follows another cannot be driven [E1627]", f"the drive of {joint.mimic.joint}")
     for field in _STARTS:
         if getattr(joint.initial, field) is not None:
             report.add(
                 f"{key}.initial.{field}",
-                "a driven joint has no initial state of its own",
+                "a driven joint has no initial state of its own [E1628]",
                 "no initial: it starts where its drive is at t = 0",
             )
     smooth = read_smoothing(key, joint.smooth, "", values)
@@ -154,7 +158,7 @@ def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
         return 0.0, 0.0
     if not (math.isfinite(value) and abs(rate) < _ENDLESS):
         values.report.add(
-            key, "the motion has no finite value and rate at t = 0", "a law that begins at t = 0 or before"
+            key, "the motion has no finite value and rate at t = 0 [E1629]", "a law that begins at t = 0 or before"
         )
         return 0.0, 0.0
     return (0.0 if abs(value) < _NOISE else value), rate

@@ -40,7 +40,7 @@ def read_frame(
             ZERO_VECTOR if frame.position is None else values.vector(f"{key}.position", frame.position, PARAMETERS)
         )
         if frame.body is None:
-            report.add(key, "the frame belongs to no body", f'body = "{BASE}", or a point')
+            report.add(key, "the frame belongs to no body [E1630]", f'body = "{BASE}", or a point')
             return Frame(BASE, position, orientation)
         check_reference(f"{key}.body", frame.body, [BASE, *bodies], "body", report)
         given = position, orientation
@@ -49,9 +49,9 @@ def read_frame(
         )
     for field in ("body", "position"):
         if getattr(frame, field) is not None:
-            report.add(f"{key}.{field}", f"the point gives the {field} already", f"either point or {field}")
+            report.add(f"{key}.{field}", f"the point gives the {field} already [E1631]", f"either point or {field}")
     if frame.point in (BASE, *bodies) and frame.point not in values.names.points:
-        report.add(f"{key}.point", f"{frame.point} is a body, not a point", f'{{ body = "{frame.point}" }}')
+        report.add(f"{key}.point", f"{frame.point} is a body, not a point [E1632]", f'{{ body = "{frame.point}" }}')
     else:
         check_reference(f"{key}.point", frame.point, values.names.points, "point", report)
     point = points.get(frame.point, Point(frame.point, "", ZERO_VECTOR))
@@ -69,30 +69,34 @@ def _orientation(
         given = "orientation" if frame.rotation is None else "rotation"
         for field in ("axis", "x_axis"):
             if getattr(frame, field) is not None:
-                report.add(f"{key}.{field}", f"{field} and {given} are both given", "one of them")
+                report.add(f"{key}.{field}", f"{field} and {given} are both given [E1633]", "one of them")
         return read_orientation(key, frame.rotation, frame.orientation, values)
     if frame.axis is None:
         if frame.x_axis is not None:
             report.add(
-                f"{key}.x_axis", "x_axis has no meaning without axis, the z axis of the frame", "axis = [0, 0, 1]"
+                f"{key}.x_axis",
+                "x_axis has no meaning without axis, the z axis of the frame [E1634]",
+                "axis = [0, 0, 1]",
             )
         elif need not in ("nothing", "any"):
             extra = ", x_axis = [1, 0, 0]" if need == "x and z" else ""
-            report.add(key, f"a {title} needs the axes of this frame", f"axis = [0, 0, 1]{extra}, or rotation")
+            report.add(key, f"a {title} needs the axes of this frame [E1635]", f"axis = [0, 0, 1]{extra}, or rotation")
         return rows(sequence([]))
     if need == "nothing":
-        report.add(f"{key}.axis", f"a {title} has no axis in this frame", "its position alone, without axis and x_axis")
+        report.add(
+            f"{key}.axis", f"a {title} has no axis in this frame [E1636]", "its position alone, without axis and x_axis"
+        )
     axis = values.axis(f"{key}.axis", frame.axis)
     if frame.x_axis is None:
         if need in ("x and z", "any"):
-            fault = f"the angle about the axis matters to a {title}, and axis does not say it"
+            fault = f"the angle about the axis matters to a {title}, and axis does not say it [E1637]"
             report.add(key, fault, "x_axis = [1, 0, 0], in the axes of this body, or rotation")
         return rows(sequence([]) if axis is None else frame_about(axis))
     x_axis = values.axis(f"{key}.x_axis", frame.x_axis)
     if axis is None or x_axis is None:
         return rows(sequence([]))
     if abs(float(axis @ x_axis)) > 1.0 - 1e-9:
-        report.add(f"{key}.x_axis", "x_axis is parallel to axis", "a direction across it")
+        report.add(f"{key}.x_axis", "x_axis is parallel to axis [E1638]", "a direction across it")
         return rows(sequence([]))
     return rows(frame_about(axis, x_axis))
 
@@ -123,4 +127,4 @@ def check_two_bodies(
     if one not in beams and one in host and other in host and host[one] == host[other]:
         which = one if one == other else listed([one, other]) + ", which fixed joints make one body"
         hint = "frames in two bodies that move against each other"
-        report.add(key_of(section, name, "second"), f"both frames are in the same rigid body: {which}", hint)
+        report.add(key_of(section, name, "second"), f"both frames are in the same rigid body: {which} [E1639]", hint)

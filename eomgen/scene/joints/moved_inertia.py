@@ -277,7 +277,7 @@ def check_motion(
         Joints that need constraints.
     """
     if not any(joint.kind.moves or bodies[joint.child].beam is not None for joint in joints):
-        values.report.add("joints", "no joint can move", "a revolute, prismatic, spherical or free joint")
+        values.report.add("joints", "no joint can move [E1640]", "a revolute, prismatic, spherical or free joint")
     light = _check_leaders(joints, bodies, values, allowed)
     followers = _followers(joints)
     assemblies, carrying = _assemblies(joints)
@@ -301,10 +301,13 @@ def check_motion(
         parts = _parts(joint, fixed, bodies, places)
         rotors, led, pitch = tuple[int, ...](), tuple[int, ...](), places.put(joint.pitch)
         if absolute:
-            words = f"in absolute coordinates the body {joint.child} has a free joint, and {{}}"
+            words = f"in absolute coordinates the body {joint.child} has a free joint, and {{}} [E1641]"
             key, kind, hint = key_of("bodies", joint.child), JOINTS["free"], _ABSOLUTE_HINT
         else:
-            words = f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be singular"
+            words = (
+                f"the joint {joint.name} cannot be moved by a force: {{}}, so the inertia matrix would be"
+                f" singular [E1642]"
+            )
             key, kind, hint = key_of("joints", joint.name), joint.kind, joint.kind.light.format(joint.child)
             if bodies[joint.child].beam is not None:
                 hint = "polar_inertia for the beam, or another joint"
@@ -410,7 +413,7 @@ def _check_leaders(
         rule = MimicInertia(
             leader,
             tuple(zip(multipliers, rest, strict=True)),
-            f"{words}, so the inertia matrix would be singular",
+            f"{words}, so the inertia matrix would be singular [E1643]",
             hint,
         )
         if named[first].child not in allowed:

@@ -49,7 +49,9 @@ class _Coordinates:
         if given is None or len(given) == len(self.meanings):
             return given
         count = f"{len(self.meanings)} values ({', '.join(self.meanings)})" if len(self.meanings) > 1 else "one value"
-        self.values.report.add(f"{self.key}.{field}", f"a {self.kind} joint needs {count} here, not {len(given)}", "")
+        self.values.report.add(
+            f"{self.key}.{field}", f"a {self.kind} joint needs {count} here, not {len(given)} [E1644]", ""
+        )
         return None
 
     def bounds(self, field: str, given: Given) -> list[Formula | None]:
@@ -77,7 +79,7 @@ def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ..
     each, units = _Coordinates(key, joint.type, values), tuple(JOINTS[joint.type].coordinates.values())
     lowers, uppers = each.bounds("lower", limits.lower), each.bounds("upper", limits.upper)
     if not values.report.concerns(key) and not any(bound is not None for bound in (*lowers, *uppers)):
-        values.report.add(key, "limits need lower, upper or both", "lower = -1.0, upper = 1.0")
+        values.report.add(key, "limits need lower, upper or both [E1645]", "lower = -1.0, upper = 1.0")
     stiffness, damping = each.coefficients("stiffness", limits.stiffness), each.coefficients("damping", limits.damping)
     onset = each.coefficients("onset", limits.onset)
     if limits.onset is None:
@@ -102,7 +104,7 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
     if (friction.static is None) != (friction.stribeck is None):
         given, missing = ("static", "stribeck") if friction.stribeck is None else ("stribeck", "static")
         example = "0.05" if missing == "stribeck" else "the effort that breaks it loose"
-        values.report.add(key, f"{given} also needs {missing}", f"{missing} = {example}")
+        values.report.add(key, f"{given} also needs {missing} [E1647]", f"{missing} = {example}")
     if friction.static is None or friction.stribeck is None:
         pairs = enumerate(zip(coulomb, velocity, strict=True))
         return tuple(Friction(index, *pair) for index, pair in pairs if pair[0] != ZERO)
@@ -119,7 +121,7 @@ def read_friction(key: str, joint: written.Joint, values: Values) -> tuple[Frict
 def _has_coordinates(key: str, joint: written.Joint, plural: str, values: Values) -> bool:
     result = bool(JOINTS[joint.type].coordinates)
     if not result:
-        values.report.add(key, f"a {joint.type} joint has no {plural}", "a bushing, an effort or a force")
+        values.report.add(key, f"a {joint.type} joint has no {plural} [E1650]", "a bushing, an effort or a force")
     return result
 
 
@@ -169,16 +171,16 @@ def _check_axis_keys(key: str, joint: written.Joint, report: Report) -> None:
     """Report directions that a type of joint needs or does not have."""
     kind = JOINTS[joint.type]
     if kind.coordinates and joint.axis is None:
-        report.add(key, f"a {joint.type} joint needs an axis", "axis = [0, 0, 1]")
+        report.add(key, f"a {joint.type} joint needs an axis [E1652]", "axis = [0, 0, 1]")
     elif not kind.coordinates and joint.axis is not None:
-        report.add(f"{key}.axis", f"a {joint.type} joint has no axis", "rotation, for its placement")
+        report.add(f"{key}.axis", f"a {joint.type} joint has no axis [E1653]", "rotation, for its placement")
     for field, example in _KEYS.items():
         given = getattr(joint, field) is not None
         if given and field not in (kind.second_key, *kind.needed):
             first = next(row.name for row in JOINTS.values() if field in (row.second_key, *row.needed))
-            report.add(f"{key}.{field}", f"a {joint.type} joint has no {field}", f"type = {first}")
+            report.add(f"{key}.{field}", f"a {joint.type} joint has no {field} [E1654]", f"type = {first}")
         elif not given and field in kind.needed:
-            report.add(key, f"a {joint.type} joint needs a {field}", f"{field} = {example}")
+            report.add(key, f"a {joint.type} joint needs a {field} [E1655]", f"{field} = {example}")
 
 
 def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
@@ -194,13 +196,13 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
     second = None if written_second is None else values.axis(f"{key}.{field}", written_second)
     if second is not None and required and abs(float(axis @ second)) > _PERPENDICULAR:
         included = math.degrees(math.acos(min(1.0, max(-1.0, float(axis @ second)))))
-        fault = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees"
+        fault = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees [E1656]"
         report.add(
             f"{key}.second_axis", fault, "second_axis across axis, or two revolute joints with a body in between"
         )
         return neutral
     if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
-        report.add(f"{key}.{field}", f"{field} is parallel to axis", "a direction across it")
+        report.add(f"{key}.{field}", f"{field} is parallel to axis [E1657]", "a direction across it")
         return neutral
     x, _, z = rows(frame_about(axis, second).T)
     return z, x
@@ -213,11 +215,11 @@ def _coefficients(key: str, field: str, joint: written.Joint, values: Values) ->
     if given is None:
         return Number(0.0)
     if not meaning:
-        values.report.add(place, f"a {joint.type} joint has no {field}", "an effort or a force")
+        values.report.add(place, f"a {joint.type} joint has no {field} [E1654]", "an effort or a force")
         return Number(0.0)
     if len(given) != len(meaning):
         count = f"{len(meaning)} values ({', '.join(meaning)})" if len(meaning) > 1 else "one value"
-        values.report.add(place, f"the {field} of a {joint.type} joint needs {count}, not {len(given)}", "")
+        values.report.add(place, f"the {field} of a {joint.type} joint needs {count}, not {len(given)} [E1661]", "")
         return Number(0.0)
     keys = [place] if len(given) == 1 else [f"{place}[{number}]" for number in range(len(given))]
     formulas = tuple(values.formula(at, value, PARAMETERS) for at, value in zip(keys, given, strict=True))
@@ -228,11 +230,11 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
     if joint.mimic is None:
         return None
     if (size := JOINTS[joint.type].v_size) != 1:
-        fault = f"a {joint.type} joint cannot follow another: it has {size or 'no'} coordinates"
+        fault = f"a {joint.type} joint cannot follow another: it has {size or 'no'} coordinates [E1662]"
         values.report.add(f"{key}.mimic", fault, "a joint with one coordinate")
     for field in ("position", "orientation", "rotation", "velocity"):
         if getattr(joint.initial, field) is not None:
-            fault = "a joint that follows another has no initial state of its own"
+            fault = "a joint that follows another has no initial state of its own [E1663]"
             values.report.add(f"{key}.initial.{field}", fault, f"the initial state of {shown(joint.mimic.joint)}")
     multiplier = values.formula(f"{key}.mimic.multiplier", joint.mimic.multiplier, PARAMETERS)
     return Mimic(joint.mimic.joint, multiplier, values.formula(f"{key}.mimic.offset", joint.mimic.offset, PARAMETERS))
@@ -245,7 +247,7 @@ def _known(
     if given is None:
         return None
     if len(given) != count:
-        values.report.add(key, f"{quantity} needs {count} number{'s' * (count != 1)}, not {len(given)}", "")
+        values.report.add(key, f"{quantity} needs {count} number{'s' * (count != 1)}, not {len(given)} [E1664]", "")
         return None
     numbers = values.constants(key, given)
     return None if any(math.isnan(number) for number in numbers) else numbers
@@ -256,7 +258,7 @@ def _initial_position(key: str, joint: written.Joint, values: Values) -> tuple[f
     for field in ("orientation", "rotation", "position"):
         if getattr(initial, field) is not None and field not in kind.starts:
             hint = "" if field == "position" else "position"
-            values.report.add(f"{place}.{field}", f"a {joint.type} joint has no initial {field}", hint)
+            values.report.add(f"{place}.{field}", f"a {joint.type} joint has no initial {field} [E1665]", hint)
     if not kind.moves:
         return ()
     if kind.group == "R":
@@ -276,7 +278,9 @@ def _quaternion(
     """Return the initial orientation, from a quaternion under ``field`` or from rotations."""
     if initial.rotation is not None:
         if given is not None:
-            values.report.add(f"{place}.rotation", f"{field} and rotation both give the orientation", "one of them")
+            values.report.add(
+                f"{place}.rotation", f"{field} and rotation both give the orientation [E1666]", "one of them"
+            )
         return quaternion_of(values.constant_rotations(f"{place}.rotation", initial.rotation) or [])
     numbers = _known(f"{place}.{field}", given, 4, "a quaternion (w, x, y, z)", values)
     if numbers is None:
@@ -284,7 +288,7 @@ def _quaternion(
     norm = math.sqrt(sum(number * number for number in numbers))
     if abs(norm - 1.0) > _QUATERNION_TOLERANCE:
         unit = ", ".join(f"{number / norm:.9g}" for number in numbers) if 0.0 < norm < math.inf else "1, 0, 0, 0"
-        values.report.add(f"{place}.{field}", f"the quaternion has norm {norm:.6g}, not 1", f"[{unit}]")
+        values.report.add(f"{place}.{field}", f"the quaternion has norm {norm:.6g}, not 1 [E1667]", f"[{unit}]")
         return _NEUTRAL
     return tuple(number / norm for number in numbers)
 
@@ -301,7 +305,7 @@ def _written_start(name: str, joint: written.Joint, values: Values) -> WrittenSt
     position = any(getattr(initial, field) is not None for field in ("position", "orientation", "rotation"))
     velocity = initial.velocity is not None
     if initial.hold and not (position or velocity):
-        fault = "no position or velocity is given that could be held"
+        fault = "no position or velocity is given that could be held [E2214]"
         values.report.add(f"{key_of('joints', name)}.initial.hold", fault, "a position or a velocity with it")
     return WrittenStart(name, position, velocity, initial.hold) if position or velocity else None
 
@@ -313,7 +317,7 @@ def read_reaction(
     key, report, names = key_of("reactions", name), values.report, values.names
     if (entry.joint is None) == (entry.constraint is None):
         got = "none" if entry.joint is None else "both"
-        report.add(key, f"a reaction needs one of joint and constraint, not {got}", 'joint = "hinge"')
+        report.add(key, f"a reaction needs one of joint and constraint, not {got} [E1668]", 'joint = "hinge"')
     if entry.joint is not None:
         check_reference(f"{key}.joint", entry.joint, names.joints, "joint", report)
     if entry.constraint is not None:
@@ -321,7 +325,9 @@ def read_reaction(
     of = entry.joint or entry.constraint or ""
     if of != name and (name in names.joints or name in names.constraints):
         kind = "joint" if name in names.joints else "constraint"
-        report.add(key, f"the {kind} {name} has a reaction of that name, and this is one of {of}", "another name")
+        report.add(
+            key, f"the {kind} {name} has a reaction of that name, and this is one of {of} [E1669]", "another name"
+        )
     if entry.point is not None:
         check_reference(f"{key}.point", entry.point, names.points, "point", report)
     check_reference(f"{key}.axes", entry.axes, [BASE, WORLD, *bodies], "body", report)

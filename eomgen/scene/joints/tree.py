@@ -101,17 +101,17 @@ def ordered(
         key = key_of("joints", link.name)
         if link.parent != BASE and link.parent not in known:
             hint = BASE if link.parent == WORLD else nearest(link.parent, [BASE, *known])
-            report.add(f"{key}.parent", f"there is no body {shown(link.parent)}", hint)
+            report.add(f"{key}.parent", f"there is no body {shown(link.parent)} [E1587]", hint)
         if link.child == BASE:
             hint = "the base as parent, or a free joint for a floating body"
-            report.add(f"{key}.child", "the base cannot be a child: it carries the tree", hint)
+            report.add(f"{key}.child", "the base cannot be a child: it carries the tree [E1670]", hint)
         elif link.child not in known:
-            report.add(f"{key}.child", f"there is no body {shown(link.child)}", nearest(link.child, known))
+            report.add(f"{key}.child", f"there is no body {shown(link.child)} [E1587]", nearest(link.child, known))
         elif link.child in carrier:
-            fault = f"the body {link.child} is already carried by the joint {carrier[link.child].name}"
+            fault = f"the body {link.child} is already carried by the joint {carrier[link.child].name} [E1671]"
             report.add(f"{key}.child", fault, "one joint for each body, and [constraints] for loop closures")
         elif link.parent == link.child:
-            report.add(f"{key}.parent", f"the joint connects the body {link.child} to itself", "another parent")
+            report.add(f"{key}.parent", f"the joint connects the body {link.child} to itself [E1672]", "another parent")
         carrier.setdefault(link.child, link)
     order = _parents_first(links, carrier, known)
     if complete:
@@ -153,7 +153,7 @@ def _report_lost(
         if body in path:
             cycle = list(path)[list(path).index(body) :][::-1]
             if len(cycle) > 1:
-                fault = f"the joints carry the bodies {listed(cycle)} in a circle"
+                fault = f"the joints carry the bodies {listed(cycle)} in a circle [E1673]"
                 report.add(key_of("joints", carrier[body].name), fault, f"{BASE} as the parent of one of them")
         end = end_of.get(body, body)
         end_of.update(dict.fromkeys([*path, body], end))
@@ -167,7 +167,9 @@ def _report_lost(
             others = hanging.get(body, [])
             rest = f", nor the bodies that hang from it: {listed(others)}" if others else ""
             report.add(
-                key_of(section, body), f"no joint carries the body {body}{rest}", f'a joint with child = "{body}"'
+                key_of(section, body),
+                f"no joint carries the body {body}{rest} [E1674]",
+                f'a joint with child = "{body}"',
             )
 
 
@@ -191,21 +193,25 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
         ):
             circle = listed([*path, joint.name]) if len(path) > 1 else ""
             fault = (
-                f"the joints follow one another in a circle: {circle}"
+                f"the joints follow one another in a circle: {circle} [E1675]"
                 if circle
-                else f"the joint {joint.name} follows itself"
+                else f"the joint {joint.name} follows itself [E1676]"
             )
             report.add(f"{key}.joint", fault, "one joint that leads")
         if joint.mimic is None or joint.mimic.joint in refused:
             continue
         if joint.mimic.joint not in joints:
             report.add(
-                f"{key}.joint", f"there is no joint {shown(joint.mimic.joint)}", nearest(joint.mimic.joint, joints)
+                f"{key}.joint",
+                f"there is no joint {shown(joint.mimic.joint)} [E1433]",
+                nearest(joint.mimic.joint, joints),
             )
             continue
         first = joints[joint.mimic.joint]
         if first.kind.v_size != 1:
             count = first.kind.v_size or "no"
-            fault = f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one"
+            fault = (
+                f"the {first.type} joint {first.name} cannot be followed: it has {count} coordinates, not one [E1677]"
+            )
             *most, last = (name for name, row in JOINTS.items() if row.v_size == 1)
             report.add(f"{key}.joint", fault, f"a {', '.join(most)} or {last} joint")

@@ -115,7 +115,7 @@ def _motions(
             f"{UNRESISTED}{', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia matrix"
         )
         note += " is singular and forward dynamics has no answer"
-        notes.append(f"{note}; try: lock={names!r}, or terms=['poses', 'inverse_dynamics']")
+        notes.append(f"{note}; try: lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]")
     return notes[::-1]
 
 
@@ -165,7 +165,7 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
     return (
         f"{note}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or"
-        " lock)"
+        " lock) [W0134]"
     )
 
 

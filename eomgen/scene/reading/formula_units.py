@@ -23,12 +23,12 @@ _EFFORT = {"m": "N", "rad": "N m"}
 _LABELLED = ("parameter", "input", "state", "controller")
 #: Operations on terms of one unit, with words for terms that disagree; the condition of a choice is not a term.
 _ALIKE = {
-    "add": "the formula adds {} and {}",
-    "sub": "the formula subtracts {1} from {0}",
-    "lt": "the formula compares {} with {}",
-    "le": "the formula compares {} with {}",
-    "select": "the formula chooses between {} and {}",
-    **{name: f"{name}() has the arguments {{}} and {{}}" for name in ("min", "max", "atan2")},
+    "add": "the formula adds {} and {} [W0136]",
+    "sub": "the formula subtracts {1} from {0} [W0137]",
+    "lt": "the formula compares {} with {} [W0138]",
+    "le": "the formula compares {} with {} [W0138]",
+    "select": "the formula chooses between {} and {} [W0139]",
+    **{name: f"{name}() has the arguments {{}} and {{}} [W0282]" for name in ("min", "max", "atan2")},
 }
 #: Functions of angles, and of plain numbers; ``tanh(v.hinge)`` stands for ``tanh(v.hinge / 1)`` by common use.
 _OF_ANGLES = frozenset({"sin", "cos", "tan"})
@@ -103,7 +103,7 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
     units = _Units(names, plain=True)
     known = units.of_labelled(formula)
     if units.first is not None and not by_time:
-        return f"{units.first.text} if its numbers have no unit; try: parameters with units in place of these"
+        return f"{units.first.text} if its numbers have no unit; try: parameters with units in place of these [W0283]"
     if expected is None or known is None or known.powers == expected.powers or _is_of_gains(known):
         return ""
     unit = Dimension(expected.times(known, -1.0).powers, 0.0)
@@ -111,7 +111,9 @@ def hidden_unit(formula: Formula, names: SceneNames, expected: Dimension | None,
         return ""
     number = next(factors(formula), "")
     remedy = f"a parameter in {unit} in place of {number}" if number else f"a factor in {unit}, as a parameter"
-    return f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy}"
+    return (
+        f"the formula is in {known} if its numbers have no unit, and its place takes {expected}; try: {remedy} [W0284]"
+    )
 
 
 def _is_computed(formula: Formula) -> bool:
@@ -296,7 +298,7 @@ class _Units:
         bare = formula.name not in _OF_ANGLES and known
         cosine = formula.name in _OF_COSINES and id(argument) not in self.labelled
         if unit is not None and not (unit.is_number or bare or cosine or unit.powers == SECOND.powers):
-            text = f"{formula.name}() takes a plain number or an angle, not {self.term(argument, unit)}"
+            text = f"{formula.name}() takes a plain number or an angle, not {self.term(argument, unit)} [W0135]"
             self.note(text, (str(unit), "1"))
 
     def compare(self, formula: Operation, terms: Sequence[Formula], units: Sequence[Dimension | None]) -> None:

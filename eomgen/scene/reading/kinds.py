@@ -41,13 +41,17 @@ def described(value: object) -> str:
 
 def _number(value: object, wanted: str = "a number") -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError("number", "{text}", {"text": f"{wanted} is needed here, not {described(value)}"})
+        raise PydanticCustomError(
+            "number", "{text}", {"text": f"{wanted} is needed here, not {described(value)} [E1475]"}
+        )
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise PydanticCustomError("number", "{text}", {"text": f"a finite number is needed here, not {shown(value)}"})
+        raise PydanticCustomError(
+            "number", "{text}", {"text": f"a finite number is needed here, not {shown(value)} [E1475]"}
+        )
     return number
 
 
@@ -68,7 +72,7 @@ def _list_of(*lengths: int) -> Callable[[object], object]:
             got = f"{len(value)}" if isinstance(value, list | tuple) else described(value)
             needed = " or ".join(str(length) for length in lengths)
             raise PydanticCustomError(
-                "list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got}"}
+                "list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got} [E1475]"}
             )
         return tuple(value)
 
@@ -136,7 +140,7 @@ def _inertia(value: object) -> object:
         missing = [key for key in _INERTIA_KEYS[:3] if key not in value]
         if unknown or missing:
             fault = f"{shown(unknown[0])} is unknown" if unknown else f"{missing[0]} is missing"
-            text = f"an inertia table has the keys xx yy zz, and xy xz yz where needed: {fault}"
+            text = f"an inertia table has the keys xx yy zz, and xy xz yz where needed: {fault} [E2228]"
             raise PydanticCustomError("inertia", "{text}", {"text": text})
         return tuple(value.get(key, 0.0) for key in _INERTIA_KEYS)
     if isinstance(value, list | tuple):
@@ -144,7 +148,8 @@ def _inertia(value: object) -> object:
             for row, column in ((0, 1), (0, 2), (1, 2)):
                 if not _same(value[row][column], value[column][row]):
                     text = (
-                        f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from [{column}][{row}]"
+                        f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from"
+                        f" [{column}][{row}] [E2229]"
                     )
                     raise PydanticCustomError("inertia", "{text}", {"text": text})
             return value[0][0], value[1][1], value[2][2], value[0][1], value[0][2], value[1][2]
@@ -152,7 +157,7 @@ def _inertia(value: object) -> object:
             return (*value, 0.0, 0.0, 0.0)
         if len(value) == 6:
             return tuple(value)
-    text = "an inertia is needed here: [xx, yy, zz], [xx, yy, zz, xy, xz, yz], a table or a 3x3 matrix"
+    text = "an inertia is needed here: [xx, yy, zz], [xx, yy, zz, xy, xz, yz], a table or a 3x3 matrix [E2230]"
     raise PydanticCustomError("inertia", "{text}", {"text": text})
 
 
@@ -213,9 +218,11 @@ def is_matrix(value: object) -> bool:
 
 def _rotations(value: object) -> object:
     if plain_angles(value):
-        raise PydanticCustomError("rotations", "angles alone say no axes and no order: a table is needed for each")
+        raise PydanticCustomError(
+            "rotations", "angles alone say no axes and no order: a table is needed for each [E2231]"
+        )
     if is_matrix(value):
-        raise PydanticCustomError("rotations", "this is a matrix, and a list of turns about axes is needed")
+        raise PydanticCustomError("rotations", "this is a matrix, and a list of turns about axes is needed [E2232]")
     return value
 
 

@@ -99,7 +99,7 @@ class Report:
         problems = [problem for _, problem in sorted(self.all(), key=itemgetter(0))]
         if len(problems) > _MOST:
             more = Problem(
-                self.file, f"{len(problems) - _MOST} more problems are not listed", "the first ones repaired"
+                self.file, f"{len(problems) - _MOST} more problems are not listed [E1729]", "the first ones repaired"
             )
             problems[_MOST:] = [more]
         if problems:
@@ -112,10 +112,12 @@ def check_reference(key: str, name: str, known: Collection[str], kind: str, repo
         return True
     whole, _, number = name.rpartition(".")
     if whole in known and number.isdigit():
-        fault = f"{shown(name)} may be a node of the beam {whole}, and a scene calls nodes by their places"
+        fault = f"{shown(name)} may be a node of the beam {whole}, and a scene calls nodes by their places [E1685]"
         report.add(key, fault, f'"{whole}", and a position on it')
         return False
     report.add(
-        key, f"there is no {kind} {shown(name)}", nearest(name, known) or f"a [{kind.replace(' ', '_')}s] section"
+        key,
+        f"there is no {kind} {shown(name)} [E0100]",
+        nearest(name, known) or f"a [{kind.replace(' ', '_')}s] section",
     )
     return False

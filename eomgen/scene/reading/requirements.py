@@ -120,46 +120,48 @@ class Outside:
         return np.logical_or(np.less(number, self.lower), np.greater(number, self.upper))
 
 
-_PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel", 'a pitch in m/rad, or type = "revolute"'
-_LENGTH: Bound = _not_positive, "{0} m is not positive", "a length in m"
-STIFFNESS: Bound = _negative, "the stiffness is negative: {0}", "0 or more"
-DAMPING: Bound = _negative, "the damping is negative: {0}", "0 or more"
+_PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel [E1771]", 'a pitch in m/rad, or type = "revolute"'
+_LENGTH: Bound = _not_positive, "{0} m is not positive [E1772]", "a length in m"
+STIFFNESS: Bound = _negative, "the stiffness is negative: {0} [E1773]", "0 or more"
+DAMPING: Bound = _negative, "the damping is negative: {0} [E1774]", "0 or more"
 _DEFORMATIONS = ("bending_y", "bending_z", "stretch", "torsion")
 _STRAINS = (*_DEFORMATIONS, "shear_y", "shear_z")
 
 _OF_SECTIONS: Mapping[str, Bound] = {
-    "section.elastic_modulus": above_zero("the elastic modulus"),
-    "section.density": above_zero("the density"),
-    "section.area": above_zero("the area of a section"),
-    **{f"section.{size}": above_zero(f"the {size} of a section") for size in ("width", "height", "diameter")},
-    "section.thickness": above_zero("the thickness of a wall"),
+    "section.elastic_modulus": above_zero("the elastic modulus [E1744]"),
+    "section.density": above_zero("the density [E1745]"),
+    "section.area": above_zero("the area of a section [E1746]"),
+    **{f"section.{size}": above_zero(f"the {size} of a section [E1746]") for size in ("width", "height", "diameter")},
+    "section.thickness": above_zero("the thickness of a wall [E1747]"),
     "section.poisson_ratio": (
         Outside(0.0, 0.5),
-        "Poisson's ratio is {0}",
+        "Poisson's ratio is {0} [E1775]",
         "0 to 0.5, or shear_modulus",
     ),
-    "section.second_moments": above_zero("a second moment of area"),
-    "section.shear_modulus": above_zero("the shear modulus"),
-    "section.torsion_constant": above_zero("the torsion constant"),
-    "mass_per_length": above_zero("the mass per length"),
-    "section.shear_factors": above_zero("the shear factor of a section"),
-    "rotary_inertia": above_zero("the rotary inertia of a section"),
-    "stiffness_damping": not_below_zero("the damping of a beam"),
-    **{f"stiffness.{kind}": above_zero(f"the stiffness of {kind.replace('_', ' along ')}") for kind in _STRAINS},
-    **{f"damping.{kind}": not_below_zero("the damping of a beam") for kind in _STRAINS},
+    "section.second_moments": above_zero("a second moment of area [E1748]"),
+    "section.shear_modulus": above_zero("the shear modulus [E1749]"),
+    "section.torsion_constant": above_zero("the torsion constant [E1750]"),
+    "mass_per_length": above_zero("the mass per length [E1751]"),
+    "section.shear_factors": above_zero("the shear factor of a section [E1746]"),
+    "rotary_inertia": above_zero("the rotary inertia of a section [E1746]"),
+    "stiffness_damping": not_below_zero("the damping of a beam [E1765]"),
+    **{
+        f"stiffness.{kind}": above_zero(f"the stiffness of {kind.replace('_', ' along ')} [E1752]") for kind in _STRAINS
+    },
+    **{f"damping.{kind}": not_below_zero("the damping of a beam [E1765]") for kind in _STRAINS},
 }
 
 _BOUNDS: Mapping[str, Bound] = {
-    "bodies.mass": (_negative, "the mass {0} is negative", "a positive number of kg"),
+    "bodies.mass": (_negative, "the mass {0} is negative [E1709]", "a positive number of kg"),
     "joints.pitch": _PITCH,
-    "joints.rotor_inertia": (_negative, "the rotor inertia {0} is negative", "0 or more"),
-    "joints.limits.stiffness": above_zero("the stiffness of a stop"),
-    "joints.limits.damping": not_below_zero("the damping of a stop"),
-    "joints.limits.onset": above_zero("the onset of a stop"),
-    "joints.friction.coulomb": not_below_zero("the Coulomb friction"),
-    "joints.friction.velocity": above_zero("the regularisation velocity"),
-    "joints.friction.static": not_below_zero("the static friction"),
-    "joints.friction.stribeck": above_zero("the Stribeck velocity"),
+    "joints.rotor_inertia": (_negative, "the rotor inertia {0} is negative [E1776]", "0 or more"),
+    "joints.limits.stiffness": above_zero("the stiffness of a stop [E1752]"),
+    "joints.limits.damping": not_below_zero("the damping of a stop [E1766]"),
+    "joints.limits.onset": above_zero("the onset of a stop [E1753]"),
+    "joints.friction.coulomb": not_below_zero("the Coulomb friction [E1767]"),
+    "joints.friction.velocity": above_zero("the regularisation velocity [E1754]"),
+    "joints.friction.static": not_below_zero("the static friction [E1768]"),
+    "joints.friction.stribeck": above_zero("the Stribeck velocity [E1755]"),
     "constraints.length": _LENGTH,
     "constraints.radius": _LENGTH,
     "constraints.semi_axes": _LENGTH,
@@ -167,22 +169,22 @@ _BOUNDS: Mapping[str, Bound] = {
     "constraints.pitch": _PITCH,
     **{f"beams.{key}": bound for key, bound in _OF_SECTIONS.items()},
     **{f"beams.parts.{key}": bound for key, bound in _OF_SECTIONS.items()},
-    "beams.polar_inertia": not_below_zero("the polar inertia"),
-    **{f"beams.{kind}.stiffness": above_zero(f"the stiffness of {kind}") for kind in _DEFORMATIONS},
-    **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam") for kind in _DEFORMATIONS},
-    **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor") for kind in _DEFORMATIONS},
+    "beams.polar_inertia": not_below_zero("the polar inertia [E1769]"),
+    **{f"beams.{kind}.stiffness": above_zero(f"the stiffness of {kind} [E1752]") for kind in _DEFORMATIONS},
+    **{f"beams.{kind}.stiffness_damping": not_below_zero("the damping of a beam [E1765]") for kind in _DEFORMATIONS},
+    **{f"beams.{kind}.inertia_factor": above_zero("the inertia factor [E1756]") for kind in _DEFORMATIONS},
     "inputs.road.speed": (
         _no_speed,
-        f"the speed {{0}} m/s is not between 0 and {FASTEST:.0f}",
+        f"the speed {{0}} m/s is not between 0 and {FASTEST:.0f} [E1024]",
         "a speed such as 20",
     ),
-    "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive", "0.01"),
-    "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive", "0.1"),
-    "controllers.damping": (_negative, "damping is negative ({0})", "0 or more"),
-    "controllers.groundhook": (_negative, "groundhook is negative ({0})", "0 or more"),
-    "controllers.minimum_damping": (_negative, "minimum_damping is negative ({0})", "0 or more"),
-    "controllers.maximum_damping": (_negative, "maximum_damping is negative ({0})", "0 or more"),
-    "controllers.width": (_not_positive, "the width {0} m/s is not positive", "0.01, or no width"),
+    "controllers.time_constant": (_not_positive, "the time constant {0} s is not positive [E1777]", "0.01"),
+    "controllers.tracking": (_not_positive, "the tracking time {0} s is not positive [E1778]", "0.1"),
+    "controllers.damping": (_negative, "damping is negative ({0}) [E1779]", "0 or more"),
+    "controllers.groundhook": (_negative, "groundhook is negative ({0}) [E1780]", "0 or more"),
+    "controllers.minimum_damping": (_negative, "minimum_damping is negative ({0}) [E1781]", "0 or more"),
+    "controllers.maximum_damping": (_negative, "maximum_damping is negative ({0}) [E1782]", "0 or more"),
+    "controllers.width": (_not_positive, "the width {0} m/s is not positive [E1783]", "0.01, or no width"),
 }
 
 
@@ -234,7 +236,7 @@ UNBOUNDED = frozenset(
 
 
 def _limits(unit: str) -> Row:
-    words = f"the lower limit {{0}} {unit} is not below the upper one, {{1}} {unit}"
+    words = f"the lower limit {{0}} {unit} is not below the upper one, {{1}} {unit} [E1784]"
     return Row(("joints.limits.lower", "joints.limits.upper"), operator.ge, words, "lower below upper")
 
 
@@ -284,63 +286,63 @@ RELATIONS: Mapping[str, Row] = {
     "static friction": Row(
         ("joints.friction.static", "joints.friction.coulomb"),
         operator.lt,
-        "the static friction {0} is below the Coulomb friction {1}",
+        "the static friction {0} is below the Coulomb friction {1} [E1787]",
         "static above coulomb",
     ),
     "Stribeck velocity": Row(
         ("joints.friction.stribeck", "joints.friction.velocity"),
         operator.le,
-        "the Stribeck velocity {0} is not above the regularisation velocity {1}",
+        "the Stribeck velocity {0} is not above the regularisation velocity {1} [E1788]",
         "velocity = stribeck / 10",
     ),
     "limits of an output": Row(
         ("controllers.minimum", "controllers.maximum"),
         operator.ge,
-        "the range is empty: minimum {0} is not below maximum {1}",
+        "the range is empty: minimum {0} is not below maximum {1} [E1789]",
         "a smaller minimum",
     ),
     "limits of a damper": Row(
         ("controllers.minimum_damping", "controllers.maximum_damping"),
         operator.ge,
-        "the range is empty: minimum_damping {0} is not below maximum_damping {1}",
+        "the range is empty: minimum_damping {0} is not below maximum_damping {1} [E1790]",
         "a smaller minimum_damping",
     ),
     "integral time": Row(
         ("controllers.proportional", "controllers.integral"),
         _not_both_positive,
-        "limits need a tracking time if proportional/integral = {0}/{1} is none",
+        "limits need a tracking time if proportional/integral = {0}/{1} is none [E1791]",
         "tracking = 0.1",
     ),
     "wall of a tube": Row(
         ("beams.section.thickness", "beams.section.diameter"),
         _thicker_than_the_radius,
-        "the wall of {0} m is thicker than half of the diameter {1} m",
+        "the wall of {0} m is thicker than half of the diameter {1} m [E1792]",
         "a thinner wall, or a circle",
     ),
     "rotary inertia": Row(
         ("beams.rotary_inertia",),
         _not_of_a_section,
         "no section has the rotary inertia {0} about x with {1} about y and {2} about z: one exceeds the sum of the"
-        " others",
+        " others [E1793]",
         "[polar, about y, about z], of which the first is the sum of the others",
     ),
     "length at rest": Row(
         ("beams.prestrain.stretch",),
         _not_below_one,
-        "a beam that is stretched by {0} of its length at the start has no length at rest",
+        "a beam that is stretched by {0} of its length at the start has no length at rest [E1794]",
         "a number below 1: the length at rest is (1 - stretch) times the length of the initial shape",
     ),
     "thin section": Row(
         ("beams.rotary_inertia",),
         _thin,
         "sections with a rotary inertia of {0} kg m about x, {1} about y and {2} about z have none about some axis:"
-        f" it is below {NO_INERTIA:g} of the largest",
+        f" it is below {NO_INERTIA:g} of the largest [E1795]",
         "a section that is less thin",
     ),
     "inertia of torsion": Row(
         ("beams.polar_inertia",),
         _not_positive,
-        "torsion needs the inertia of the sections about the axis, without which it has no inertia",
+        "torsion needs the inertia of the sections about the axis, without which it has no inertia [E1796]",
         "polar_inertia, density times polar second moment of area",
     ),
 }

@@ -179,7 +179,7 @@ class Values:
             try:
                 self.value(formula)
             except ArithmeticError as error:
-                self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
+                self.report.add(key, f"at the default parameters, {error} [E0292]", OTHER_VALUES)
                 return UNKNOWN
         self._require_bound(key, formula, scope)
         return formula
@@ -202,7 +202,7 @@ class Values:
 
         plain = f"a plain number, a quantity in {expected} is expected"
         fault = plain if known.is_number else misplaced(str(known), str(expected))
-        self.note([f"{key}: the formula is {fault}; try: {FACTOR}"])
+        self.note([f"{key}: the formula is {fault}; try: {FACTOR} [E0303]"])
         return True
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
@@ -227,7 +227,7 @@ class Values:
             from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
             if unit_fault(given, read_unit(given), unit) is not None:
-                fault = f"{argument} is in {unit} by its own entry, and is given here in {given}"
+                fault = f"{argument} is in {unit} by its own entry, and is given here in {given} [E1797]"
                 self.report.add(key, fault, f"the argument in {unit}, or another unit in that entry")
 
     def _check_order(self, key: str, item: Quantity, units: Mapping[str, str]) -> None:
@@ -238,7 +238,9 @@ class Values:
             for other, there in zip(units, given, strict=False):
                 if here and here == units[other] and not units[name] and there in ("", "1"):
                     label = f"{item.word.name}.{item.item.name}"
-                    fault = f"{label} is given a value in {here} as {name}, and {other} is the argument in {here}"
+                    fault = (
+                        f"{label} is given a value in {here} as {name}, and {other} is the argument in {here} [E1798]"
+                    )
                     self.report.add(key, fault, f"{label}({', '.join(units)}), with both arguments exchanged")
 
     def _periods_in_degrees(self, key: str, formula: Formula) -> Iterator[str]:
@@ -331,7 +333,7 @@ class Values:
         try:
             numbers = [self.value(formula) for formula in formulas]
         except ArithmeticError as error:
-            self.report.add(key, f"at the default parameters, {error}", OTHER_VALUES)
+            self.report.add(key, f"at the default parameters, {error} [E0292]", OTHER_VALUES)
             return False
         known = not any(math.isnan(number) for number in numbers)
         broken = known and bool(rule.broken(numbers))
@@ -368,7 +370,7 @@ class Values:
         """Report the name of a missing point, or of a body instead; return whether the name is a point."""
         if name in self.names.bodies and name not in self.names.points:
             hint = f'[points.{name}_origin] with body = "{name}", and its name here'
-            self.report.add(key, f"{name} is a body, not a point", hint)
+            self.report.add(key, f"{name} is a body, not a point [E1632]", hint)
             return False
         return check_reference(key, name, self.names.points, "point", self.report)
 
@@ -400,7 +402,7 @@ class Values:
             return None
         axis = unit_axis(numbers)
         if axis is None:
-            self.report.add(key, "the axis has no direction", "an axis such as [0, 0, 1]")
+            self.report.add(key, "the axis has no direction [E1838]", "an axis such as [0, 0, 1]")
         return axis
 
     def rotations(self, key: str, value: Sequence[WrittenRotation], scope: Scope) -> tuple[Rotation, ...]:
@@ -447,14 +449,17 @@ def read_orientation(
     """Return the rotation matrix from the keys ``rotation`` or ``orientation`` of an entry, own axes to the carrier's
     axes, right angles made exact; faults go to the report of ``values``."""
     if orientation is not None and rotation is not None:
-        values.report.add(f"{key}.orientation", "orientation and rotation are both given", "one of them")
+        values.report.add(f"{key}.orientation", "orientation and rotation are both given [E1839]", "one of them")
     if orientation is not None:
         matrix = np.array(orientation)
         if is_rotation(matrix):
             return rows(snapped_rotation(matrix))
-        fault, hint = "the matrix is not a rotation: orthonormal and right-handed to 1e-6", "rotation"
+        fault, hint = "the matrix is not a rotation: orthonormal and right-handed to 1e-6 [E1840]", "rotation"
         if is_rotation(-matrix):
-            fault, hint = "the axes are left-handed, as of a mirror: the determinant is -1", "one of the axes reversed"
+            fault, hint = (
+                "the axes are left-handed, as of a mirror: the determinant is -1 [E1841]",
+                "one of the axes reversed",
+            )
         values.report.add(f"{key}.orientation", fault, hint)
         return rows(np.eye(3))
     return rows(sequence(values.constant_rotations(f"{key}.rotation", rotation or ()) or []))
@@ -497,11 +502,11 @@ def read_placement(
         check_reference(f"{key}.in", given_in, every, "body", values.report)
         return position, axes
     if not positioned:
-        values.report.add(f"{key}.in", f"in needs a {name}, in the axes of {given_in}", f"{name} = [0, 0, 0]")
+        values.report.add(f"{key}.in", f"in needs a {name}, in the axes of {given_in} [E1842]", f"{name} = [0, 0, 0]")
         return position, axes
     try:
         _, position, axes = values.design.placed(FramePlacement(given_in, position, axes), body)
     except UnknownPoseError as error:
         if error.fault:
-            values.report.add(f"{key}.in", f"the design position is not known: {error.fault}", error.hint)
+            values.report.add(f"{key}.in", f"the design position is not known: {error.fault} [E1843]", error.hint)
     return position, axes

@@ -154,7 +154,7 @@ def read_xml(text: str, file: str, deepest: int = DEPTH) -> Element:
         if not faults:
             raise
         root = _parsed(mended, file, deepest)
-        root.liberties = [f"{file}:{line}: not XML, but read: {fault}" for fault, line in faults.items()]
+        root.liberties = [f"{file}:{line}: not XML, but read: {fault} [W0285]" for fault, line in faults.items()]
         return root
 
 
@@ -244,7 +244,7 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
     def start(tag: str, attributes: dict[str, str]) -> None:
         if len(stack) >= deepest:
             raise DescriptionError(
-                refused(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep", "")
+                refused(parser.CurrentLineNumber, f"elements are nested more than {deepest} deep [E1844]", "")
             )
         element = Element(tag, attributes, parser.CurrentLineNumber)
         if stack:
@@ -260,7 +260,7 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
         stack[-1].add_text(text)
 
     def document_type(*_details: object) -> None:
-        fault = "document types and entities are refused"
+        fault = "document types and entities are refused [E1845]"
         raise DescriptionError(refused(parser.CurrentLineNumber, fault, "the file without <!DOCTYPE>"))
 
     parser.StartElementHandler = start
@@ -270,7 +270,7 @@ def _parsed(text: str, file: str, deepest: int, *, lines_before: int = 0) -> Ele
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        fault = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1})"
+        fault = f"this is not XML: {expat.ErrorString(error.code)} (column {error.offset + 1}) [E1846]"
         unclosed = error.code == expat.errors.codes[expat.errors.XML_ERROR_TAG_MISMATCH]
         hint = "an end for each element: <link .../>, or <link ...> and </link>" if unclosed else ""
         raise _NotXmlError(refused(error.lineno, fault, hint)) from None

@@ -44,14 +44,14 @@ LARGEST = 1e100
 def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) -> tuple[int, str, str] | None:
     """Return the index of the first faulty point, the fault, and a hint; None for a valid curve."""
     if len(x) < 2:
-        return 0, f"a curve needs two points or more, not {len(x)}", "more points"
+        return 0, f"a curve needs two points or more, not {len(x)} [E0910]", "more points"
     huge = np.flatnonzero(np.maximum(np.abs(x), np.abs(y)) > LARGEST)
     if len(huge):
-        return int(huge[0]), f"a number is beyond {LARGEST:.0e}", "other units"
+        return int(huge[0]), f"a number is beyond {LARGEST:.0e} [E0911]", "other units"
     steps = np.diff(x)
     if np.any(steps < 0.0):
         index = int(np.argmax(steps < 0.0)) + 1
-        message = f"the points are not in order: {x[index]:.9g} comes after {x[index - 1]:.9g}"
+        message = f"the points are not in order: {x[index]:.9g} comes after {x[index - 1]:.9g} [E0912]"
         return index, message, "rows sorted by the first of the two columns"
     equal = steps == 0.0
     hint = 'one value for each, or interpolation = "linear", which jumps there'
@@ -62,17 +62,20 @@ def fault(x: Array, y: Array, interpolation: Interpolation, outside: Outside) ->
         hint = "at most two points at one place, and one at the ends"
     if np.any(equal):
         index = int(np.argmax(equal)) + 1
-        return index, f"{x[index]:.9g} occurs again", hint
+        return index, f"{x[index]:.9g} occurs again [E0915]", hint
     if interpolation == "quintic" and np.min(steps) < CLOSEST * np.max(steps):
         index = int(np.argmin(steps)) + 1
         message = (
-            f"distances of points: {np.min(steps):.3g} here, {np.max(steps):.3g} elsewhere, too uneven for a spline"
+            f"distances of points: {np.min(steps):.3g} here, {np.max(steps):.3g} elsewhere, too uneven for a"
+            f" spline [E0913]"
         )
         return index, message, 'points more evenly spread, or interpolation = "linear"'
     if outside == "periodic" and interpolation == "quintic":
         gap, scale = abs(float(y[-1] - y[0])), float(np.max(np.abs(y)))
         if gap > 1e-9 * scale:
-            message = f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, so the curve cannot be periodic"
+            message = (
+                f"the last value {y[-1]:.9g} is not the first one {y[0]:.9g}, so the curve cannot be periodic [E0914]"
+            )
             return len(x) - 1, message, "a last point that repeats the first value, one period later"
     return None
 
@@ -83,7 +86,7 @@ def check_twice_differentiable(
     """Report a curve in a prescribed motion that jumps or bends: such a motion requires an infinite force."""
     for formula in formulas:
         for name, does in rough_curves(formula, 2).items():
-            report.add(key, f"a motion cannot follow {name}, which {does}", hint)
+            report.add(key, f"a motion cannot follow {name}, which {does} [E1856]", hint)
 
 
 KINDS = ("table", "points", "wave", "bump", "road")
@@ -126,7 +129,9 @@ class Curves:
         given = [kind for kind in KINDS if getattr(entry, kind) is not None]
         if len(given) != 1:
             got = " and ".join(given) or "none"
-            self.report.add(key, f"a curve needs one of {', '.join(KINDS)}, not {got}", "points = [[0, 0], [1, 0.5]]")
+            self.report.add(
+                key, f"a curve needs one of {', '.join(KINDS)}, not {got} [E1857]", "points = [[0, 0], [1, 0.5]]"
+            )
             return _empty(name)
         if given[0] not in ("table", "points"):
             self.refuse_options(key, entry, f"a {given[0]}")
@@ -145,7 +150,7 @@ class Curves:
         if entry.points is not None:
             key = f"{key}.points"
             if len(entry.points) > MOST_ROWS:
-                message = f"there are {len(entry.points)} points, more than {MOST_ROWS}"
+                message = f"there are {len(entry.points)} points, more than {MOST_ROWS} [E1858]"
                 self.report.add(key, message, "every tenth point, or the part that is needed")
                 return _empty(name)
             points = [self.values.constants(f"{key}[{place}]", pair) for place, pair in enumerate(entry.points)]
@@ -176,7 +181,9 @@ class Curves:
             return None
         for column in ("argument_scale", "value_scale"):
             if getattr(table, column) == 0.0:
-                self.report.add(f"{key}.{column}", "a factor of zero leaves nothing of the column", "1, or no factor")
+                self.report.add(
+                    f"{key}.{column}", "a factor of zero leaves nothing of the column [E1859]", "1, or no factor"
+                )
                 return None
         path, chosen = self.folder / table.file, {"argument", "value"} & table.model_fields_set
         try:
@@ -237,9 +244,9 @@ class Curves:
             key, (wave.period, wave.start, wave.duty, wave.low, wave.high)
         )
         if period <= 0.0:
-            self.report.add(f"{key}.period", f"the period {period:.6g} is not positive", "a period such as 0.5")
+            self.report.add(f"{key}.period", f"the period {period:.6g} is not positive [E1860]", "a period such as 0.5")
         if not (0.0 < duty < 1.0 or math.isnan(duty)):
-            self.report.add(f"{key}.duty", f"the duty {duty:.6g} is not between 0 and 1", "0.5")
+            self.report.add(f"{key}.duty", f"the duty {duty:.6g} is not between 0 and 1 [E1861]", "0.5")
         if not (period > 0.0 and 0.0 < duty < 1.0):
             return _empty(name)
         end = start + period
@@ -256,14 +263,14 @@ class Curves:
         """Return a single bump."""
         position, length, height = self.values.constants(key, (bump.position, bump.length, bump.height))
         if length <= 0.0:  # NaN is reported on reading
-            self.report.add(f"{key}.length", f"the length {length:.6g} is not positive", "a length such as 0.5")
+            self.report.add(f"{key}.length", f"the length {length:.6g} is not positive [E1862]", "a length such as 0.5")
         return Bump(name, position, length, height)
 
     def signal(self, key: str, entry: written.Input) -> list[Formula]:
         """Return the parts of an input besides formula and road, each a curve over time."""
         given = [kind for kind in ("table", "points", "wave") if getattr(entry, kind) is not None]
         if len(given) > 1:
-            message = f"an input takes one of table, points, wave, not {' and '.join(given)}"
+            message = f"an input takes one of table, points, wave, not {' and '.join(given)} [E1863]"
             self.report.add(key, message, "a curve for each, and a formula")
         if not ({"table", "points"} & set(given)):
             self.refuse_options(key, entry, "an input without points or a table")
@@ -280,7 +287,9 @@ class Curves:
         """Report options that have no effect without points."""
         for option in ("interpolation", "outside"):
             if getattr(entry, option) is not None:
-                self.report.add(f"{key}.{option}", f"{option} is for points and tables, not for {kind}", "without it")
+                self.report.add(
+                    f"{key}.{option}", f"{option} is for points and tables, not for {kind} [E1864]", "without it"
+                )
 
     def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
         """Return the road under a wheel over time: harmonics for a road of a class at a fixed speed, else a formula."""
@@ -291,7 +300,7 @@ class Curves:
         ]
         if len(given) != 1:
             got = " and ".join(given) or "none"
-            self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got}", 'class = "C"')
+            self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got} [E1865]", 'class = "C"')
         travelled = self.travelled(key, road)
         if len(given) != 1 or travelled is None:
             return ()
@@ -321,7 +330,7 @@ class Curves:
         formula = self.values.formula(f"{key}.speed", road.speed, PARAMETERS)
         speed, offset = self.values.value(formula), self.values.constant(f"{key}.offset", road.offset)
         if abs(offset) > FARTHEST:
-            message = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits"
+            message = f"the offset {offset:.6g} m is beyond {FARTHEST:.0f} m, where phases lose their digits [E1866]"
             self.report.add(f"{key}.offset", message, "the distance in m by which this wheel follows the first")
         if not (0.0 < speed <= FASTEST and abs(offset) <= FARTHEST):
             return None

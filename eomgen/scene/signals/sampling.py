@@ -60,14 +60,14 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
     if math.isnan(period):
         return None
     if not 0.0 < period < math.inf:
-        fault = f"the time between two samples is {period:.6g} s, and has to be positive"
+        fault = f"the time between two samples is {period:.6g} s, and has to be positive [E1867]"
         values.report.add(f"{key}.sample", fault, 'sample = "1 ms"')
         return None
     if entry.quantum is not None and quantum <= 0.0:
         hint = "a positive number, or no quantum where values are not rounded"
-        values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is not positive", hint)
+        values.report.add(f"{key}.quantum", f"the quantum {quantum:.6g} is not positive [E0529]", hint)
     if not 0.0 <= delay <= _MOST * period:
-        fault = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s"
+        fault = f"a delay of {delay:.6g} s is not between 0 and {_MOST} samples, {_MOST * period:.6g} s [E1868]"
         values.report.add(f"{key}.delay", fault, f"delay = {period:.6g}")
         return None
     whole = round(delay / period)
@@ -76,7 +76,7 @@ def read_clock(key: str, entry: WrittenClock, values: Values) -> Clock | None:
         whole = math.floor(delay / period)
         rest = delay - whole * period
         if rest < _LEAST * period:
-            fault = f"the delay ends {rest:.3g} s after a sample, which is too near to it"
+            fault = f"the delay ends {rest:.3g} s after a sample, which is too near to it [E1869]"
             values.report.add(f"{key}.delay", fault, f"delay = {whole * period:.9g}")
     return Clock(period, quantum, whole, rest)
 
@@ -110,7 +110,7 @@ def held_states(value: HeldValue, clock: Clock, values: Values) -> list[State]:
     labels = [f"{name}_sampled", *(f"{name}_sampled_{k}" for k in range(2, clock.whole + (clock.rest > 0.0) + 1))]
     taken = {*values.names.states, *values.names.parameters, *values.names.inputs} & set(labels)
     for label in sorted(taken):
-        fault = f"the name {label} is taken, and is that of what {name} holds while it is delayed"
+        fault = f"the name {label} is taken, and is that of what {name} holds while it is delayed [E1870]"
         values.report.add(value.key, fault, "another name")
     made = [held(labels[0], value.formula, register=False)]
     made += [held(label, Symbol("state", before)) for before, label in itertools.pairwise(labels)]
@@ -128,7 +128,7 @@ def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[S
         return []
     step, known = dimension_of(values.units.get(f"{key}.quantum", "")), dimension_of_formula(formula, values.names)
     if step is not None and known is not None and step.powers != known.powers:
-        fault = f"the quantum is in {step}, and the formula in {known}"
+        fault = f"the quantum is in {step}, and the formula in {known} [E1871]"
         values.report.add(
             f"{key}.quantum", fault, f"a difference of two neighbouring values of the formula, in {known}"
         )

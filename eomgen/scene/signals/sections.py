@@ -70,9 +70,9 @@ def doubtful_label(label: str, unit: str) -> str:
     known = _factors(unit)
     if not known or not factors or factors == known:
         return ""
-    note = f"its unit {label} is a label, and its values are in {unit}"
+    note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     if not all(names()[name].is_coherent for name, _ in factors):
-        return f"{note}: labels convert nothing, a formula does"
+        return f"{note}: labels convert nothing, a formula does [W0140]"
     from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
 
     return note if misplaced(label, unit) else ""
@@ -90,7 +90,7 @@ def read_motion(name: str, entry: curve_schema.Input, report: Report) -> Motion:
     key = key_of("inputs", name)
     for word in ("formula", "table", "points", "wave", "road", "interpolation", "outside"):
         if getattr(entry, word) is not None:
-            fault = f"a motion is given by its caller, and takes no {word}"
+            fault = f"a motion is given by its caller, and takes no {word} [E1872]"
             report.add(f"{key}.{word}", fault, "no motion; a drive takes formulas and curves of t themselves")
     return Motion(name, entry.initial or 0.0, entry.unit, entry.description)
 
@@ -111,7 +111,9 @@ def read_input(
     """Return an input, and the curves in the input."""
     key = key_of("inputs", name)
     if entry.initial is not None:
-        values.report.add(f"{key}.initial", "initial is of motions, and this is none", "formula, or motion = true")
+        values.report.add(
+            f"{key}.initial", "initial is of motions, and this is none [E1873]", "formula, or motion = true"
+        )
     parts: list[Formula] = []
     if entry.formula is not None:
         parts.append(values.formula(f"{key}.formula", entry.formula, TIME))
@@ -137,12 +139,17 @@ def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
         given = [word for word in ("rate", "sample", "formula") if getattr(entry, word) is not None]
         if given == ["sample", "formula"]:
             return read_sampled_state(name, entry, values)
-        fault = f"a state needs its rate, or a sample and a formula, and has {' and '.join(given) or 'none of them'}"
+        fault = (
+            f"a state needs its rate, or a sample and a formula, and has"
+            f" {' and '.join(given) or 'none of them'} [E1874]"
+        )
         values.report.add(key, fault, 'rate = "..."; or sample = "1 ms" and formula = "..."')
         return []
     for word in ("formula", "delay", "quantum"):
         if getattr(entry, word) is not None:
-            values.report.add(f"{key}.{word}", f"{word} is of sampled states", 'sample = "1 ms" in place of the rate')
+            values.report.add(
+                f"{key}.{word}", f"{word} is of sampled states [E1875]", 'sample = "1 ms" in place of the rate'
+            )
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
     known, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)
     expected = label and label.times(SECOND, -1.0)
@@ -172,7 +179,7 @@ def _formulas(
     """Return the formulas of the components of an output of a kind."""
     if output.formula is not None:
         if not output.formula:
-            values.report.add(f"{key}.formula", "the list of formulas is empty", "a formula")
+            values.report.add(f"{key}.formula", "the list of formulas is empty [E1876]", "a formula")
         written = enumerate(output.formula)
         return tuple(values.formula(f"{key}.formula[{place}]", entry, EVERYTHING) for place, entry in written)
     if output.energy is not None:
@@ -198,11 +205,13 @@ def read_output(name: str, output: schema.Output, sections: SectionFormulas, val
     formulas: tuple[Formula, ...] = ()
     if len(given) != 1:
         got = " and ".join(given) or "none"
-        values.report.add(key, f"an output needs one of {', '.join(kinds)}, not {got}", 'position = "tip"')
+        values.report.add(key, f"an output needs one of {', '.join(kinds)}, not {got} [E1880]", 'position = "tip"')
     else:
         formulas = _formulas(key, given[0], output, sections, values)
     if output.at is not None and not any(kind.startswith("section") for kind in given):
-        values.report.add(f"{key}.at", "at is a place on a beam, of outputs of its sections", 'section_moment = "NAME"')
+        values.report.add(
+            f"{key}.at", "at is a place on a beam, of outputs of its sections [E1881]", 'section_moment = "NAME"'
+        )
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"
@@ -254,7 +263,7 @@ def _unit_fault(label: str, known: Dimension) -> tuple[str, str] | None:
     if given is None or given == known or (known.angle is None and given.powers == known.powers):
         return None
     if known.is_number:
-        return f"the unit {shown(label)} is not of a plain number, as its formula is", "no unit"
+        return f"the unit {shown(label)} is not of a plain number, as its formula is [E1883]", "no unit"
     from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
 
     fault = unit_fault(label, read_unit(label), str(known))
@@ -319,10 +328,14 @@ class _Inputs(Section):
             others |= {} if row.single else row.made_names(document.section(row.key))
         for parameter in motion_parameters(name):
             if len(parameter) > NAME_LENGTH:
-                return f"the motion {name} has the parameter {parameter}, whose name is too long", "a shorter name"
+                return (
+                    f"the motion {name} has the parameter {parameter}, whose name is too long [E1458]",
+                    "a shorter name",
+                )
             if parameter in others:
                 fault = (
-                    f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that name"
+                    f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that"
+                    f" name [E1457]"
                 )
                 return fault, "another name for one of them"
         return "", ""

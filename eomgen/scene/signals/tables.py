@@ -97,7 +97,7 @@ def read_columns(
     text = _text(path, name)
     rows = list(_rows(text, name, delimiter))
     if not rows:
-        raise TableError(name, "the table is empty", "a row of titles, and rows of numbers")
+        raise TableError(name, "the table is empty [E1884]", "a row of titles, and rows of numbers")
     head, count = rows[0], len(rows[0][1])
     count -= all(len(cells) == count and not cells[-1].strip() for _, cells in rows)  # a delimiter ends each row
     head = (head[0], head[1][:count])
@@ -106,9 +106,9 @@ def read_columns(
     places = [_place(column, titles, head, name, words) for column in (first, second)]
     body = rows[1:] if titles else rows
     if not body:
-        raise TableError(name, "there are titles and no rows of numbers", "two rows or more")
+        raise TableError(name, "there are titles and no rows of numbers [E1885]", "two rows or more")
     if len(body) > MOST_ROWS:
-        fault = f"the table has {len(body)} rows, more than {MOST_ROWS}"
+        fault = f"the table has {len(body)} rows, more than {MOST_ROWS} [E1886]"
         raise TableError(f"{name}:{body[MOST_ROWS][0]}", fault, "every tenth row, or the part that is needed")
     _check_lengths(body, count, name)
     x, y = (np.array([_number(row, place, words, name, decimal) for row in body]) for place in places)
@@ -126,11 +126,11 @@ def _check_index(chosen: bool, titles: Sequence[str], x: Array, where: str, *, q
     times = [place for place, title in enumerate(titles[1:], 1) if _TIME.fullmatch(title)]
     first = titles[0].lower()
     if not first and len(titles) > 2:
-        fault = "the first column has no title and counts the rows, as an index that pandas writes"
+        fault = "the first column has no title and counts the rows, as an index that pandas writes [E1887]"
     elif len(titles) > 2 and first in _COUNTING:
-        fault = "the first column counts the rows, and its title says so"
+        fault = "the first column counts the rows, and its title says so [E1888]"
     elif times and not _TIME.fullmatch(titles[0]):
-        fault = "the first column counts the rows, and another one has the title of a time"
+        fault = "the first column counts the rows, and another one has the title of a time [E1889]"
     else:
         return
     time = times[0] if times else 1
@@ -147,7 +147,7 @@ def _check_lengths(body: Sequence[tuple[int, list[str]]], count: int, name: str)
     for line, cells in body:
         surplus = cells[count:]
         if surplus and surplus[0].strip() and not surplus[0].lstrip().startswith("#"):
-            fault = f"the row has {len(cells)} cells, and the first row of the file has {count}"
+            fault = f"the row has {len(cells)} cells, and the first row of the file has {count} [E1890]"
             hint = 'one cell for each column; a file with decimal commas needs ; between columns and decimal = ","'
             raise TableError(f"{name}:{line}", fault, hint)
 
@@ -174,21 +174,29 @@ def _text(path: Path, name: str) -> str:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
         hint = "a path from the scene file's folder"
-        raise TableError(name, f"{str(path)!a} cannot be read: {reason}", hint) from None
+        raise TableError(name, f"{str(path)!a} cannot be read: {reason} [E0902]", hint) from None
     if len(data) > LARGEST_TABLE:
-        raise TableError(name, f"the file is larger than {LARGEST_TABLE // 1_000_000} MB", "fewer rows or columns")
+        raise TableError(
+            name, f"the file is larger than {LARGEST_TABLE // 1_000_000} MB [E1891]", "fewer rows or columns"
+        )
     if data.startswith(_SPREADSHEETS):
-        fault = "the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV"
+        fault = "the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV [E1892]"
         raise TableError(name, fault, "the sheet saved as CSV in UTF-8, under another name")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        fault = "the file is UTF-16" if data.startswith(_BYTE_ORDERS) else f"byte {error.start} is not UTF-8"
+        fault = (
+            "the file is UTF-16 [E1893]"
+            if data.startswith(_BYTE_ORDERS)
+            else f"byte {error.start} is not UTF-8 [E1894]"
+        )
         raise TableError(f"{name}:{line}", fault, "the file saved as CSV in UTF-8") from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        raise TableError(f"{name}:{line}", "there is a zero byte: this is not a text", "the file saved as CSV in UTF-8")
+        raise TableError(
+            f"{name}:{line}", "there is a zero byte: this is not a text [E1895]", "the file saved as CSV in UTF-8"
+        )
     return text
 
 
@@ -212,7 +220,7 @@ def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, li
             (cells,) = csv.reader(io.StringIO(line), delimiter=mark, strict=True)
         except (csv.Error, ValueError) as error:
             raise TableError(
-                f"{name}:{number}", f"this is not CSV: {error}", "plain numbers between delimiters"
+                f"{name}:{number}", f"this is not CSV: {error} [E1896]", "plain numbers between delimiters"
             ) from None
         yield number, cells
 
@@ -238,21 +246,21 @@ def _place(column: str | int, titles: Sequence[str], head: tuple[int, list[str]]
             hint = f"a number from 0 to {len(cells) - 1}, or another delimiter"
             if len(cells) == 1:
                 hint = "a table of two columns, or another delimiter"
-            raise TableError(f"{name}:{line}", f"there is no column {column}: the row has {len(cells)}", hint)
+            raise TableError(f"{name}:{line}", f"there is no column {column}: the row has {len(cells)} [E1897]", hint)
         return column
     if not titles:
-        fault = f"there is no column {shown(column)}: the first row holds numbers, not titles"
+        fault = f"there is no column {shown(column)}: the first row holds numbers, not titles [E1899]"
         raise TableError(f"{name}:{line}", fault, f"the number of the column, 0 to {len(cells) - 1}")
     result = [place for place, title in enumerate(titles) if title == column]
     if len(result) == 1:
         return result[0]
     if result:
         hint = f"the number of the column, {' or '.join(map(str, result))}"
-        raise TableError(f"{name}:{line}", f"{len(result)} columns are called {shown(column)}", hint)
+        raise TableError(f"{name}:{line}", f"{len(result)} columns are called {shown(column)} [E1901]", hint)
     if not words.quotes:
-        fault = f"no column has the title {shown(column)}"
+        fault = f"no column has the title {shown(column)} [E1900]"
         raise TableError(f"{name}:{line}", fault, "a title in the first row of the file, or the number of the column")
-    fault = f"there is no column {shown(column)}; there are {listed(titles)}"
+    fault = f"there is no column {shown(column)}; there are {listed(titles)} [E1898]"
     hint = nearest(column, titles)
     raise TableError(
         f"{name}:{line}", fault, f"the delimiter that separates {shown(titles[0])}" if len(titles) == 1 else hint
@@ -264,18 +272,22 @@ def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, de
     column = words.column(place)
     if place >= len(cells) or not cells[place].strip():
         got = "is empty" if place < len(cells) else f"is missing: the row has {len(cells)}"
-        raise TableError(f"{name}:{line}", f"{column} {got}", "a number, or the row left out")
+        raise TableError(f"{name}:{line}", f"{column} {got} [E1902]", "a number, or the row left out")
     cell = cells[place].strip()
     if decimal == "," and "." in cell:
-        fault = f"{column}: {words.cell(cell)} has a point, and the decimal mark is a comma"
+        fault = f"{column}: {words.cell(cell)} has a point, and the decimal mark is a comma [E1904]"
         raise TableError(f"{name}:{line}", fault, "numbers without separators of thousands")
     text = cell.replace(decimal, ".") if decimal != "." else cell
     try:
         number = float(text) if "_" not in text else math.nan
     except ValueError:
-        raise TableError(f"{name}:{line}", f"{column}: {words.cell(cell)} is not a number", _in_place(cell)) from None
+        raise TableError(
+            f"{name}:{line}", f"{column}: {words.cell(cell)} is not a number [E1905]", _in_place(cell)
+        ) from None
     if not math.isfinite(number):
-        raise TableError(f"{name}:{line}", f"{column}: {words.cell(cell)} is not a finite number", "the row left out")
+        raise TableError(
+            f"{name}:{line}", f"{column}: {words.cell(cell)} is not a finite number [E1906]", "the row left out"
+        )
     return number
 
 
@@ -332,7 +344,7 @@ def note_of_label(key: str, label: str, remedy: str) -> list[str]:
     """Return a note on the label of numbers if the label is a unit beyond SI; none for other labels."""
     if all(names()[name].is_coherent for name, _ in _factors(label)):
         return []
-    return [f"{key}.unit: its unit {label} is a label, so formulas take its numbers as they are; try: {remedy}"]
+    return [f"{key}.unit: its unit {label} is a label, so formulas take its numbers as they are; try: {remedy} [W0142]"]
 
 
 def _factors(unit: str) -> Factors:

@@ -133,7 +133,7 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
         names = ["path", "strict", "coordinates", "task_frames", *known]
         meant = {word: hint for one in own_sources() for word, hint in one.words.items()}
         hint = nearest(unknown[0], names, meant)
-        raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])}", hint))
+        raise UsageError(Problem("load", f"there is no argument {shown(unknown[0])} [E0105]", hint))
     own = {option.name: option for option in source.options} if source is not None else {}
     specified = [name for name, value in given.items() if name not in own and _differs(value, known[name][1].default)]
     if specified:
@@ -146,19 +146,21 @@ def checked_options(source: Source | None, given: Mapping[str, Any]) -> dict[str
 def _of_other_source(source: Source | None, specified: Sequence[str], other: Source, option: Option) -> UsageError:
     """Return the error for options of another source, the first of which is ``option``."""
     if source is None:
-        fault = f"{', '.join(specified)}: for {other.name} files only"
+        fault = f"{', '.join(specified)}: for {other.name} files only [E1934]"
         return UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
     *first, last = (item.name for item in other.options)
     every = f"{', '.join(first)} and {last}" if first else last
-    return UsageError(f"{every} are for {other.name} only", option.elsewhere or "keys of the joint in the scene file")
+    return UsageError(
+        f"{every} are for {other.name} only [E1935]", option.elsewhere or "keys of the joint in the scene file"
+    )
 
 
 def _check_value(option: Option, value: object) -> None:
     """Raise UsageError for a value that an option cannot have."""
     if option.choices and value not in option.choices:
-        raise UsageError(f"{option.name} is {shown(value)}", " or ".join(option.choices))
+        raise UsageError(f"{option.name} is {shown(value)} [E1936]", " or ".join(option.choices))
     if isinstance(option.default, bool) and not isinstance(value, bool):
-        fault = f"True or False is needed, not {type(value).__name__}"
+        fault = f"True or False is needed, not {type(value).__name__} [E1937]"
         hint = f"{option.name}=True, for all joints" if value else f"{option.name}=False"
         raise UsageError(Problem(option.name, fault, hint))
 

@@ -99,7 +99,7 @@ def renamed_text(text: str, file: str) -> tuple[str, list[Renaming]]:
         tomllib.loads(text)
     except tomllib.TOMLDecodeError:
         where = f"{file}:{made[0].line} ({made[0].key})"
-        fault = f"this is a former name of {made[0].change.name}, and the table has both"
+        fault = f"this is a former name of {made[0].change.name}, and the table has both [E2174]"
         raise DescriptionError(Problem(where, fault, "one of them")) from None
     return text, sorted(made)
 

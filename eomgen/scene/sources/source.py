@@ -197,11 +197,15 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
         data = read_bytes(path, LARGEST_FILE)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
-        raise FileError(Problem(ascii(str(path)), f"cannot be read: {reason}", _in_place_of(path, endings))) from None
+        raise FileError(
+            Problem(ascii(str(path)), f"cannot be read: {reason} [E0115]", _in_place_of(path, endings))
+        ) from None
     if len(data) > LARGEST_FILE:
         raise FileError(
             Problem(
-                shown_file(path), f"the file is larger than {LARGEST_FILE // 1_000_000} MB", "a smaller description"
+                shown_file(path),
+                f"the file is larger than {LARGEST_FILE // 1_000_000} MB [E1891]",
+                "a smaller description",
             )
         )
     try:
@@ -210,7 +214,9 @@ def read_text(path: Path, endings: Collection[str] = ()) -> str:
         if (text := _decode(data)) is not None:
             return text
         line = data.count(b"\n", 0, error.start) + 1
-        problem = Problem(f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8", "the file saved as UTF-8")
+        problem = Problem(
+            f"{shown_file(path)}:{line}", f"byte {error.start} is not UTF-8 [E1894]", "the file saved as UTF-8"
+        )
         raise DescriptionError(problem) from None
 
 
@@ -254,6 +260,6 @@ def fault_of_kind(kind: object) -> tuple[str, str] | None:
     """Return the fault of a key ``kind`` in a mechanical scene, and a remedy; None if the value means no other kind."""
     for row in rows_of(KINDS, OtherFileKind):
         if row.kind == kind:
-            return f"this is {row.noun}, and this command or function is for mechanical scenes", row.remedy
+            return f"this is {row.noun}, and this command or function is for mechanical scenes [E1684]", row.remedy
     absent = fault_of_absent(str(kind))
-    return absent and (f"there is no kind of file {shown(str(kind))}: {absent[0]}", absent[1])
+    return absent and (f"there is no kind of file {shown(str(kind))}: {absent[0]} [E1683]", absent[1])

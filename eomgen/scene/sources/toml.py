@@ -169,7 +169,7 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
     """
     if long := _LONG_KEY.search(text):
         where = f"{file}:{text.count(chr(10), 0, long.start()) + 1}"
-        fault = f"there is a dotted key of more than {_MOST_PARTS} parts"
+        fault = f"there is a dotted key of more than {_MOST_PARTS} parts [E1969]"
         raise DescriptionError(Problem(where, fault, "a key such as bodies.arm.mass"))
     try:
         return tomllib.loads(text), line_index(text)
@@ -181,17 +181,17 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         line = "".join(text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else [])
         key = _KEY.match(line)
         if "overwrite a value" in fault and key:
-            fault, column = f"the key {key[1][:64]} is given twice", ""
+            fault, column = f"the key {key[1][:64]} is given twice [E1970]", ""
         hint = _toml_hint(fault, line)
         if fault.startswith("Unclosed array"):
             seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
             number, hint = _unclosed(text, seen, at)
             where = f"{file}:{number}"
             column = f" (line {seen} does not continue the array)" if place and number != seen else column
-        problem = Problem(where, f"this is not TOML: {fault[:200]}{column}", hint)
+        problem = Problem(where, f"this is not TOML: {fault[:200]}{column} [E1971]", hint)
         raise DescriptionError(problem) from None
     except RecursionError:
-        raise DescriptionError(Problem(file, "lists or tables are nested too deep", "fewer brackets")) from None
+        raise DescriptionError(Problem(file, "lists or tables are nested too deep [E1972]", "fewer brackets")) from None
 
 
 def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
@@ -208,7 +208,7 @@ def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
 
 def _toml_hint(fault: str, line: str) -> str:
     """Return a hint for a line that is not TOML."""
-    if fault.endswith("is given twice"):
+    if "is given twice" in fault:
         return "one of them"
     if "twice" in fault or "overwrite" in fault:
         return "one table, or one key, of each name"

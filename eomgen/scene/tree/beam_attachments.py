@@ -68,14 +68,14 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
     if tunable:
         fault = (
             f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated"
-            " once"
+            " once [E1979]"
         )
         values.report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
         return
     x = values.value(along)
     if beam.is_beyond(x):
         reach = f"{beam.start:.6g} m to {beam.start + beam.length:.6g} m"
-        fault = f"x = {x:.6g} m is beyond the beam {name}, which goes from {reach}"
+        fault = f"x = {x:.6g} m is beyond the beam {name}, which goes from {reach} [E1980]"
         values.report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
 
 
@@ -88,7 +88,7 @@ _WORDS = tuple(f"{move} {axis}" for move in ("turn about", "move along") for axi
 def check_not_absolute(beams: Iterable[str], report: Report) -> None:
     """Report beams in a scene of absolute coordinates."""
     for name in beams:
-        fault = "absolute coordinates know rigid bodies only, and this is a beam"
+        fault = "absolute coordinates know rigid bodies only, and this is a beam [E1981]"
         report.add(key_of("beams", name), fault, 'coordinates = "joint"')
 
 
@@ -112,7 +112,7 @@ def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Va
             if held:
                 fault = (
                     f"with {deformation.shapes} shapes the beam can {' and '.join(held)} at the frame's origin, where"
-                    f" the {joint.type} joint {joint.name} holds it"
+                    f" the {joint.type} joint {joint.name} holds it [E1982]"
                 )
                 values.report.add(f"{key}.{deformation.kind}.shapes", fault, _hint(deformation, beam))
 

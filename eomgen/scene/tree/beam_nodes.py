@@ -80,12 +80,12 @@ class BeamNodes:
         for name, joint in joints.items():
             if joint.parent in places and joint.parent not in self.beams:
                 beam, x = places[joint.parent]
-                fault = f"{joint.parent} is a node of the beam {beam.name}, which a scene calls by its place"
+                fault = f"{joint.parent} is a node of the beam {beam.name}, which a scene calls by its place [E1983]"
                 hint = f'parent = "{beam.name}" and position = [{x:.6g}, 0, 0]'
                 self.values.report.add(key_of("joints", name, "parent"), fault, hint)
             if joint.child in places and joint.child not in self.beams:
                 beam, x = places[joint.child]
-                fault = f"{joint.child} is a node of the beam {beam.name}, whose elements carry it"
+                fault = f"{joint.child} is a node of the beam {beam.name}, whose elements carry it [E1984]"
                 hint = f'child = "{beam.name}" at its first end, or a constraint at x = {x:.6g}'
                 self.values.report.add(key_of("joints", name, "child"), fault, hint)
 
@@ -100,7 +100,8 @@ class BeamNodes:
         )
         if tunable:
             fault = (
-                f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are fixed"
+                f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are"
+                f" fixed [E1985]"
             )
             report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
             return body, position
@@ -108,7 +109,7 @@ class BeamNodes:
         if math.isnan(x):
             return body, position
         if not -AT_END * beam.length <= x <= (1.0 + AT_END) * beam.length:
-            fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m"
+            fault = f"x = {x:.6g} m is beyond the beam {beam.name}, which goes from 0 m to {beam.length:.6g} m [E1986]"
             report.add(f"{key}[0]", fault, "a place on the beam, or a body fixed to its end")
             return body, position
         node = min(range(len(beam.places)), key=lambda number: abs(beam.places[number] - x))
@@ -156,17 +157,21 @@ def section_formulas(
         return ()
     if beam is None:
         other = name in values.names.beams
-        fault = f"the beam {name} is not geometrically exact" if other else f"there is no beam {shown(name)}"
+        fault = (
+            f"the beam {name} is not geometrically exact [E1987]"
+            if other
+            else f"there is no beam {shown(name)} [E1291]"
+        )
         report.add(f"{key}.{kind}", fault, 'model = "cosserat"' if other else nearest(name, beams))
         return ()
     if output.at is None:
-        report.add(key, f"{kind} needs the place of the section", f"at = {0.5 * beam.length:.6g}, its x in m")
+        report.add(key, f"{kind} needs the place of the section [E1989]", f"at = {0.5 * beam.length:.6g}, its x in m")
         return ()
     x = values.constant(f"{key}.at", output.at)
     if math.isnan(x):
         return ()
     if not -_ROUNDING * beam.length <= x <= (1.0 + _ROUNDING) * beam.length:
-        fault = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m"
+        fault = f"x = {x:.6g} m is not on the beam {name}, which goes from 0 m to {beam.length:.6g} m [E1988]"
         report.add(f"{key}.at", fault, "a place on the beam")
         return ()
     element = min(bisect_right(beam.places, x + _ROUNDING * beam.length) - 1, beam.elements - 1)

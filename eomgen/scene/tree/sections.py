@@ -108,9 +108,9 @@ class TreeSections:
 def _reserved(name: str) -> tuple[str, str]:
     """Return the fault of a body's name that stands for another frame."""
     if name == BASE_NAME:
-        return f"the name {BASE_NAME} is reserved for the frame that carries the tree", "another name"
+        return f"the name {BASE_NAME} is reserved for the frame that carries the tree [E1459]", "another name"
     if name == WORLD:
-        return f"the name {WORLD} is reserved for the frame at rest while the base moves", "another name"
+        return f"the name {WORLD} is reserved for the frame at rest while the base moves [E1460]", "another name"
     return "", ""
 
 
@@ -135,10 +135,10 @@ class _Beams(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         hint = "another name for one of them"
         if _reserved(name) == ("", "") and name in document.section("bodies"):
-            return f"the name {name} is both a body and a beam", hint
+            return f"the name {name} is both a body and a beam [E1461]", hint
         joint = document.section("joints").get(name)
         if _reserved(name) == ("", "") and joint is not None and joint.type != "fixed":
-            return f"the name {name} is both a joint and a beam, and q.{name} would be both", hint
+            return f"the name {name} is both a joint and a beam, and q.{name} would be both [E1461]", hint
         return _reserved(name)
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
@@ -273,9 +273,9 @@ class _Points(Section):
 class _Frames(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         if name in document.section("points"):
-            return f"the name {name} is both a point and a frame", "the frame alone: its origin is a point"
+            return f"the name {name} is both a point and a frame [E1461]", "the frame alone: its origin is a point"
         if name in document.section("bodies") or name in document.section("beams"):
-            return f"the name {name} is both a body and a frame", "another name for the frame"
+            return f"the name {name} is both a body and a frame [E1461]", "another name for the frame"
         return "", ""
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
@@ -295,17 +295,19 @@ def _check_types(entries: Mapping[str, joints.Joint], report: Report) -> None:
     """Report joints of other distributions' types, and held coordinates, in absolute coordinates."""
     for name, entry in entries.items():
         if entry.initial.hold:
-            fault = "absolute coordinates have no coordinates of joints that could be held"
+            fault = "absolute coordinates have no coordinates of joints that could be held [E2215]"
             report.add(f"{key_of('joints', name)}.initial.hold", fault, 'coordinates = "joint"')
         if not is_own(entry.type):
-            fault = f"the joint type {entry.type} of another distribution has no equations between absolute bodies"
+            fault = (
+                f"the joint type {entry.type} of another distribution has no equations between absolute bodies [E1990]"
+            )
             report.add(key_of("joints", name, "type"), fault, 'coordinates = "joint"')
 
 
 class _Constraints(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         if name in document.section("joints"):
-            return f"the name {name} is both a joint and a constraint", "another name for one of them"
+            return f"the name {name} is both a joint and a constraint [E1461]", "another name for one of them"
         return "", ""
 
     def read_entry(self, name: str, entry: constraints.Constraint, reading: Reading) -> Constraint:

@@ -454,7 +454,7 @@ def failed_controller(stepper: Stepper) -> Failure:
     who = f"{of}, the controller {row['name']},"
     if code := int(told["controller_returned"]):
         return Failure(
-            f"{who} returned {code}, and only 0 goes on", f"the reason for which it returns {code}, or return 0"
+            f"{who} returned {code}, and only 0 goes on [E1387]", f"the reason for which it returns {code}, or return 0"
         )
     place = int(told["controller_not_finite"]) - 1
     behind = place - len(row["outputs"])
@@ -463,15 +463,17 @@ def failed_controller(stepper: Stepper) -> Failure:
     which = f"memory[{behind}]" if behind >= 0 else f"values[{place}], {row['outputs'][place]},"
     given = ", ".join(f"signals[{k}] = {name}" for k, name in enumerate(row["signals"])) or "it has no signals"
     hint = f"a check of its divisions, roots and unset values; {given}"
-    return Failure(f"{who} gave {which} a value that is not a finite number", hint)
+    return Failure(f"{who} gave {which} a value that is not a finite number [E1388]", hint)
 
 
 def _beyond(who: str, values: int, memory: int, *, in_memory: bool) -> Failure:
     """Return the failure of a function that wrote beyond its values or its memory."""
     if in_memory:
         last = f"memory[{memory - 1}] is the last entry" if memory else "it has none"
-        return Failure(f"{who} wrote beyond memory = {memory}", f"memory = {memory + 1} in the scene; {last} so far")
-    fault = f"{who} wrote beyond its {counted(values, 'value')}"
+        return Failure(
+            f"{who} wrote beyond memory = {memory} [E1389]", f"memory = {memory + 1} in the scene; {last} so far"
+        )
+    fault = f"{who} wrote beyond its {counted(values, 'value')} [E1390]"
     return Failure(fault, f"writes up to values[{values - 1}], or outputs with a name for each value")
 
 
@@ -486,7 +488,7 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
     t, q, v, a, z = state
     if status == CONTROLLER_FAILED:
         failure = failed_controller(stepper)
-        fault = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.fault}"
+        fault = f"the step from t = {t:.9g} s, of {stepper.step_size:.9g} s, failed: {failure.fault} [E2017]"
         return Problem("", fault, failure.hint)
     model, p, step = run.model, run.parameters, stepper.step_size
     block, already, cause = first_non_finite(model, t, (q, v, a, z), step, p, run.signals)
@@ -499,5 +501,5 @@ def failed_step(run: Run, stepper: Stepper, state: tuple[float, Array, Array, Ar
         hint = cause[1]
     elif already:
         hint = "other inputs, parameters or coordinates there: no smaller step helps"
-    fault = f"the step from t = {t:.9g} s, of {step:.9g} s, failed: {stepper.status_text(status)}{details}"
+    fault = f"the step from t = {t:.9g} s, of {step:.9g} s, failed: {stepper.status_text(status)}{details} [E2017]"
     return Problem("", fault, hint)

@@ -11,6 +11,7 @@ from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import tells_strain
 from eomgen.compiled.model import CompiledModel
+from eomgen.errors import Message
 from eomgen.integrators.events import ACCUMULATED, CONTROLLER_FAILED, NO_VALUE, STATUSES, STOPPED
 from eomgen.results.events import Events
 from eomgen.results.finding import FAILURE, NOTE, Finding
@@ -69,7 +70,7 @@ def end_of(run: FinishedRun) -> str:
     if trajectory.status == 0:
         return f"reached t = {t:.9g} s in {trajectory.steps} steps{_own_steps(stepper.statistics)}"
     unknown = without_value(last_run, trajectory.rows, run.events) if trajectory.status == NO_VALUE.number else []
-    if sentence := ending(trajectory.status, stepper, unknown):
+    if sentence := str(Message(ending(trajectory.status, stepper, unknown))):
         sentence = f"{sentence}, after {of_all}{_own_steps(stepper.statistics)}"
         tried = next(item.advice for item in STATUSES if item.number == trajectory.status)
         if trajectory.status == ACCUMULATED.number and "least_interval" in sentence:

@@ -87,23 +87,30 @@ def read_controllers(given: Mapping[str, Controller] | None, layout: Mapping[str
     if given is not None and not isinstance(given, Mapping):
         kind = "a function" if callable(given) else type(given).__name__
         hint = f'controllers={{"{names[0] if names else "name"}": function}}'
-        raise UsageError(Problem("controllers", f"a mapping from names to functions is needed, not {kind}", hint))
+        raise UsageError(
+            Problem("controllers", f"a mapping from names to functions is needed, not {kind} [E2054]", hint)
+        )
     for name, function in (given or {}).items():
         if not names:
-            fault = "no controller of the scene leaves its function to the caller"
+            fault = "no controller of the scene leaves its function to the caller [E2055]"
             hint = 'type = "sampled" without a source in the scene'
             raise UsageError(Problem(f"controller {shown(str(name))}", fault, hint))
         check_name("controller", name, names)
         if not callable(function):
-            fault = f"a function of t and its signals is needed, not {type(function).__name__}"
+            fault = f"a function of t and its signals is needed, not {type(function).__name__} [E2056]"
             raise UsageError(Problem(f"controller {name}", fault, "def law(t, signals): return ..."))
     problems = []
     for row in rows:
         if row["name"] not in (given or {}):
             hint = f"controllers={{{row['name']!r}: law}} in Python, where law({_arguments(row)}) gives {_numbers(row)}"
-            problems.append(Problem(f"controller {row['name']}", "the scene leaves its function to the caller", hint))
+            problems.append(
+                Problem(f"controller {row['name']}", "the scene leaves its function to the caller [E2058]", hint)
+            )
         elif not _takes_arguments(given[row["name"]], row):  # type: ignore[index]  # a mapping, if a name is in it
-            fault = f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called with"
+            fault = (
+                f"the function does not take the {2 + bool(row['memory_states'])} arguments that it is called"
+                f" with [E2057]"
+            )
             hint = f"def law({_arguments(row)}), where {_meaning(row)}"
             problems.append(Problem(f"controller {row['name']}", fault, hint))
     if problems:
@@ -161,7 +168,7 @@ class BoundControllers:
         except UsageError as error:
             self._failure = error
         except Exception as error:
-            fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error} [E2020]"
             hint = f"the traceback above this message; the arguments are {_arguments(row)}, where {_meaning(row)}"
             self._failure = UsageError(Problem(f"controller {row['name']}", fault, hint))
             self._failure.__cause__ = error
@@ -189,11 +196,11 @@ def _made(name: str, given: Controller) -> Controller:
     try:
         made = given()
     except Exception as error:
-        fault = f"the class {label} makes no object: {type(error).__name__}: {error}"
+        fault = f"the class {label} makes no object: {type(error).__name__}: {error} [E2060]"
         hint = "a class without arguments, or functools.partial(...) with them"
         raise UsageError(Problem(f"controller {name}", fault, hint)) from error
     if not callable(made):
-        fault = f"objects of the class {label} cannot be called"
+        fault = f"objects of the class {label} cannot be called [E2059]"
         raise UsageError(Problem(f"controller {name}", fault, "def __call__(self, t, signals): return ..."))
     function: Controller = made
     return function
@@ -240,7 +247,7 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
         given = "nothing" if result is None else f"an array of shape {array.shape}"
         if result is not None and array.shape == (0, 0):
             given = f"{type(result).__name__}, which is not an array of numbers"
-        fault = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)}"
+        fault = f"the function gives {given} at t = {t:.9g} s, and has to give {_numbers(row)} [E2061]"
         one = f"return value, the number that {row['outputs'][0]} holds"
         several = f"return {', '.join(row['outputs'])}"
         raise UsageError(Problem(where, fault, one if size == 1 else several))
@@ -251,6 +258,6 @@ def _values(row: Mapping[str, Any], result: object, t: float) -> Array:
 
 def _check_finite(row: Mapping[str, Any], verb: str, array: Array, t: float) -> None:
     if not np.all(np.isfinite(array)):
-        fault = f"the function {verb} {array[int(np.argmin(np.isfinite(array)))]} at t = {t:.9g} s"
+        fault = f"the function {verb} {array[int(np.argmin(np.isfinite(array)))]} at t = {t:.9g} s [E2062]"
         hint = f"finite numbers over the whole run; the arguments are {_arguments(row)}, where {_meaning(row)}"
         raise UsageError(Problem(f"controller {row['name']}", fault, hint))

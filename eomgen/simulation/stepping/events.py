@@ -115,19 +115,19 @@ def ending(status: int, stepper: Stepper, without_value: Sequence[str] = ()) -> 
     data = stepper.layout["method"]["events"]["rows"]
     if status == NO_VALUE.number:
         names = ", ".join(without_value) or f"one of {', '.join(row['name'] for row in data)}"
-        return f"stopped at t = {stepper.t:.9g} s: {stepper.status_text(status)} ({names})"
+        return f"stopped at t = {stepper.t:.9g} s: {stepper.status_text(status)} ({names}) [E2048]"
     row = data[int(stepper.state[stepper.places["event_last"]][0])]
     count = int(stepper.state[stepper.places["event_count"]][data.index(row)])
     if status == STOPPED.number:
-        return f"stopped by the event {row['name']} at t = {stepper.t:.9g} s"
+        return f"stopped by the event {row['name']} at t = {stepper.t:.9g} s [E2049]"
     if status == ACCUMULATED.number:
         if least := row["least_interval"]:
             return (
                 f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, sooner than its"
-                f" least_interval of {least:.6g} s, after {count} before"
+                f" least_interval of {least:.6g} s, after {count} before [E2051]"
             )
         return (
             f"the event {row['name']} comes again and again at t = {stepper.t:.9g} s, {count} times so far: the motion"
-            " comes to rest there, or it chatters"
+            " comes to rest there, or it chatters [E2050]"
         )
-    return f"at t = {stepper.t:.9g} s, the event {row['name']}: {stepper.status_text(status)}"
+    return f"at t = {stepper.t:.9g} s, the event {row['name']}: {stepper.status_text(status)} [E2047]"

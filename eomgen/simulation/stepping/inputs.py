@@ -146,11 +146,16 @@ def check_reach(layout: Mapping[str, Any], given: Mapping[str, CheckedSignal], s
         early = start < first - rounding
         process, mode, _ = str(item["name"]).partition(" mode ")
         if mode and not early:
-            fault = f"the random process {process} is known up to t = {last:.9g} s, the run ends at t = {end:.9g} s"
+            fault = (
+                f"the random process {process} is known up to t = {last:.9g} s, the run ends at t = {end:.9g} s [E2064]"
+            )
             raise UsageError(
                 Problem("t_end", fault, f"t_end = {last:.9g}, or duration = {end:.9g} in [random.{process}]")
             )
-        fault = f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g} s"
+        fault = (
+            f"the points of {item['name']} {'begin' if early else 'end'} at t = {first if early else last:.9g}"
+            f" s [E2063]"
+        )
         fault += f", the run {'begins' if early else 'ends'} at t = {start if early else end:.9g} s"
         beyond = 'outside = "hold" or "periodic"'
         if early:  # on the command line every run begins at t = 0
@@ -165,7 +170,7 @@ def check_held(method: str, given: Mapping[str, CheckedSignal]) -> None:
     for name, signal in given.items():
         if not isinstance(signal, float):
             kind = "a function" if callable(signal) else "a table"
-            fault = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have"
+            fault = f"{method} needs the time derivatives of inputs, which {kind} from outside does not have [E2065]"
             hint = f"a number here; a formula or a curve of the scene for the input {name}; or another method"
             raise UsageError(Problem(f"input {name}", fault, hint))
 
@@ -187,7 +192,7 @@ def read_signals(
     if inputs is not None and not isinstance(inputs, Mapping):
         given = "a function" if callable(inputs) else type(inputs).__name__
         hint = f'inputs={{"{names[0] if names else "name"}": signal}}, each a number, a function of t, or a table'
-        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given}", hint))
+        raise UsageError(Problem("inputs", f"a mapping from the names of inputs is needed, not {given} [E2066]", hint))
     read: dict[str, CheckedSignal] = {}
     for name, signal in (inputs or {}).items():
         if type(signal) is float and math.isfinite(signal) and name in names:  # optimisations give numbers
@@ -205,7 +210,10 @@ def read_signals(
         elif array.shape == (steps + 1,):
             read[name] = array.copy()  # the caller may write to his own before all of the run is evaluated
         else:
-            fault = f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step grid"
+            fault = (
+                f"the shape is {array.shape}, ({steps + 1},) is needed: one value at every point of the step"
+                f" grid [E2067]"
+            )
             hint = "a number, a function of t, or a table of that length"
             if array.ndim == 2 and 2 in array.shape:
                 hint = "lambda t: np.interp(t, times, values), of the times and the values that it holds"
@@ -219,21 +227,21 @@ def _called(name: str, signal: Function, times: Array) -> Array:
         try:
             given = signal(float(t))
         except Exception as error:
-            fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error}"
+            fault = f"the function failed at t = {t:.9g} s: {type(error).__name__}: {error} [E2020]"
             hint = "a function that gives a number at every time of the run"
             if isinstance(error, TypeError):
                 hint = "lambda t: ..., as inputs see the time only"
                 hint += "; feedback is a sampled controller, a formula of the scene, or model.start"
             raise UsageError(Problem(f"input {name}", fault, hint)) from error
         if given is None:
-            fault = f"the function gives nothing (None) at t = {t:.9g} s"
+            fault = f"the function gives nothing (None) at t = {t:.9g} s [E2068]"
             raise UsageError(Problem(f"input {name}", fault, "a return statement with its value"))
         try:
             values[index] = given
         except (TypeError, ValueError):
             shape = np.shape(given) if isinstance(given, np.ndarray | list | tuple) else ()
             kind = f"{math.prod(shape)} numbers" if shape else type(given).__name__
-            fault = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed"
+            fault = f"the function gives {kind} at t = {t:.9g} s, and one real number is needed [E2069]"
             hint = "one function for each input" if shape else "float(...) of the value that is meant"
             raise UsageError(Problem(f"input {name}", fault, hint)) from None
     return _finite(name, values, times)
@@ -243,6 +251,6 @@ def _finite(name: str, values: Array, times: Array) -> Array:
     """Return the values of a function, (n,), at times (n,). Raises UsageError if one is not finite."""
     if not np.all(np.isfinite(values)):
         index = int(np.argmin(np.isfinite(values)))
-        fault = f"the function gives {values[index]} at t = {times[index]:.9g} s"
+        fault = f"the function gives {values[index]} at t = {times[index]:.9g} s [E2070]"
         raise UsageError(Problem(f"input {name}", fault, "finite numbers over the whole run"))
     return values

@@ -100,7 +100,7 @@ def check_angles(
     fixed = {("parameter", name, 0): value for name, value in description.values(parameters).items()}
     for key, t in (("t_start", start), ("t_end", end)):
         if too_large := large_angles(description, {**fixed, ("time", "", 0): t}, given):
-            raise UsageError(Problem(key, f"{too_large} would be taken at t = {t:.9g} s; {REASON}", HINT))
+            raise UsageError(Problem(key, f"{too_large} would be taken at t = {t:.9g} s; {REASON} [E2071]", HINT))
 
 
 T = TypeVar("T")
@@ -114,7 +114,7 @@ def positive(name: str, value: object) -> float:
     """Return a positive finite number of seconds. Raises UsageError."""
     number = number_of(name, value)
     if number <= 0.0:
-        raise UsageError(Problem(name, f"the {name} must be positive, not {number:.9g}", "1e-3"))
+        raise UsageError(Problem(name, f"the {name} must be positive, not {number:.9g} [E2072]", "1e-3"))
     return number
 
 
@@ -125,12 +125,14 @@ def chosen_method(name: str, given: Mapping[str, float | None], scene: Mapping[s
         if value is not None:
             number_of(key, value, "number")
     if given["rho_inf"] is not None and not 0.0 <= given["rho_inf"] <= 1.0:
-        raise UsageError(Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {given['rho_inf']:.9g}", "0.8"))
+        raise UsageError(
+            Problem("rho_inf", f"rho_inf must lie between 0 and 1, not {given['rho_inf']:.9g} [E2073]", "0.8")
+        )
     method = method_named(name, **method_parameters(name, given, scene))
     for need in method.needs:
         if need.parameter and need.fact == "constraints" and constrained is not need.value:
             raise UsageError(
-                Problem(need.parameter, f"{name} cannot run on constraints: {need.reason}", need.alternative)
+                Problem(need.parameter, f"{name} cannot run on constraints: {need.reason} [E2074]", need.alternative)
             )
     return method
 
@@ -163,7 +165,7 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
         missing.remove("partials")
     withheld = [term for term in missing if not TERMS[term].on_request]
     if withheld and not facts["constraints"]:
-        fault = f"{name} needs the terms {', '.join(withheld)}, which this model was built without"
+        fault = f"{name} needs the terms {', '.join(withheld)}, which this model was built without [E2075]"
         raise UsageError(
             Problem("simulate", fault, f"eomgen.build(scene, terms=[..., {', '.join(map(repr, withheld))}])")
         )
@@ -173,7 +175,7 @@ def stepper_library(model: CompiledModel, name: str, method: Method) -> Library:
         unmet = [need for need in method.needs if bool(facts.get(need.fact, need.value)) is not need.value]
         fault = refusal if refusal == library.layout["stepper_refused"] else f"it {refusal}"
         hint = unmet[0].alternative if unmet else method.instead
-        raise ModelError(f"{name} cannot run on this scene: {fault}", hint)
+        raise ModelError(f"{name} cannot run on this scene: {fault} [E0860]", hint)
     return library
 
 
@@ -267,7 +269,7 @@ def chosen_stepper(
     stepped_by = chosen_method(name, given, defaults, bool(model.multipliers))
     library = stepper_library(model, name, stepped_by)
     if settings is not None and not isinstance(settings, Mapping):
-        fault = f"a mapping is needed, not {type(settings).__name__}"
+        fault = f"a mapping is needed, not {type(settings).__name__} [E0090]"
         raise UsageError(Problem("settings", fault, 'settings={"rtol": 1e-9}'))
     chosen = stepper_settings(library.layout["method"], defaults["step"], stepped_by, settings or {})
     bounded = "largest_step" in (settings or {}) or chosen.get("largest_step") != 0.0
@@ -335,7 +337,7 @@ def check_memory(rows: int, width: int) -> None:
     if needed > 0.8 * available:
         fault = (
             f"{rows} rows of {width} numbers would take about {needed / 1e9:.3g} GB, this machine has"
-            f" {available / 1e9:.3g}"
+            f" {available / 1e9:.3g} [E2076]"
         )
         raise UsageError(
             Problem("record_every", fault, f"record_every = {math.ceil(needed / (0.2 * available))} or more")

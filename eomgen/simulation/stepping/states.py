@@ -22,7 +22,7 @@ from eomgen.compiled.initial_state import (
 )
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.model import consistent as consistent_state
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Message, Problem, UsageError
 from eomgen.lie.product import turned
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.run import SCENE_START, Run
@@ -135,7 +135,7 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
     chosen = start if start is not None else "initial" if given else of_scene
     if chosen not in ("initial", "equilibrium"):
         hint = "initial={...}, for a state" if isinstance(chosen, Mapping) else "initial or equilibrium"
-        raise UsageError(Problem("start", f"a run cannot start at {chosen!r}", hint))
+        raise UsageError(Problem("start", f"a run cannot start at {chosen!r} [E2077]", hint))
     return chosen == "equilibrium"
 
 
@@ -162,7 +162,7 @@ def start_of(
         rest = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
         v = np.where(rest.v != 0.0, rest.v, turned(model.factors, state.v, state.q, rest.q))
         state, sentences = InitialState(rest.q, v, rest.z), [f"initial position: {rest.message}"]
-        notes = [f"the start at rest: {note}" for note in rest.notes]
+        notes = [f"the start at rest: {Message(note).line}" for note in rest.notes]
     if model.multipliers and (equilibrium_start or changed or t != 0.0):
         starts = () if equilibrium_start else starts_of(model, initial)
         kept = kept_components(model.factors, starts)

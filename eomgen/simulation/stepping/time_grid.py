@@ -69,11 +69,15 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
         An end before the start; too many steps; steps too short for time to move on evenly.
     """
     if end < start:
-        raise UsageError(Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s", "a later t_end"))
+        raise UsageError(
+            Problem("t_end", f"the end {end:.9g} s lies before the start {start:.9g} s [E0274]", "a later t_end")
+        )
     count = (end - start) / step
     if count > 1e15:
         raise UsageError(
-            Problem("step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps", "a larger step")
+            Problem(
+                "step", f"{end - start:.3g} s in steps of {step:.3g} s are {count:.3g} steps [E2078]", "a larger step"
+            )
         )
     latest = start if abs(start) > abs(end) else end
     apart = float(np.spacing(np.float32(abs(latest)))) if real == "float" else math.ulp(latest)
@@ -81,7 +85,7 @@ def time_grid(start: float, end: float, step: float, real: str = "double") -> Ti
     if 0.0 < shortest < FINEST * apart:
         fault = (
             f"at t = {latest:.9g} s neighbouring numbers differ by {apart:.3g} s, too much for a step of"
-            f" {shortest:.3g} s"
+            f" {shortest:.3g} s [E2052]"
         )
         hint = (
             f"a step of {FINEST * apart:.2g} s or more, or times nearer to 0, with formulas of time shifted by as much"
@@ -111,7 +115,8 @@ def check_jumps(method: Mapping[str, Any], step: float) -> None:
     count = step * jumps_per_second(waves)
     if count > MOST_JUMPS:
         fault = (
-            f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of {min(p for _, p in waves):.3g} s"
+            f"forces jump {count:.3g} times within a step of {step:.3g} s, in waves of"
+            f" {min(p for _, p in waves):.3g} s [E2079]"
         )
         hint = (
             f"a step of {step * MOST_JUMPS / count:.2g} s or less with a larger record_every, or a longer period of the"

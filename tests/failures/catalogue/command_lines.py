@@ -16,106 +16,107 @@ FAILURES = [
     Failure(
         "A verb that there is not",
         2,
-        "usage error: eomgen: there is no verb 'simulat'; try: simulate",
+        "usage error: eomgen: there is no verb 'simulat'; try: simulate [E0147]",
         command="simulat scene.toml",
     ),
     Failure(
         "A missing option",
         2,
-        "usage error: eomgen simulate: missing option '--out'; try: --out results; eomgen simulate --help lists all",
+        "usage error: eomgen simulate: missing option '--out'; try: --out results; eomgen simulate --help lists"
+        " all [E0009]",
         command="simulate scene.toml",
     ),
     Failure(
         "An option that there is not",
         2,
-        "usage error: eomgen info: no such option '--fast'; try: eomgen info --help",
+        "usage error: eomgen info: no such option '--fast'; try: eomgen info --help [E0008]",
         command="info scene.toml --fast",
     ),
     Failure(
         "A word for a number",
         2,
-        "usage error: --step: 'fast' is not a time; try: 2, or \"2 s\"",
+        "usage error: --step: 'fast' is not a time; try: 2, or \"2 s\" [E0190]",
         command="simulate scene.toml --out out --step fast",
     ),
     Failure(
         "A negative step",
         2,
-        "usage error: step: the step must be positive, not -1; try: 1e-3",
+        "usage error: step: the step must be positive, not -1; try: 1e-3 [E2072]",
         command="simulate scene.toml --out out --step -1",
     ),
     Failure(
         "An end before the start",
         2,
-        "usage error: t_end: the end -1 s lies before the start 0 s; try: a later t_end",
+        "usage error: t_end: the end -1 s lies before the start 0 s; try: a later t_end [E0274]",
         command="simulate scene.toml --out out --t-end -1",
     ),
     Failure(
         "A run of too many steps",
         2,
-        "usage error: step: 1e+300 s in steps of 1e-09 s are inf steps; try: a larger step",
+        "usage error: step: 1e+300 s in steps of 1e-09 s are inf steps; try: a larger step [E2078]",
         command="simulate scene.toml --out out --t-end 1e300 --step 1e-9",
     ),
     Failure(
         "A run that fills the memory",
         2,
         "usage error: record_every: 1000000000002 rows of 4 numbers would take about 9.6e+04 GB, this machine has"
-        " {any}; try: record_every = {any} or more",
+        " {any}; try: record_every = {any} or more [E2076]",
         command="simulate scene.toml --out out --t-end 1e9 --step 1e-3",
     ),
     Failure(
         "A damping out of its range",
         2,
-        "usage error: rho_inf: rho_inf must lie between 0 and 1, not 1.5; try: 0.8",
+        "usage error: rho_inf: rho_inf must lie between 0 and 1, not 1.5; try: 0.8 [E2073]",
         command="simulate scene.toml --out out --rho-inf 1.5",
     ),
     Failure(
         "A parameter that there is not",
         2,
-        "usage error: there is no parameter 'laod'; try: load",
+        "usage error: there is no parameter 'laod'; try: load [E0100]",
         command="simulate scene.toml --out out --set laod=2",
     ),
     Failure(
         "A parameter that is fixed",
         2,
         "usage error: the parameter length exists, but its value is fixed in the code; try: length = { value = ..., "
-        "tunable = true } in the scene's [parameters]",
+        "tunable = true } in the scene's [parameters] [E0239]",
         command="simulate scene.toml --out out --set length=2",
     ),
     Failure(
         "A value that the scene would refuse as its own",
         2,
         "usage error: scene.toml:12 (bodies.upper.mass): the mass -0.5 is negative at load = -1.5; try: a positive"
-        " number of kg",
+        " number of kg [E1709]",
         command="simulate scene.toml --out out --set load=-1.5",
     ),
     Failure(
         "A parameter without a value",
         2,
-        "usage error: --set load: a name and a number are needed; try: --set length=0.5",
+        "usage error: --set load: a name and a number are needed; try: --set length=0.5 [E0193]",
         command="simulate scene.toml --out out --set load",
     ),
     Failure(
         "A parameter that is not a number",
         2,
-        "usage error: --set load=heavy: 'heavy' is not a number; try: --set load=0.5",
+        "usage error: --set load=heavy: 'heavy' is not a number; try: --set load=0.5 [E0123]",
         command="simulate scene.toml --out out --set load=heavy",
     ),
     Failure(
         "A parameter that is not finite",
         2,
-        "usage error: parameters: parameter load is nan, not a finite number; try: a finite number",
+        "usage error: parameters: parameter load is nan, not a finite number; try: a finite number [E0237]",
         command="simulate scene.toml --out out --set load=nan",
     ),
     Failure(
         "An input that there is not",
         2,
-        "usage error: there is no input 'moter'; try: motor",
+        "usage error: there is no input 'moter'; try: motor [E0100]",
         command="simulate scene.toml --out out --input moter=1",
     ),
     Failure(
         "A term that there is not",
         2,
-        "usage error: no term is called 'forces'; try: force",
+        "usage error: no term is called 'forces'; try: force [E0497]",
         command="info scene.toml --terms mass,forces",
     ),
     Failure(
@@ -123,7 +124,7 @@ FAILURES = [
         4,
         "model error: rk4 cannot run on this scene: it needs a system without constraints: it steps ordinary "
         "differential equations and would ignore the constraint equations; try: rk4_partitioned, which eliminates "
-        "constraints, generalized_alpha, which keeps them, or a tree of joints",
+        "constraints, generalized_alpha, which keeps them, or a tree of joints [E0860]",
         command="simulate scene.toml --out out --method rk4 --coordinates absolute",
     ),
     Failure(
@@ -131,14 +132,14 @@ FAILURES = [
         4,
         "model error: taylor cannot run on this scene: it needs a system without constraints: it expands ordinary "
         "differential equations and would ignore the constraint equations; try: generalized_alpha, which keeps "
-        "constraints, rk4_partitioned, which eliminates them, or a tree of joints",
+        "constraints, rk4_partitioned, which eliminates them, or a tree of joints [E0860]",
         command="simulate scene.toml --out out --method taylor --coordinates absolute",
     ),
     Failure(
         "A Taylor series of a force with corners",
         4,
         "model error: taylor cannot run on this scene: a Taylor series needs smooth equations, or discontinuities at"
-        " known times; here are abs(), decided by the motion; try: generalized_alpha",
+        " known times; here are abs(), decided by the motion; try: generalized_alpha [E0860]",
         command="simulate scene.toml --out out --method taylor",
         old='effort = "motor"',
         new='effort = "motor - abs(v.shoulder) * v.shoulder"',
@@ -147,7 +148,7 @@ FAILURES = [
         "A tolerance that is none",
         2,
         "usage error: tolerance: the tolerance must lie in 0..0.1, not -1e-06; try: 1e-10, or 0 for steps of the time"
-        " grid",
+        " grid [E0353]",
         command="simulate scene.toml --out out --method taylor --tolerance -1e-6",
     ),
     Failure(
@@ -155,7 +156,7 @@ FAILURES = [
         2,
         "usage error: tolerance: the tolerance 1e-30 is far below the resolution of double precision; try: 1e-16 or"
         " more,"
-        " or 0 for steps of the time grid",
+        " or 0 for steps of the time grid [E0354]",
         command="simulate scene.toml --out out --method taylor --tolerance 1e-30",
     ),
     Failure(
@@ -172,26 +173,26 @@ FAILURES = [
         "Fixed Taylor steps without an order",
         2,
         "usage error: order: without a tolerance, the series needs an order; try: order = 12, or a tolerance, from"
-        " which the order follows",
+        " which the order follows [E0355]",
         command="simulate scene.toml --out out --method taylor --tolerance 0",
     ),
     Failure(
         "An order that is too high",
         2,
-        "usage error: order: the order must be a whole number, 2 to 40, not 50; try: 20",
+        "usage error: order: the order must be a whole number, 2 to 40, not 50; try: 20 [E0356]",
         command="simulate scene.toml --out out --method taylor --order 50",
     ),
     Failure(
         "A folder without a name",
         2,
-        "usage error: --out: the name of the folder is empty; try: --out . for this folder",
+        "usage error: --out: the name of the folder is empty; try: --out . for this folder [E0195]",
         command="generate scene.toml --out ''",
     ),
     Failure(
         "A folder that holds other things",
         7,
         "input/output error: mine is not empty and was not written by eomgen (it has no manifest.json of eomgen's); "
-        "nothing was overwritten; try: a new or empty folder",
+        "nothing was overwritten; try: a new or empty folder [E0213]",
         command="generate scene.toml --out mine",
         prepare=thesis,
         preparation="mine/ holds thesis.txt",
@@ -199,26 +200,26 @@ FAILURES = [
     Failure(
         "A file in the place of the folder",
         7,
-        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder",
+        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder [E0130]",
         command="simulate scene.toml --out scene.toml",
     ),
     Failure(
         "A check at no state",
         2,
-        "usage error: states: a check needs at least one state, not 0; try: 8",
+        "usage error: states: a check needs at least one state, not 0; try: 8 [E1130]",
         command="check scene.toml --states 0",
     ),
     Failure(
         "A check with a negative seed",
         2,
-        "usage error: seed: the seed must not be negative, which -1 is; try: 0",
+        "usage error: seed: the seed must not be negative, which -1 is; try: 0 [E1131]",
         command="check scene.toml --seed -1",
     ),
     Failure(
         "A closed form that there is not",
         2,
         "usage error: only: no closed form of this scene is called 'partial.K'; try: partials.K or partials.M or"
-        " partials.C",
+        " partials.C [E1132]",
         command="check scene.toml --only partial.K",
     ),
     Failure(
@@ -235,26 +236,26 @@ FAILURES = [
     Failure(
         "A check whose folder is a file",
         7,
-        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder",
+        "input/output error: scene.toml: this is a file, and a folder is needed; try: another folder [E0130]",
         command="check scene.toml --only partials.K --states 1 --out scene.toml",
     ),
     Failure(
         "An animation of a kind that there is not",
         2,
-        "usage error: arm.gif: an animation cannot be saved as .gif; try: arm.html",
+        "usage error: arm.gif: an animation cannot be saved as .gif; try: arm.html [E1260]",
         command="animate scene.toml --out arm.gif",
     ),
     Failure(
         "A solution that is not there",
         7,
-        "input/output error: solution.npz: cannot be read: No such file or directory; try: another path",
+        "input/output error: solution.npz: cannot be read: No such file or directory; try: another path [E0115]",
         command="animate solution.npz --out arm.html",
     ),
     Failure(
         "A solution that is none",
         7,
         "input/output error: solution.npz: this is not a solution written by eomgen: it is not an .npz archive, or not"
-        " all of one; try: a .npz file of Solution.save",
+        " all of one; try: a .npz file of Solution.save [E0134]",
         command="animate solution.npz --out arm.html",
         files={"solution.npz": "PK no zip"},
     ),
@@ -262,7 +263,7 @@ FAILURES = [
         "Options of a run for a stored one",
         2,
         "usage error: solution.npz: --t-end would change a run, and this one is stored; try: the scene in place of its "
-        "solution, or no such option",
+        "solution, or no such option [E0149]",
         command="animate solution.npz --out arm.html --t-end 2",
         files={"solution.npz": "PK no zip"},
     ),
@@ -270,7 +271,7 @@ FAILURES = [
         "A checkpoint that is none",
         7,
         "input/output error: run.ckpt: this is not a checkpoint written by eomgen: it is not an .npz archive, or not"
-        " all of one; try: a file that simulate(checkpoint=...) wrote",
+        " all of one; try: a file that simulate(checkpoint=...) wrote [E0134]",
         command="simulate scene.toml --out out --resume run.ckpt",
         files={"run.ckpt": "no checkpoint"},
     ),

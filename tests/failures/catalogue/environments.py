@@ -9,14 +9,14 @@ FAILURES = [
         "A compiler that is not there",
         5,
         "toolchain error: environment variable CC: no C compiler 'no-such-cc' on the path; try: unset CC, or name one "
-        "that is installed",
+        "that is installed [E2106]",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": "no-such-cc"},
     ),
     Failure(
         "A compiler's command that cannot be read",
         5,
-        'toolchain error: environment variable CC: "gcc \'x" cannot be read: No closing quotation; try: CC=gcc',
+        'toolchain error: environment variable CC: "gcc \'x" cannot be read: No closing quotation; try: CC=gcc [E0902]',
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": "gcc 'x"},
     ),
@@ -25,7 +25,7 @@ FAILURES = [
         5,
         "toolchain error: no C compiler found: looked for cc, gcc, clang on the path, in CC, and for the package"
         " ziglang, and the cache {folder} has no library of this model with these terms, this method and profile fast"
-        ' for this machine; try: pip install "eomgen[compiler]"',
+        ' for this machine; try: pip install "eomgen[compiler]" [E2101]',
         command="simulate scene.toml --out out --t-end 0.01 --no-plots --profile fast",
         environment={"CC": None, "PATH": "{folder}", "EOMGEN_CACHE": "{folder}"},
     ),
@@ -33,7 +33,7 @@ FAILURES = [
         "A cache of a user that there is not",
         7,
         "input/output error: environment variable EOMGEN_CACHE: the folder '~no_such_user/cache' cannot be found: Could"
-        " not determine home directory; try: a full path",
+        " not determine home directory; try: a full path [E2102]",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"EOMGEN_CACHE": "~no_such_user/cache"},
     ),
@@ -41,14 +41,14 @@ FAILURES = [
         "A command of the shell in CC",
         5,
         "toolchain error: environment variable CC: no C compiler 'cc;' on the path; try: unset CC, or name one that is "
-        "installed",
+        "installed [E2106]",
         command="simulate scene.toml --out out --t-end 0.01 --no-plots",
         environment={"CC": "cc; touch stolen"},
     ),
     Failure(
         "A run that leaves the numbers",
         6,
-        "note: the input motor changes nothing: no formula mentions it\n"
+        "note: the input motor changes nothing: no formula mentions it [W0101]\n"
         "stopped at t = 0.5 s, after 500 of 1000 steps: a value became infinite or not a number; the first block that"
         " is not finite is Q (the generalized force), component v.shoulder at t = 0.501 s, where in a formula"
         " sqrt(-0.001) has no value at t = 0.501; try: another start, or a formula that has a value there, such as"
@@ -60,9 +60,9 @@ FAILURES = [
     Failure(
         "A force that breaks at once",
         6,
-        "note: the input motor changes nothing: no formula mentions it\n"
+        "note: the input motor changes nothing: no formula mentions it [W0101]\n"
         "note: efforts.motor.effort: the formula subtracts t in s from load - 1 in kg; try: a factor that turns one"
-        " unit into the other\n"
+        " unit into the other [W0137]\n"
         "stopped at t = 0 s, after 0 of 1000 steps: a value became infinite or not a number; the first block that is"
         " not finite is Q (the generalized force), component v.shoulder at t = 0 s, where in a formula log(0) has"
         " no value at load = 1, t = 0; try: another start, or a formula that has a value there, such as max(x, 1e-3) in"
@@ -75,14 +75,15 @@ FAILURES = [
         "A folder that cannot be made",
         7,
         "input/output error: /proc/nowhere/out: cannot be written (No such file or directory); try: another folder, or"
-        " permission to write there",
+        " permission to write there [E0127]",
         command="simulate scene.toml --out /proc/nowhere/out",
     ),
     Failure(
         "A cache that cannot be written",
         0,
         "warning: the cache /proc/nowhere cannot be written (No such file or directory); building in {any} instead. Set"
-        " EOMGEN_CACHE to a folder that can be written to keep compiled models\nreached t = 0 s in 0 steps\nwritten to"
+        " EOMGEN_CACHE to a folder that can be written to keep compiled models [W0208]\nreached t = 0 s in 0"
+        " steps\nwritten to"
         " out: solution.npz, solution.csv, summary.json",
         command="simulate scene.toml --out out --t-end 0 --no-plots --method rk4",
         environment={"EOMGEN_CACHE": "/proc/nowhere"},

@@ -9,28 +9,28 @@ FAILURES = [
         "An event of a joint that is not there",
         3,
         "description error: scene.toml:34 (events.stop.when): q.sholder: there is no joint 'sholder' "
-        "(column 1); try: shoulder",
+        "(column 1); try: shoulder [E1568]",
         more='[events.stop]\nwhen = "q.sholder"\n',
     ),
     Failure(
         "An event that never passes zero",
         3,
         "description error: scene.toml:34 (events.stop.when): a number has no roots in time; try: a "
-        'formula such as "q.ball" or "t - 2"',
+        'formula such as "q.ball" or "t - 2" [E1481]',
         more="[events.stop]\nwhen = 3\n",
     ),
     Failure(
         "An event of a comparison",
         3,
         "description error: scene.toml:34 (events.stop.when): a comparison is 1 or 0 and does not pass zero; "
-        'try: the difference of its sides, "q.ball - 0.5", and a direction',
+        'try: the difference of its sides, "q.ball - 0.5", and a direction [E1482]',
         more='[events.stop]\nwhen = "q.shoulder < 0.5 and t > 1"\n',
     ),
     Failure(
         "An event of a formula that nothing changes",
         4,
         "model error: scene.toml:34 (events.stop.when): the formula does not change along a run: nothing of the motion "
-        'and no time is left in it; try: a formula such as "q.ball" or "t - 2"',
+        'and no time is left in it; try: a formula such as "q.ball" or "t - 2" [E0512]',
         command="info scene.toml",
         more='[events.stop]\nwhen = "0 * q.shoulder + 1"\n',
     ),
@@ -38,7 +38,7 @@ FAILURES = [
         "An impact by time alone",
         4,
         "model error: scene.toml:34 (events.stop.when): the impact needs a formula of positions, for its impulse is "
-        'along their gradient, and this has none; try: a distance, such as "q.ball", or action = "reset"',
+        'along their gradient, and this has none; try: a distance, such as "q.ball", or action = "reset" [E0513]',
         command="info scene.toml",
         more='[events.stop]\nwhen = "t - 1"\naction = "impact"\nrestitution = 0.5\n',
     ),
@@ -46,40 +46,41 @@ FAILURES = [
         "A reset without values",
         3,
         "description error: scene.toml:33 (events.stop): the action reset needs the key reset; try: "
-        'reset = { "v.joint" = 0 }',
+        'reset = { "v.joint" = 0 } [E1484]',
         more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\n',
     ),
     Failure(
         "A reset of an acceleration",
         3,
         "description error: scene.toml:36 (events.stop.reset.'a.shoulder'): a.shoulder cannot be used "
-        'here (column 1); try: coordinates, velocities and internal states: "q.joint", "v.joint" only',
+        'here (column 1); try: coordinates, velocities and internal states: "q.joint", "v.joint" only [E1556]',
         more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\nreset = { "a.shoulder" = 0 }\n',
     ),
     Failure(
         "A restitution of an event without impact",
         3,
         "description error: scene.toml:35 (events.stop.restitution): restitution is of the action "
-        'impact, not record; try: action = "impact"',
+        'impact, not record; try: action = "impact" [E1483]',
         more='[events.stop]\nwhen = "q.shoulder"\nrestitution = 0.5\n',
     ),
     Failure(
         "A negative restitution",
         3,
-        "description error: scene.toml:36 (events.stop.restitution): the restitution is -1; try: a number from 0 to 1",
+        "description error: scene.toml:36 (events.stop.restitution): the restitution is -1; try: a number from 0 to"
+        " 1 [E1770]",
         more='[events.stop]\nwhen = "q.shoulder"\naction = "impact"\nrestitution = -1\n',
     ),
     Failure(
         "An event that switches no mode",
         3,
-        "description error: scene.toml:36 (events.stop.mode): there is no mode 'gear'; try: a [modes] section",
+        "description error: scene.toml:36 (events.stop.mode): there is no mode 'gear'; try: a [modes] section [E0100]",
         more='[events.stop]\nwhen = "t - 1"\naction = "switch"\nmode = "gear"\nto = 2\n',
     ),
     Failure(
         "An impact by velocities",
         4,
         "model error: scene.toml:34 (events.stop.when): the impact needs a formula of positions and "
-        'time, and this one depends on velocities; try: a distance, such as "q.ball"',
+        'time, and this one depends on velocities; try: a distance, such as "q.ball" [E0511]',
         command="info scene.toml",
         more='[events.stop]\nwhen = "v.shoulder - 1"\naction = "impact"\nrestitution = 0.5\n',
     ),
@@ -87,7 +88,7 @@ FAILURES = [
         "A unit of another kind for an interval",
         3,
         "description error: scene.toml:35 (events.stop.least_interval): '1 mm' is a length, a time in s "
-        'is expected; try: "0.001 s"',
+        'is expected; try: "0.001 s" [E0303]',
         more='[events.stop]\nwhen = "q.shoulder"\nleast_interval = "1 mm"\n',
     ),
 ]

@@ -9,14 +9,14 @@ FAILURES = [
         "State feedback without gains",
         3,
         "description error: scene.toml:33 (controllers.hold): a state_feedback needs gains or a calibration; try: "
-        '[controllers.hold.calibration] and method = "lqr"',
+        '[controllers.hold.calibration] and method = "lqr" [E1438]',
         more='[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["shoulder"]',
     ),
     Failure(
         "State feedback of nothing",
         3,
         "description error: scene.toml:33 (controllers.hold): a state_feedback needs coordinates or signals; try: "
-        'coordinates = ["joint"]',
+        'coordinates = ["joint"] [E1429]',
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -31,14 +31,14 @@ FAILURES = [
         "State feedback of a joint that there is not",
         3,
         "description error: scene.toml:35 (controllers.hold.coordinates[0]): there is no joint 'sholder'; try: "
-        "shoulder",
+        "shoulder [E1433]",
         more='[controllers.hold]\ntype = "state_feedback"\ncoordinates = ["sholder"]\nposition_gains = { sholder = 1 }',
     ),
     Failure(
         "State feedback of a beam as if it were a joint",
         3,
         "description error: scene.toml:43 (controllers.hold.coordinates[0]): 'mast' is a beam: signals name its"
-        ' elastic coordinates; try: signals = { mast_0 = "q.mast[0]", mast_0_rate = "v.mast[0]", ... }',
+        ' elastic coordinates; try: signals = { mast_0 = "q.mast[0]", mast_0_rate = "v.mast[0]", ... } [E1432]',
         more=(
             "[beams.mast]\n"
             "length = 2.0\n"
@@ -58,7 +58,7 @@ FAILURES = [
         "A weight on a beam as if it were a joint",
         3,
         "description error: scene.toml:45 (controllers.hold.calibration.position_weights.mast): 'mast' is a beam, not"
-        ' a joint; try: a signal "q.mast[0]", or "v.mast[0]", and its weight in signal_weights',
+        ' a joint; try: a signal "q.mast[0]", or "v.mast[0]", and its weight in signal_weights [E1449]',
         more=(
             "[beams.mast]\n"
             "length = 2.0\n"
@@ -81,7 +81,7 @@ FAILURES = [
         "Gains that are no numbers",
         3,
         "description error: scene.toml:36 (controllers.hold.position_gains.shoulder[0]): a finite number is needed "
-        "here, not nan",
+        "here, not nan [E1475]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -93,7 +93,7 @@ FAILURES = [
         "Gains of another number than outputs",
         3,
         "description error: scene.toml:37 (controllers.hold.position_gains.shoulder): 1 gain given for 2 outputs; "
-        "try: one gain for each output",
+        "try: one gain for each output [E1436]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -106,7 +106,7 @@ FAILURES = [
         "Gains, and a calibration that would find them",
         3,
         "description error: scene.toml:36 (controllers.hold.position_gains): gains are given, and a calibration that "
-        "would find them, too; try: one of them",
+        "would find them, too; try: one of them [E1437]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -122,7 +122,7 @@ FAILURES = [
         "A negative weight",
         3,
         "description error: scene.toml:39 (controllers.hold.calibration.position_weights.shoulder): the weight -10 is"
-        " negative; try: 0 or more",
+        " negative; try: 0 or more [E1441]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -138,7 +138,7 @@ FAILURES = [
         "A weight on a joint that there is not",
         3,
         "description error: scene.toml:39 (controllers.hold.calibration.position_weights.elbow): there is no joint "
-        "'elbow'; try: one of shoulder",
+        "'elbow'; try: one of shoulder [E0100]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -154,7 +154,7 @@ FAILURES = [
         "A list of weights of the wrong length",
         3,
         "description error: scene.toml:40 (controllers.hold.calibration.effort_weights): 2 numbers given for 1 "
-        "output; try: a list of 1",
+        "output; try: a list of 1 [E1442]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -170,7 +170,7 @@ FAILURES = [
         "A weight that the method does not know",
         3,
         "description error: scene.toml:39 (controllers.hold.calibration.effort_weights): effort_weights has no "
-        "meaning for pole_placement; try: method = lqr or imsc",
+        "meaning for pole_placement; try: method = lqr or imsc [E1417]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -186,7 +186,7 @@ FAILURES = [
         "Modal control without the weight of its forces",
         3,
         "description error: scene.toml:37 (controllers.hold.calibration): imsc needs effort_weights; try: "
-        "effort_weights = 1e-3",
+        "effort_weights = 1e-3 [E1446]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -199,10 +199,10 @@ FAILURES = [
     Failure(
         "A mode that nothing stabilises",
         4,
-        "note: the controller hold changes nothing: no formula mentions what it gives\n"
+        "note: the controller hold changes nothing: no formula mentions what it gives [W0103]\n"
         "model error: scene.toml:38 (controllers.hold.calibration): the mode of shoulder that grows at 5.625 1/s "
         "without oscillating cannot be stabilised: no actuator moves it; try: an actuator that works on it, or a "
-        "spring and a damper that hold it",
+        "spring and a damper that hold it [E0378]",
         command="generate scene.toml --out c",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\ninitial = { position = 3.1416 }",
@@ -221,7 +221,7 @@ FAILURES = [
         "Efforts that cost nothing",
         3,
         "description error: scene.toml:37 (controllers.hold.calibration): some effort has zero weight, so the optimal "
-        "gain is unbounded; try: a positive weight for every effort, or for accelerations that they give",
+        "gain is unbounded; try: a positive weight for every effort, or for accelerations that they give [E0409]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -242,7 +242,7 @@ FAILURES = [
         "Poles without their conjugates",
         3,
         "description error: scene.toml:37 (controllers.hold.calibration): the pole -1+2i is there without its "
-        "conjugate; try: -1-2i too",
+        "conjugate; try: -1-2i too [E0404]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -262,7 +262,7 @@ FAILURES = [
         "More poles than the model has",
         3,
         "description error: scene.toml:37 (controllers.hold.calibration): 3 poles are given, and the model has 2 "
-        "eigenvalues; try: 2 poles",
+        "eigenvalues; try: 2 poles [E0402]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -283,7 +283,7 @@ FAILURES = [
         4,
         "model error: scene.toml:44 (controllers.hold.calibration): the modes 2, 3 cannot be placed each by itself:"
         " hold acts on them in 1 independent way only; try: 1 of the modes, an output more, all poles in place of"
-        " modes, or lqr",
+        " modes, or lqr [E0517]",
         command="generate scene.toml --out c",
         more=(
             "[beams.mast]\n"
@@ -310,7 +310,8 @@ FAILURES = [
     Failure(
         "A mode beyond the model",
         3,
-        "description error: scene.toml:37 (controllers.hold.calibration): there is no mode 2: the model has 1; try: 1",
+        "description error: scene.toml:37 (controllers.hold.calibration): there is no mode 2: the model has 1; try:"
+        " 1 [E0420]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -332,7 +333,7 @@ FAILURES = [
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): the feedback needs v.shoulder, which the "
         "coordinates and signals of hold do not determine; try: v.shoulder among its signals, or its joint among its "
-        "coordinates",
+        "coordinates [E0521]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -354,7 +355,7 @@ FAILURES = [
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): the initial state is not in balance: it "
         'accelerates with 9.68 m/s^2 or rad/s^2; try: at = "equilibrium", or an initial state of rest or of steady '
-        "motion",
+        "motion [E0518]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -382,7 +383,7 @@ FAILURES = [
         4,
         "model error: scene.toml:37 (controllers.hold.calibration): forces depend on the internal states lag, and "
         "modes belong to models of second order; try: lqr, or all poles; a controller without memory between, or "
-        "gains of your own",
+        "gains of your own [E0519]",
         command="generate scene.toml --out c",
         more=(
             "[controllers.hold]\n"
@@ -405,14 +406,14 @@ FAILURES = [
         "A skyhook on no spring",
         3,
         "description error: scene.toml:33 (controllers.sky): a skyhook controller needs spring; try: spring = "
-        '"suspension"',
+        '"suspension" [E1411]',
         more='[controllers.sky]\ntype = "skyhook"\ndamping = 100',
     ),
     Failure(
         "A clipped skyhook without its hardest damper",
         3,
         "description error: scene.toml:41 (controllers.sky): a clipped skyhook needs maximum_damping: no damper is "
-        "infinitely hard; try: maximum_damping = 4000",
+        "infinitely hard; try: maximum_damping = 4000 [E1415]",
         more=(
             "[points.mount]\n"
             'body = "base"\n'
@@ -433,7 +434,7 @@ FAILURES = [
         "A clipped skyhook whose limits cross",
         3,
         "description error: scene.toml:46 (controllers.sky.minimum_damping): the range is empty: "
-        "minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping",
+        "minimum_damping 300 is not below maximum_damping 200; try: a smaller minimum_damping [E1790]",
         more=(
             "[points.mount]\n"
             'body = "base"\n'
@@ -457,9 +458,9 @@ FAILURES = [
         3,
         "description error: 2 problems\n"
         "  1. scene.toml:39 (controllers.hold.calibration.poles[0]): the pole [1, 0] does not decay: its real part is "
-        "not below 0; try: [-1, 0]\n"
+        "not below 0; try: [-1, 0] [E1439]\n"
         "  2. scene.toml:39 (controllers.hold.calibration.poles[1]): the pole [0, 0] does not decay: its real part is "
-        "not below 0; try: [-1, 0]",
+        "not below 0; try: [-1, 0] [E1439]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'

@@ -8,7 +8,7 @@ FAILURES = [
     Failure(
         "A name that there is not",
         3,
-        "description error: scene.toml:28 (efforts.motor.effort): unknown name 'motr' (column 1); try: motor",
+        "description error: scene.toml:28 (efforts.motor.effort): unknown name 'motr' (column 1); try: motor [E1553]",
         old='effort = "motor"',
         new='effort = "motr + 1"',
     ),
@@ -16,7 +16,7 @@ FAILURES = [
         "A joint in the place of its coordinate",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): 'shoulder' is a joint, not a number (column 6); try: "
-        "q.shoulder or v.shoulder",
+        "q.shoulder or v.shoulder [E1552]",
         old='effort = "motor"',
         new='effort = "-5 * shoulder"',
     ),
@@ -24,7 +24,7 @@ FAILURES = [
         "A component that there is not",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): q.shoulder has no component 1 (column 1); try: "
-        "q.shoulder",
+        "q.shoulder [E1544]",
         old='effort = "motor"',
         new='effort = "q.shoulder[1]"',
     ),
@@ -32,7 +32,7 @@ FAILURES = [
         "A vector in the place of a number",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): position.tip has 3 components (column 1); try: "
-        "position.tip[0]",
+        "position.tip[0] [E1543]",
         old='effort = "motor"',
         new='effort = "position.tip"',
     ),
@@ -41,7 +41,7 @@ FAILURES = [
         3,
         "description error: scene.toml:28 (efforts.motor.effort): a.shoulder cannot be used here (column 8); try: time,"
         " parameters, inputs, states, positions, velocities, tensions and inverse dynamics (not"
-        " accelerations) only",
+        " accelerations) only [E1556]",
         old='effort = "motor"',
         new='effort = "-0.1 * a.shoulder"',
     ),
@@ -49,7 +49,7 @@ FAILURES = [
         "A function that there is not",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): unknown function 'sine' (column 1); try: sin or sinh "
-        "or sign",
+        "or sign [E1534]",
         old='effort = "motor"',
         new='effort = "sine(t)"',
     ),
@@ -58,7 +58,7 @@ FAILURES = [
         3,
         "description error: scene.toml:28 (efforts.motor.effort): only functions can be called, not 'np.float64'"
         ' (column 1); try: the number alone: NumPy writes its own as np.float64(...) into a text; f"{float(x)}"'
-        " writes a plain one",
+        " writes a plain one [E1536]",
         old='effort = "motor"',
         new='effort = "np.float64(0.3) * motor"',
     ),
@@ -67,7 +67,7 @@ FAILURES = [
         3,
         "description error: scene.toml:34 (base.position[2]): the position of the base jumps from 0 to 0.1 m at t = 2"
         " s, and no motion can follow that; try: a law that is smooth there, such as a curve with interpolation ="
-        ' "quintic", or a force or an effort instead',
+        ' "quintic", or a force or an effort instead [E0299]',
         more='[base]\nposition = [0, 0, "0.1 if t > 2 else 0"]\n',
     ),
     Failure(
@@ -75,14 +75,14 @@ FAILURES = [
         3,
         "description error: scene.toml:34 (base.position[0]): the rate of the position of the base jumps from 0 to 1"
         " m/s at t = 1.5 s, which takes an impulse that no step gives; try: a law that is smooth there, such as a curve"
-        ' with interpolation = "quintic", or a force or an effort instead',
+        ' with interpolation = "quintic", or a force or an effort instead [E0299]',
         more='[base]\nposition = ["max(0, t - 1.5)", 0, 0]\n',
     ),
     Failure(
         "A curve that there is not",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): unknown function 'track' (column 1); try: one of "
-        "profile, abs, acos, asin, atan, atan2, cos, cosh and 10 more",
+        "profile, abs, acos, asin, atan, atan2, cos, cosh and 10 more [E1534]",
         old='effort = "motor"',
         new='effort = "track(t)"',
         more="[curves.profile]\npoints = [[0, 0], [1, 2]]",
@@ -90,7 +90,7 @@ FAILURES = [
     Failure(
         "A function with too many arguments",
         3,
-        "description error: scene.toml:28 (efforts.motor.effort): sin() takes 1 argument, not 2 (column 1)",
+        "description error: scene.toml:28 (efforts.motor.effort): sin() takes 1 argument, not 2 (column 1) [E1532]",
         old='effort = "motor"',
         new='effort = "sin(t, 2)"',
     ),
@@ -98,7 +98,7 @@ FAILURES = [
         "A formula cut short",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the formula is not well formed at '(motor +' (column "
-        "5); try: operators between terms and matching brackets",
+        "5); try: operators between terms and matching brackets [E1521]",
         old='effort = "motor"',
         new='effort = "2 * (motor + "',
     ),
@@ -106,14 +106,14 @@ FAILURES = [
         "A caret for a power",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the operator '^' is not part of formulas (column 7); "
-        "try: ** for powers",
+        "try: ** for powers [E1583]",
         old='effort = "motor"',
         new='effort = "motor ^ 2"',
     ),
     Failure(
         "An implied product",
         3,
-        "description error: scene.toml:28 (efforts.motor.effort): 'motor' is not a unit; try: a * before motor",
+        "description error: scene.toml:28 (efforts.motor.effort): 'motor' is not a unit; try: a * before motor [E0310]",
         old='effort = "motor"',
         new='effort = "2 motor"',
     ),
@@ -121,7 +121,7 @@ FAILURES = [
         "A huge constant power",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the exponent 100 is beyond 64 (column 10); try: exp()"
-        " or a smaller exponent",
+        " or a smaller exponent [E1526]",
         old='effort = "motor"',
         new='effort = "motor ** 100"',
     ),
@@ -129,7 +129,7 @@ FAILURES = [
         "A formula of too many levels",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the formula is nested more than 50 deep (column 51); "
-        "try: a shorter formula",
+        "try: a shorter formula [E1522]",
         old='effort = "motor"',
         new='effort = "' + 60 * "(" + "motor" + 60 * ")" + '"',
     ),
@@ -137,7 +137,7 @@ FAILURES = [
         "A formula of too many characters",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the formula has 3205 characters, more than 2000 "
-        "(column 2001); try: [definitions] for its parts",
+        "(column 2001); try: [definitions] for its parts [E1577]",
         old='effort = "motor"',
         new='effort = "motor' + 400 * " + motor" + '"',
     ),
@@ -145,7 +145,7 @@ FAILURES = [
         "An import",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): a text in quotes is not part of formulas (column 12);"
-        " try: names without quotes",
+        " try: names without quotes [E1584]",
         old='effort = "motor"',
         new="effort = \"__import__('os').system('rm -rf ~')\"",
     ),
@@ -153,7 +153,7 @@ FAILURES = [
         "An attribute of Python",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): unknown quantity 'motor' (column 1); try: one of q,"
-        " v, a, position, velocity, acceleration, rotation, angular_velocity and 14 more",
+        " v, a, position, velocity, acceleration, rotation, angular_velocity and 14 more [E1563]",
         old='effort = "motor"',
         new='effort = "motor.__class__"',
     ),
@@ -161,7 +161,7 @@ FAILURES = [
         "A lambda",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character ':' is not part of formulas (column 8);"
-        " try: ASCII letters, digits and + - * / ** ( ) [ ] , . < >",
+        " try: ASCII letters, digits and + - * / ** ( ) [ ] , . < > [E1585]",
         old='effort = "motor"',
         new='effort = "(lambda: 1)()"',
     ),
@@ -169,7 +169,7 @@ FAILURES = [
         "A comprehension",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the formula is not well formed at 'x for x in (1,"
-        " 2)]' (column 2); try: operators between terms and matching brackets",
+        " 2)]' (column 2); try: operators between terms and matching brackets [E1521]",
         old='effort = "motor"',
         new='effort = "[x for x in (1, 2)]"',
     ),
@@ -177,7 +177,7 @@ FAILURES = [
         "A text in a formula",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): a text in quotes is not part of formulas (column 1); "
-        "try: names without quotes",
+        "try: names without quotes [E1584]",
         old='effort = "motor"',
         new="effort = \"'motor'\"",
     ),
@@ -185,7 +185,7 @@ FAILURES = [
         "A statement",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character ';' is not part of formulas (column 6);"
-        " try: ASCII letters, digits and + - * / ** ( ) [ ] , . < >",
+        " try: ASCII letters, digits and + - * / ** ( ) [ ] , . < > [E1585]",
         old='effort = "motor"',
         new='effort = "motor; import os"',
     ),
@@ -193,7 +193,7 @@ FAILURES = [
         "A division by a zero that never changes",
         4,
         "model error: div(..., 0) in a formula has no finite value for any state; try: other values of the fixed "
-        "parameters there, or tunable = true for them",
+        "parameters there, or tunable = true for them [E0301]",
         old='effort = "motor"',
         new='effort = "motor / (q.shoulder - q.shoulder)"',
     ),
@@ -201,7 +201,8 @@ FAILURES = [
         "A Greek letter that looks like a Latin one",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character '\\u03bf' (U+03BF GREEK SMALL LETTER "
-        "OMICRON) is not part of formulas (column 2); try: ASCII letters, digits and + - * / ** ( ) [ ] , . < >",
+        "OMICRON) is not part of formulas (column 2); try: ASCII letters, digits and + - * / ** ( ) [ ] , . <"
+        " > [E1585]",
         old='effort = "motor"',
         new='effort = "m\u03bftor"',
     ),
@@ -209,7 +210,7 @@ FAILURES = [
         "A minus sign from a word processor",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character '\\u2212' (U+2212 MINUS SIGN) is not"
-        " part of formulas (column 7); try: -",
+        " part of formulas (column 7); try: - [E1585]",
         old='effort = "motor"',
         new='effort = "motor \u2212 1"',
     ),
@@ -217,7 +218,7 @@ FAILURES = [
         "A full-width digit",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character '\\uff12' (U+FF12 FULLWIDTH DIGIT TWO)"
-        " is not part of formulas (column 1); try: ASCII letters, digits and + - * / ** ( ) [ ] , . < >",
+        " is not part of formulas (column 1); try: ASCII letters, digits and + - * / ** ( ) [ ] , . < > [E1585]",
         old='effort = "motor"',
         new='effort = "\uff12 * motor"',
     ),
@@ -225,7 +226,7 @@ FAILURES = [
         "An invisible character",
         3,
         "description error: scene.toml:28 (efforts.motor.effort): the character '\\u200b' (U+200B ZERO WIDTH SPACE) is "
-        "not part of formulas (column 3); try: ASCII letters, digits and + - * / ** ( ) [ ] , . < >",
+        "not part of formulas (column 3); try: ASCII letters, digits and + - * / ** ( ) [ ] , . < > [E1585]",
         old='effort = "motor"',
         new='effort = "mo\u200btor"',
     ),
@@ -233,7 +234,7 @@ FAILURES = [
         "A tunable parameter in an axis",
         3,
         "description error: scene.toml:20 (joints.shoulder.axis[1]): the tunable parameter 'load' cannot be used here "
-        "(column 1); try: a fixed parameter (tunable = false)",
+        "(column 1); try: a fixed parameter (tunable = false) [E1556]",
         old="axis = [0, 1, 0]",
         new='axis = [0, "load", 0]',
     ),
@@ -242,7 +243,7 @@ FAILURES = [
         3,
         "description error: scene.toml:34 (base.position[0]): the input 'motor' cannot be used here: a motion needs the"
         " derivatives of its law, and derivatives of inputs are not known (column 1); try: motion = true in the"
-        " input, whose caller then gives rate and acceleration, too; or a curve at t",
+        " input, whose caller then gives rate and acceleration, too; or a curve at t [E1555]",
         more='[base]\nposition = ["motor", 0, 0]',
     ),
 ]

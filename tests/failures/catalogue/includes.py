@@ -9,20 +9,20 @@ FAILURES = [
         "An included file that is not there",
         3,
         "description error: scene.toml:34 (include.hand.file): 'hand.toml' cannot be read: No such file or directory; "
-        "try: a path from the folder of scene.toml",
+        "try: a path from the folder of scene.toml [E1594]",
         more='[include.hand]\nfile = "hand.toml"',
     ),
     Failure(
         "A file that includes itself",
         3,
         "description error: scene.toml:34 (include.hand.file): files include one another in a circle: scene.toml, "
-        "scene.toml; try: one of them without the include",
+        "scene.toml; try: one of them without the include [E1590]",
         more='[include.hand]\nfile = "scene.toml"',
     ),
     Failure(
         "A mistake in an included file",
         3,
-        "description error: hand.toml:8 (bodies.hand_palm.mass): unknown name 'lod' (column 1); try: log",
+        "description error: hand.toml:8 (bodies.hand_palm.mass): unknown name 'lod' (column 1); try: log [E1553]",
         more='[include.hand]\nfile = "hand.toml"',
         files={
             "hand.toml": (
@@ -46,7 +46,7 @@ FAILURES = [
         "A parameter that the included file has not",
         3,
         "description error: scene.toml:35 (include.hand.parameters.sise): 'hand.toml' has no parameter 'sise'; try:"
-        " size",
+        " size [E1586]",
         more='[include.hand]\nfile = "hand.toml"\nparameters = { sise = 0.2 }',
         files={
             "hand.toml": (
@@ -71,9 +71,9 @@ FAILURES = [
         3,
         "description error: 2 problems\n"
         "  1. hand.toml:13 (joints.hand_wrist.child): the body hand_palm is already carried by the joint second; try: "
-        "one joint for each body, and [constraints] for loop closures\n"
+        "one joint for each body, and [constraints] for loop closures [E1671]\n"
         "  2. scene.toml:33 (include.hand): the name hand_palm in bodies is given twice, at scene.toml:36 and at "
-        'hand.toml:7; try: another prefix than "hand_"',
+        'hand.toml:7; try: another prefix than "hand_" [E1597]',
         more=(
             "[include.hand]\n"
             'file = "hand.toml"\n'

@@ -8,7 +8,8 @@ FAILURES = [
     Failure(
         "A negative mass",
         3,
-        "description error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative; try: a positive number of kg",
+        "description error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative; try: a positive number of"
+        " kg [E1709]",
         old='mass = "1 + load"',
         new="mass = -1.0",
     ),
@@ -17,28 +18,29 @@ FAILURES = [
         3,
         "description error: scene.toml:14 (bodies.upper.inertia): the principal moments 0.002, 0.01, 0.03 violate the"
         " triangle inequality: the largest exceeds the sum of the other two; try: the values of upper about its centre"
-        " of mass, in its own axes, or check_inertia = false if these are meant",
+        " of mass, in its own axes, or check_inertia = false if these are meant [E1786]",
         old="inertia = [0.03, 0.03, 0.002]",
         new="inertia = [0.03, 0.01, 0.002]",
     ),
     Failure(
         "A mass that a tunable parameter makes negative",
         3,
-        "description error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative; try: a positive number of kg",
+        "description error: scene.toml:12 (bodies.upper.mass): the mass -1 is negative; try: a positive number of"
+        " kg [E1709]",
         old='mass = "1 + load"',
         new='mass = "load - 2"',
     ),
     Failure(
         "A type of joint that there is not",
         3,
-        "description error: scene.toml:17 (joints.shoulder.type): 'hinge' is not known here; try: revolute",
+        "description error: scene.toml:17 (joints.shoulder.type): 'hinge' is not known here; try: revolute [E0263]",
         old='type = "revolute"',
         new='type = "hinge"',
     ),
     Failure(
         "A parent that there is not",
         3,
-        "description error: scene.toml:18 (joints.shoulder.parent): there is no body 'bse'; try: base",
+        "description error: scene.toml:18 (joints.shoulder.parent): there is no body 'bse'; try: base [E1587]",
         old='parent = "base"',
         new='parent = "bse"',
     ),
@@ -46,21 +48,21 @@ FAILURES = [
         "A body that hangs on nothing",
         3,
         "description error: scene.toml:33 (bodies.lower): no joint carries the body lower; try: a joint with child = "
-        '"lower"',
+        '"lower" [E1674]',
         more="[bodies.lower]\nmass = 1.0",
     ),
     Failure(
         "A body that two joints carry",
         3,
         "description error: scene.toml:36 (joints.second.child): the body upper is already carried by the joint "
-        "shoulder; try: one joint for each body, and [constraints] for loop closures",
+        "shoulder; try: one joint for each body, and [constraints] for loop closures [E1671]",
         more='[joints.second]\ntype = "revolute"\nparent = "base"\nchild = "upper"\naxis = [0, 0, 1]',
     ),
     Failure(
         "Joints in a circle",
         3,
         "description error: scene.toml:16 (joints.shoulder): the joints carry the bodies lower, upper in a circle; try:"
-        " base as the parent of one of them",
+        " base as the parent of one of them [E1673]",
         old='parent = "base"',
         new='parent = "lower"',
         more=(
@@ -80,7 +82,7 @@ FAILURES = [
         3,
         "description error: scene.toml:14 (joints.shoulder): the joint shoulder cannot be moved by a force: it carries "
         "neither mass nor inertia, so the inertia matrix would be singular; try: mass or inertia for the body upper, "
-        "rotor_inertia, or a fixed joint (URDF: lock)",
+        "rotor_inertia, or a fixed joint (URDF: lock) [E1642]",
         old='mass = "1 + load"\ncenter_of_mass = [0, 0, "-length / 2"]\ninertia = [0.03, 0.03, 0.002]',
         new="mass = 0",
     ),
@@ -88,7 +90,7 @@ FAILURES = [
         "A quaternion that is not of unit length",
         3,
         "description error: scene.toml:41 (joints.ball.initial.position): the quaternion has norm 1.41421, not 1; try: "
-        "[0.707106781, 0.707106781, 0, 0]",
+        "[0.707106781, 0.707106781, 0, 0] [E1667]",
         more=(
             "[bodies.ball]\n"
             "mass = 1.0\n"
@@ -105,7 +107,7 @@ FAILURES = [
         "A spring between points that never part",
         4,
         "model error: spring coil: the points tip and twin coincide for all coordinates, so it has no direction; "
-        "try: points that can separate, or a torsion spring",
+        "try: points that can separate, or a torsion spring [E0501]",
         more=(
             "[points.twin]\n"
             'body = "upper"\n'
@@ -120,7 +122,7 @@ FAILURES = [
     Failure(
         "An output of a point that there is not",
         3,
-        "description error: scene.toml:31 (outputs.tip.position): there is no point 'top'; try: tip",
+        "description error: scene.toml:31 (outputs.tip.position): there is no point 'top'; try: tip [E0100]",
         old='tip = { position = "tip" }',
         new='tip = { position = "top" }',
     ),
@@ -129,7 +131,7 @@ FAILURES = [
         3,
         "description error: scene.toml:31 (outputs.tip): an output needs one of position, velocity, acceleration, "
         "reaction_force, reaction_moment, section_force, section_moment, section_strain, section_curvature, formula,"
-        ' energy, not position and velocity; try: position = "tip"',
+        ' energy, not position and velocity; try: position = "tip" [E1880]',
         old='tip = { position = "tip" }',
         new='tip = { position = "tip", velocity = "tip" }',
     ),
@@ -137,7 +139,7 @@ FAILURES = [
         "A constraint within one body",
         3,
         "description error: scene.toml:36 (constraints.rod.second): both frames are in the same rigid body: upper; try:"
-        " frames in two bodies that move against each other",
+        " frames in two bodies that move against each other [E1639]",
         more='[constraints.rod]\ntype = "distance"\nfirst = "tip"\nsecond = { body = "upper" }\nlength = 0.5',
     ),
     Failure(
@@ -145,7 +147,7 @@ FAILURES = [
         4,
         "model error: scene.toml:37 (constraints.rod): the positions of the constraints cannot be met together: after "
         "50 corrections still off: rod: distance by 2; rod has length = 0.5 m; try: an initial state nearer to"
-        " assembly, or lengths and axes that fit; numbers without a unit are in m and in rad",
+        " assembly, or lengths and axes that fit; numbers without a unit are in m and in rad [E2082]",
         more=(
             "[points.wall]\n"
             'body = "world"\n'
@@ -162,9 +164,9 @@ FAILURES = [
         "Several mistakes at once",
         3,
         "description error: 3 problems\n"
-        "  1. scene.toml:12 (bodies.upper.mass): unknown name 'lod' (column 5); try: load or log\n"
-        "  2. scene.toml:34 (points.hand.body): there is no body 'lower'; try: one of base, world, upper\n"
-        "  3. scene.toml:37 (outputs.hand.position): there is no point 'hnd'; try: hand",
+        "  1. scene.toml:12 (bodies.upper.mass): unknown name 'lod' (column 5); try: load or log [E1553]\n"
+        "  2. scene.toml:34 (points.hand.body): there is no body 'lower'; try: one of base, world, upper [E0100]\n"
+        "  3. scene.toml:37 (outputs.hand.position): there is no point 'hnd'; try: hand [E0100]",
         old='mass = "1 + load"',
         new='mass = "1 + lod"',
         more='[points.hand]\nbody = "lower"\n\n[outputs.hand]\nposition = "hnd"',
@@ -173,9 +175,11 @@ FAILURES = [
         "A scene without a moving joint",
         3,
         "description error: 3 problems\n"
-        "  1. scene.toml:16 (joints): no joint can move; try: a revolute, prismatic, spherical or free joint\n"
-        "  2. scene.toml:20 (joints.shoulder.axis): a fixed joint has no axis; try: rotation, for its placement\n"
-        "  3. scene.toml:26 (efforts.motor.index): the fixed joint shoulder has no component 0; try: a moving joint",
+        "  1. scene.toml:16 (joints): no joint can move; try: a revolute, prismatic, spherical or free joint [E1640]\n"
+        "  2. scene.toml:20 (joints.shoulder.axis): a fixed joint has no axis; try: rotation, for its placement"
+        " [E1653]\n"
+        "  3. scene.toml:26 (efforts.motor.index): the fixed joint shoulder has no component 0; try: a moving"
+        " joint [E1501]",
         old='type = "revolute"',
         new='type = "fixed"',
     ),
@@ -183,7 +187,7 @@ FAILURES = [
         "A method that there is not",
         3,
         "description error: scene.toml:34 (simulation.method): there is no method 'newmrk'; try: newmark or "
-        "newmark_index3",
+        "newmark_index3 [E0348]",
         command="simulate scene.toml --out out",
         more='[simulation]\nmethod = "newmrk"',
     ),
@@ -191,7 +195,7 @@ FAILURES = [
         "A helical joint without its pitch",
         3,
         "description error: scene.toml:16 (joints.shoulder): a helical joint needs a pitch; try: pitch = 0.01, in"
-        " m/rad",
+        " m/rad [E1655]",
         old='type = "revolute"',
         new='type = "helical"',
     ),
@@ -199,7 +203,7 @@ FAILURES = [
         "A stop below the other",
         3,
         "description error: scene.toml:21 (joints.shoulder.limits): the lower limit 1 rad is not below the upper one,"
-        " -1 rad; try: lower below upper",
+        " -1 rad; try: lower below upper [E1784]",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\nlimits = { lower = 1.0, upper = -1.0, stiffness = 500 }",
     ),
@@ -207,7 +211,7 @@ FAILURES = [
         "A stop without stiffness",
         3,
         "description error: scene.toml:21 (joints.shoulder.limits.stiffness): the key stiffness is missing; try: "
-        "stiffness = 1e5",
+        "stiffness = 1e5 [E1343]",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\nlimits = { lower = -1.0, upper = 1.0 }",
     ),
@@ -215,34 +219,35 @@ FAILURES = [
         "Friction without the speed that makes it smooth",
         3,
         "description error: scene.toml:21 (joints.shoulder.friction.velocity): the key velocity is missing; try: "
-        "velocity = 0.01",
+        "velocity = 0.01 [E1343]",
         old="axis = [0, 1, 0]",
         new="axis = [0, 1, 0]\nfriction = { coulomb = 0.3 }",
     ),
     Failure(
         "A tyre about a point that there is not",
         3,
-        "description error: scene.toml:34 (tyres.wheel.center): there is no point 'hub'; try: one of tip",
+        "description error: scene.toml:34 (tyres.wheel.center): there is no point 'hub'; try: one of tip [E0100]",
         more='[tyres.wheel]\ncenter = "hub"\nradius = 0.3\nstiffness = 2e5',
     ),
     Failure(
         "A tyre without a radius",
         3,
-        "description error: scene.toml:35 (tyres.wheel.radius): the radius of a tyre is 0; try: a number above 0",
+        "description error: scene.toml:35 (tyres.wheel.radius): the radius of a tyre is 0; try: a number above"
+        " 0 [E1740]",
         more='[tyres.wheel]\ncenter = "tip"\nradius = 0\nstiffness = 2e5',
     ),
     Failure(
         "A bushing within one body",
         3,
         "description error: scene.toml:35 (bushings.mount.second): both frames are in the same rigid body: upper; try: "
-        "frames in two bodies that move against each other",
+        "frames in two bodies that move against each other [E1639]",
         more='[bushings.mount]\nfirst = "tip"\nsecond = { body = "upper" }\nstiffness = [1e5, 1e5, 1e5]',
     ),
     Failure(
         "A joint that follows itself",
         3,
         "description error: scene.toml:42 (joints.elbow.mimic.joint): the joint elbow follows itself; try: one joint "
-        "that leads",
+        "that leads [E1676]",
         more=(
             "[bodies.lower]\n"
             "mass = 1.0\n"
@@ -261,7 +266,7 @@ FAILURES = [
         3,
         "description error: scene.toml:21 (joints.shoulder.drive): the times are not known beforehand at which sign()"
         " of something else than a straight line in t jumps; try: comparisons, sign, abs, min, max and curves of a t +"
-        " b with fixed numbers a and b",
+        " b with fixed numbers a and b [E0289]",
         old="axis = [0, 1, 0]",
         new='axis = [0, 1, 0]\ndrive = "0.2 * sign(sin(t))"\nsmooth = "10 ms"',
     ),
@@ -269,7 +274,7 @@ FAILURES = [
         "Nothing to smooth",
         3,
         "description error: scene.toml:21 (joints.shoulder.smooth): smooth is of a drive over time, and there is none;"
-        " try: no smooth, or a drive",
+        " try: no smooth, or a drive [E1623]",
         old="axis = [0, 1, 0]",
         new='axis = [0, 1, 0]\nsmooth = "10 ms"',
     ),
@@ -278,7 +283,7 @@ FAILURES = [
         3,
         "description error: scene.toml:21 (joints.shoulder.drive): the input 'motor' cannot be used here: a motion"
         " needs the derivatives of its law, and derivatives of inputs are not known (column 1); try: motion = true in"
-        " the input, whose caller then gives rate and acceleration, too; or a curve at t",
+        " the input, whose caller then gives rate and acceleration, too; or a curve at t [E1555]",
         old="axis = [0, 1, 0]",
         new='axis = [0, 1, 0]\ndrive = "motor"',
     ),

@@ -9,7 +9,7 @@ FAILURES = [
         "C that ends a comment",
         3,
         "description error: scene.toml:2 (name): the name 'arm */ int main(void) { abort(); } /*' is not legal; try: up"
-        " to 64 ASCII letters, digits and underscores, no digit first",
+        " to 64 ASCII letters, digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "arm */ int main(void) { abort(); } /*"',
     ),
@@ -17,7 +17,7 @@ FAILURES = [
         "A preprocessor's line",
         3,
         "description error: scene.toml:2 (name): the name '#include <evil.h>' is not legal; try: up to 64 ASCII"
-        " letters, digits and underscores, no digit first",
+        " letters, digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "#include <evil.h>"',
     ),
@@ -25,7 +25,7 @@ FAILURES = [
         "A template's tag",
         3,
         "description error: scene.toml:2 (name): the name '{{ 7 * 7 }}' is not legal; try: up to 64 ASCII letters, "
-        "digits and underscores, no digit first",
+        "digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "{{ 7 * 7 }}"',
     ),
@@ -33,7 +33,7 @@ FAILURES = [
         "A template's statement",
         3,
         "description error: scene.toml:2 (name): the name \"{% include '/etc/passwd' %}\" is not legal; try: up to 64 "
-        "ASCII letters, digits and underscores, no digit first",
+        "ASCII letters, digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new="name = \"{% include '/etc/passwd' %}\"",
     ),
@@ -41,7 +41,7 @@ FAILURES = [
         "A command of the shell",
         3,
         "description error: scene.toml:2 (name): the name 'arm; rm -rf ~' is not legal; try: up to 64 ASCII letters, "
-        "digits and underscores, no digit first",
+        "digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "arm; rm -rf ~"',
     ),
@@ -49,7 +49,7 @@ FAILURES = [
         "A path",
         3,
         "description error: scene.toml:2 (name): the name '../../etc/passwd' is not legal; try: up to 64 ASCII letters,"
-        " digits and underscores, no digit first",
+        " digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "../../etc/passwd"',
     ),
@@ -57,7 +57,7 @@ FAILURES = [
         "A letter that C does not know",
         3,
         "description error: scene.toml:2 (name): the name '\\xe4rm' is not legal; try: up to 64 ASCII letters, digits"
-        " and underscores, no digit first",
+        " and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "\xe4rm"',
     ),
@@ -65,7 +65,7 @@ FAILURES = [
         "A text that turns the line around",
         3,
         "description error: scene.toml:2 (name): the name 'arm\\u202e' is not legal; try: up to 64 ASCII letters,"
-        " digits and underscores, no digit first",
+        " digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "arm\\u202e"',
     ),
@@ -73,7 +73,7 @@ FAILURES = [
         "A terminal's escape",
         3,
         "description error: scene.toml:2 (name): the name 'arm\\x1b[31m' is not legal; try: up to 64 ASCII letters, "
-        "digits and underscores, no digit first",
+        "digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "arm\\u001b[31m"',
     ),
@@ -81,7 +81,7 @@ FAILURES = [
         "An empty name",
         3,
         "description error: scene.toml:2 (name): the name '' is not legal; try: up to 64 ASCII letters, digits and "
-        "underscores, no digit first",
+        "underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = ""',
     ),
@@ -89,7 +89,7 @@ FAILURES = [
         "A name of 65 letters",
         3,
         "description error: scene.toml:2 (name): the name 'aaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaaa...' is not "
-        "legal; try: up to 64 ASCII letters, digits and underscores, no digit first",
+        "legal; try: up to 64 ASCII letters, digits and underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "' + 65 * "a" + '"',
     ),
@@ -97,7 +97,7 @@ FAILURES = [
         "A digit first",
         3,
         "description error: scene.toml:2 (name): the name '2arm' is not legal; try: up to 64 ASCII letters, digits and "
-        "underscores, no digit first",
+        "underscores, no digit first [E0715]",
         old='name = "arm"',
         new='name = "2arm"',
     ),
@@ -105,20 +105,20 @@ FAILURES = [
         "A body called base",
         3,
         "description error: scene.toml:33 (bodies.base): the name base is reserved for the frame that carries the tree;"
-        " try: another name",
+        " try: another name [E1459]",
         more="[bodies.base]\nmass = 1.0",
     ),
     Failure(
         "A parameter called like the time",
         3,
-        "description error: scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value",
+        "description error: scene.toml:5 (parameters.t): the name t is a word of formulas; try: t_value [E0729]",
         old="length = { value = 0.5",
         new="t = 1.0\nlength = { value = 0.5",
     ),
     Failure(
         "A parameter called like a function",
         3,
-        "description error: scene.toml:5 (parameters.sin): the name sin is a word of formulas; try: sin_value",
+        "description error: scene.toml:5 (parameters.sin): the name sin is a word of formulas; try: sin_value [E0729]",
         old="length = { value = 0.5",
         new="sin = 1.0\nlength = { value = 0.5",
     ),
@@ -126,7 +126,7 @@ FAILURES = [
         "A parameter and an input of one name",
         3,
         "description error: scene.toml:10 (inputs.motor): the name motor is both a parameter and an input; try: another"
-        " name for one of them",
+        " name for one of them [E1461]",
         old="length = { value = 0.5",
         new="motor = 1.0\nlength = { value = 0.5",
     ),
@@ -134,8 +134,9 @@ FAILURES = [
         "A name in quotes with a blank",
         3,
         "description error: 2 problems\n  1. scene.toml:22 (points.'the tip'): the name 'the tip' is not legal; try: up"
-        " to 64 ASCII letters, digits and underscores, no digit first\n  2. scene.toml:31 (outputs.tip.position): there"
-        " is no point 'tip'; try: a [points] section",
+        " to 64 ASCII letters, digits and underscores, no digit first [E0715]\n  2. scene.toml:31"
+        " (outputs.tip.position): there"
+        " is no point 'tip'; try: a [points] section [E0100]",
         old="[points.tip]",
         new='[points."the tip"]',
     ),

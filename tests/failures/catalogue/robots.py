@@ -45,28 +45,29 @@ FAILURES = [
         "XML that is not well formed",
         3,
         "description error: r.urdf:1: this is not XML: mismatched tag (column 34); try: an end for each element: "
-        "<link .../>, or <link ...> and </link>",
+        "<link .../>, or <link ...> and </link> [E1846]",
         command="info r.urdf",
         files={"r.urdf": "<robot name='r'><link name='a'></robot>"},
     ),
     Failure(
         "Another XML",
         3,
-        "description error: r.urdf:1: the outermost element is 'html', not 'robot'; try: a URDF file",
+        "description error: r.urdf:1: the outermost element is 'html', not 'robot'; try: a URDF file [E1697]",
         command="info r.urdf",
         files={"r.urdf": "<html><body/></html>"},
     ),
     Failure(
         "A document type, as entity bombs have",
         3,
-        "description error: r.urdf:1: document types and entities are refused; try: the file without <!DOCTYPE>",
+        "description error: r.urdf:1: document types and entities are refused; try: the file without"
+        " <!DOCTYPE> [E1845]",
         command="info r.urdf",
         files={"r.urdf": '<!DOCTYPE robot [<!ENTITY a "b">]>\n<robot name="r"/>'},
     ),
     Failure(
         "A xacro that was not run",
         3,
-        "description error: r.urdf:1: the file holds xacro macros; try: xacro first, to make a URDF of it",
+        "description error: r.urdf:1: the file holds xacro macros; try: xacro first, to make a URDF of it [E1698]",
         command="info r.urdf",
         files={
             "r.urdf": (
@@ -79,14 +80,15 @@ FAILURES = [
     Failure(
         "A link that there is not",
         3,
-        "description error: r.urdf:5 (joints.lift): there is no link 'rdo'; try: rod",
+        "description error: r.urdf:5 (joints.lift): there is no link 'rdo'; try: rod [E1718]",
         command="info r.urdf",
         files={"r.urdf": robot(('<child link="rod"/>', '<child link="rdo"/>'))},
     ),
     Failure(
         "An axis without a direction",
         3,
-        "description error: r.urdf:4 (joints.lift.axis): the axis has no direction; try: an axis such as [0, 0, 1]",
+        "description error: r.urdf:4 (joints.lift.axis): the axis has no direction; try: an axis such as [0, 0,"
+        " 1] [E1838]",
         command="info r.urdf",
         files={"r.urdf": robot(('<axis xyz="0 1 0"/>', '<axis xyz="0 0 0"/>'))},
     ),
@@ -94,42 +96,42 @@ FAILURES = [
         "A kind of joint that there is not",
         3,
         "description error: r.urdf:4 (joints.lift): the joint type 'hinge' is not known; try: one of revolute, "
-        "continuous, prismatic, fixed, floating, planar",
+        "continuous, prismatic, fixed, floating, planar [E1712]",
         command="info r.urdf",
         files={"r.urdf": robot(('<joint name="lift" type="revolute">', '<joint name="lift" type="hinge">'))},
     ),
     Failure(
         "A robot without links",
         3,
-        "description error: r.urdf:1: the robot has no link; try: xacro first, if the file was meant for it",
+        "description error: r.urdf:1: the robot has no link; try: xacro first, if the file was meant for it [E1691]",
         command="info r.urdf",
         files={"r.urdf": '<robot name="r"/>'},
     ),
     Failure(
         "A joint to lock that there is not",
         2,
-        "usage error: r.urdf has no joint 'lfit' to lock; try: lift",
+        "usage error: r.urdf has no joint 'lfit' to lock; try: lift [E1938]",
         command="info r.urdf --lock lfit",
         files={"r.urdf": ROBOT},
     ),
     Failure(
         "A joint that mimics one that there is not",
         3,
-        "description error: r.urdf:5 (joints.lift): there is no joint 'lfit' to mimic; try: lift",
+        "description error: r.urdf:5 (joints.lift): there is no joint 'lfit' to mimic; try: lift [E1688]",
         command="info r.urdf",
         files={"r.urdf": robot(in_joint('<mimic joint="lfit"/>'))},
     ),
     Failure(
         "A mass that is not a number",
         3,
-        "description error: r.urdf:3 (links.rod): value: a number is needed here, not 'heavy'",
+        "description error: r.urdf:3 (links.rod): value: a number is needed here, not 'heavy' [E1704]",
         command="info r.urdf",
         files={"r.urdf": robot(('<mass value="1"/>', '<mass value="heavy"/>'))},
     ),
     Failure(
         "Two links of one name",
         3,
-        "description error: r.urdf:3: the link 'ground' is there twice; try: another name",
+        "description error: r.urdf:3: the link 'ground' is there twice; try: another name [E1702]",
         command="info r.urdf",
         files={"r.urdf": robot(('<link name="ground"/>', '<link name="ground"/>\n  <link name="ground"/>'))},
     ),
@@ -137,7 +139,7 @@ FAILURES = [
         "What would be left out, with --strict",
         3,
         "description error: r.urdf:1: not modelled: limits of position, velocity and effort (1: lift); try: no --strict"
-        " (strict=False), to go on without",
+        " (strict=False), to go on without [W0197]",
         command="info r.urdf --strict",
         files={"r.urdf": robot(in_joint('<limit lower="-1" upper="1" effort="10" velocity="2"/>'))},
     ),
@@ -145,7 +147,7 @@ FAILURES = [
         "An attribute that is not known, with --strict",
         3,
         "description error: r.urdf:5: not read: the attribute 'rpz' of <origin> (is rpy meant?) (1: lift); try: no"
-        " --strict (strict=False), to go on without",
+        " --strict (strict=False), to go on without [W0193]",
         command="info r.urdf --strict",
         files={"r.urdf": robot(in_joint('<origin rpz="0 0 1"/>'))},
     ),
@@ -153,14 +155,14 @@ FAILURES = [
         "A unit",
         3,
         "description error: r.urdf:3: <mass> has the attribute unit, and URDF has SI units and radians only; try: the"
-        " value in SI units, without unit",
+        " value in SI units, without unit [E1703]",
         command="info r.urdf",
         files={"r.urdf": robot(('<mass value="1"/>', '<mass value="1" unit="lb"/>'))},
     ),
     Failure(
         "A version that there is not",
         3,
-        "description error: r.urdf:1: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2",
+        "description error: r.urdf:1: version '2.0' of URDF is not known; try: a file of version 1.0 to 1.2 [E1700]",
         command="info r.urdf",
         files={"r.urdf": robot(('<robot name="r">', '<robot name="r" version="2.0">'))},
     ),
@@ -168,7 +170,7 @@ FAILURES = [
         "A quaternion that is no rotation",
         3,
         "description error: r.urdf:5 (joints.lift): quat_xyzw: '1 0 0 1' has the length 1.41421, and a rotation has 1;"
-        " try: x, y, z and w of a unit quaternion",
+        " try: x, y, z and w of a unit quaternion [E1708]",
         command="info r.urdf",
         files={"r.urdf": robot(NEWER, in_joint('<origin quat_xyzw="1 0 0 1"/>'))},
     ),
@@ -176,7 +178,7 @@ FAILURES = [
         "Two orientations in one origin",
         3,
         "description error: r.urdf:5 (joints.lift): the origin has rpy and quat_xyzw, and only one of them can say how"
-        " it is turned; try: one of them",
+        " it is turned; try: one of them [E1707]",
         command="info r.urdf",
         files={"r.urdf": robot(NEWER, in_joint('<origin rpy="0 0 1" quat_xyzw="0 0 0 1"/>'))},
     ),
@@ -184,7 +186,7 @@ FAILURES = [
         "A transmission with a reduction of zero",
         3,
         "description error: r.urdf:8 (transmissions.t): the mechanical reduction '0' is not a number other than 0; try:"
-        " efforts of the joint over efforts of the actuator, e.g. 50",
+        " efforts of the joint over efforts of the actuator, e.g. 50 [E1720]",
         command="info r.urdf --transmissions",
         files={"r.urdf": robot(("</robot>", TRANSMISSION.format(0) + "</robot>"))},
     ),
@@ -192,7 +194,7 @@ FAILURES = [
         "A transmission to a joint that is not there, with --strict",
         3,
         "description error: r.urdf:7: not modelled: transmissions to joints that are not there (1: lfit), perhaps lift;"
-        " try: no --strict (strict=False), to go on without",
+        " try: no --strict (strict=False), to go on without [W0199]",
         command="info r.urdf --transmissions --strict",
         files={"r.urdf": robot(("</robot>", TRANSMISSION.format(50).replace("lift", "lfit") + "</robot>"))},
     ),

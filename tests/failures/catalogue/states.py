@@ -19,14 +19,14 @@ FAILURES = [
         "A state without its rate",
         3,
         "description error: scene.toml:34 (states.lag): a state needs its rate, or a sample and a formula, and has none"
-        ' of them; try: rate = "..."; or sample = "1 ms" and formula = "..."',
+        ' of them; try: rate = "..."; or sample = "1 ms" and formula = "..." [E1874]',
         more="[states]\nlag = { initial = 1.0 }",
     ),
     Failure(
         "A state in a mass",
         3,
         "description error: scene.toml:12 (bodies.upper.mass): the state 'lag' cannot be used here (column 5); try: "
-        "parameters only",
+        "parameters only [E1556]",
         old='mass = "1 + load"',
         new='mass = "1 + lag"',
         more='[states]\nlag = { rate = "-lag" }',
@@ -35,40 +35,41 @@ FAILURES = [
         "A state called like a parameter",
         3,
         "description error: scene.toml:34 (states.load): the name load is both a parameter and a state; try: another "
-        "name for one of them",
+        "name for one of them [E1461]",
         more='[states]\nload = { rate = "-load" }',
     ),
     Failure(
         "A rate with a name that there is not",
         3,
-        "description error: scene.toml:34 (states.lag.rate): unknown name 'motr' (column 1); try: motor",
+        "description error: scene.toml:34 (states.lag.rate): unknown name 'motr' (column 1); try: motor [E1553]",
         more='[states]\nlag = { rate = "motr - lag" }',
     ),
     Failure(
         "A controller of a kind that there is not",
         3,
         "description error: scene.toml:34 (controllers.servo.type): 'pdi' is not known here; try: one of pi, pid, "
-        "low_pass, lead_lag, state_feedback, skyhook or sampled",
+        "low_pass, lead_lag, state_feedback, skyhook or sampled [E0263]",
         more='[controllers.servo]\ntype = "pdi"\nsignal = "q.shoulder"\nproportional = 2',
     ),
     Failure(
         "A controller without a signal",
         3,
-        "description error: scene.toml:33 (controllers.servo.signal): the key signal is missing; try: signal = ...",
+        "description error: scene.toml:33 (controllers.servo.signal): the key signal is missing; try: signal ="
+        " ... [E1420]",
         more='[controllers.servo]\ntype = "pi"\nproportional = 2',
     ),
     Failure(
         "A filter without its time",
         3,
         "description error: scene.toml:33 (controllers.servo): a low_pass controller needs time_constant; try: "
-        "time_constant = 0.01",
+        "time_constant = 0.01 [E1418]",
         more='[controllers.servo]\ntype = "low_pass"\nsignal = "q.shoulder"',
     ),
     Failure(
         "A limit below the other",
         3,
         "description error: scene.toml:38 (controllers.servo.minimum): the range is empty: minimum 1 is not below "
-        "maximum -1; try: a smaller minimum",
+        "maximum -1; try: a smaller minimum [E1789]",
         more=(
             "[controllers.servo]\n"
             'type = "pi"\n'
@@ -83,7 +84,7 @@ FAILURES = [
         "A gain that another kind of controller has",
         3,
         "description error: scene.toml:36 (controllers.servo.gain): gain has no meaning for pi; try: type = low_pass or"
-        " lead_lag",
+        " lead_lag [E1417]",
         more='[controllers.servo]\ntype = "pi"\nsignal = "q.shoulder"\ngain = 2',
     ),
     Failure(
@@ -91,7 +92,7 @@ FAILURES = [
         3,
         "description error: scene.toml:33 (controllers.first): an algebraic loop: controllers.first uses "
         "controllers.second uses controllers.first, with no state between; try: a low_pass controller, or a state, "
-        "somewhere in the loop",
+        "somewhere in the loop [E1416]",
         more=(
             "[controllers.first]\n"
             'type = "pi"\n'
@@ -108,36 +109,37 @@ FAILURES = [
         "A controller of an acceleration",
         3,
         "description error: scene.toml:35 (controllers.servo.signal): a.shoulder cannot be used here (column 1); try: "
-        "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only",
+        "time, parameters, inputs, states, positions, velocities and tensions (not accelerations) only [E1556]",
         more='[controllers.servo]\ntype = "pi"\nsignal = "a.shoulder"\nproportional = 2',
     ),
     Failure(
         "A sampled controller without its function",
         2,
-        "note: the controller servo changes nothing: no formula mentions what it gives\n"
+        "note: the controller servo changes nothing: no formula mentions what it gives [W0103]\n"
         "usage error: controller servo: the scene leaves its function to the caller; try: controllers={'servo': law} in"
-        " Python, where law(t, signals) gives one number, servo",
+        " Python, where law(t, signals) gives one number, servo [E2058]",
         command="simulate scene.toml --method rk4 --out run",
         more=f"{_SERVO}\n",
     ),
     Failure(
         "A sampled controller without its clock",
         3,
-        "description error: scene.toml:33 (controllers.servo): a sampled controller needs sample; try: sample = 0.01",
+        "description error: scene.toml:33 (controllers.servo): a sampled controller needs sample; try: sample ="
+        " 0.01 [E1418]",
         more='[controllers.servo]\ntype = "sampled"\nsignals = { angle = "q.shoulder" }',
     ),
     Failure(
         "A C file that is not there",
         3,
         "description error: scene.toml:37 (controllers.servo.source): 'servo.c' is not a file; try: the path of a"
-        " C file, from the scene file's folder",
+        " C file, from the scene file's folder [E0897]",
         more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
     ),
     Failure(
         "A C file without the function",
         3,
         "description error: scene.toml:37 (controllers.servo.source): servo.c has no function servo; try: int"
-        " servo(double t, const double *signals, double *values, double *memory) in it",
+        " servo(double t, const double *signals, double *values, double *memory) in it [E0904]",
         more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
         files={"servo.c": "int law(double t, const double *signals, double *values, double *memory);\n"},
     ),
@@ -145,16 +147,16 @@ FAILURES = [
         "A C file with a header of its own",
         3,
         'description error: scene.toml:37 (controllers.servo.source): servo.c:2 includes "gains.h", a file of its own,'
-        " which would not come along; try: its text in the C file; headers in angle brackets are there",
+        " which would not come along; try: its text in the C file; headers in angle brackets are there [E1426]",
         more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
         files={"servo.c": f'#include <math.h>\n#include "gains.h"\n{_C}'},
     ),
     Failure(
         "A C file that does not compile",
         5,
-        "note: the controller servo changes nothing: no formula mentions what it gives\n"
+        "note: the controller servo changes nothing: no formula mentions what it gives [W0103]\n"
         "toolchain error: servo.c:3: the C compiler finds 'error' undeclared (first use in this function){any}; try:"
-        " C99, and int NAME(double t, const double *signals, double *values, double *memory)",
+        " C99, and int NAME(double t, const double *signals, double *values, double *memory) [E2108]",
         command="simulate scene.toml --method rk4 --out run",
         more=f'{_SERVO}\nsource = "servo.c"\nfunction = "servo"',
         files={"servo.c": _C.replace("signals[0]", "error")},

@@ -9,14 +9,14 @@ FAILURES = [
         "A table that is not there",
         3,
         "description error: road.csv (inputs.road.table): 'road.csv' cannot be read: No such file or directory; try: a "
-        "path from the scene file's folder",
+        "path from the scene file's folder [E0902]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
     ),
     Failure(
         "A cell that is not a number",
         3,
         "description error: road.csv:3 (inputs.road.table): column 'height': 'high' is not a number; try: a number such"
-        " as 0.25",
+        " as 0.25 [E1905]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n1,high\n2,0\n"},
     ),
@@ -24,7 +24,7 @@ FAILURES = [
         "An empty cell",
         3,
         "description error: road.csv:3 (inputs.road.table): column 'height' is empty; try: a number, or the row"
-        " left out",
+        " left out [E1902]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n1,\n2,0\n"},
     ),
@@ -32,7 +32,7 @@ FAILURES = [
         "Rows out of order",
         3,
         "description error: road.csv:4 (inputs.road.table): the points are not in order: 1 comes after 2; try: rows "
-        "sorted by the first of the two columns",
+        "sorted by the first of the two columns [E0912]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n2,0.1\n1,0\n"},
     ),
@@ -40,7 +40,7 @@ FAILURES = [
         "A column that there is not",
         3,
         "description error: road.csv:1 (inputs.road.table): there is no column 'hight'; there are time, height; try: "
-        "height",
+        "height [E1898]",
         more='[inputs.road]\ntable = { file = "road.csv", value = "hight" }',
         files={"road.csv": "time,height\n0,0\n1,0.1\n2,0\n"},
     ),
@@ -48,14 +48,15 @@ FAILURES = [
         "A row with too few columns",
         3,
         "description error: road.csv:3 (inputs.road.table): column 'height' is missing: the row has 1; try: a number,"
-        " or the row left out",
+        " or the row left out [E1902]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n1\n2,0\n"},
     ),
     Failure(
         "A table of one row",
         3,
-        "description error: road.csv:2 (inputs.road.table): a curve needs two points or more, not 1; try: more points",
+        "description error: road.csv:2 (inputs.road.table): a curve needs two points or more, not 1; try: more"
+        " points [E0910]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n"},
     ),
@@ -63,21 +64,23 @@ FAILURES = [
         "An empty table",
         3,
         "description error: road.csv (inputs.road.table): the table is empty; try: a row of titles, and rows of"
-        " numbers",
+        " numbers [E1884]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": ""},
     ),
     Failure(
         "A table that is no text",
         3,
-        "description error: road.csv:1 (inputs.road.table): byte 0 is not UTF-8; try: the file saved as CSV in UTF-8",
+        "description error: road.csv:1 (inputs.road.table): byte 0 is not UTF-8; try: the file saved as CSV in"
+        " UTF-8 [E1894]",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": b"\x89PNG\r\n\x1a\n\x00\x00"},
     ),
     Failure(
         "Decimal commas that are not announced",
         3,
-        "description error: road.csv:2 (inputs.road.table): column 'time': '0,0' is not a number; try: decimal = \",\"",
+        "description error: road.csv:2 (inputs.road.table): column 'time': '0,0' is not a number; try: decimal ="
+        ' "," [E1905]',
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time;height\n0,0;0,0\n0,5;0,1\n1,0;0,0\n"},
     ),
@@ -85,7 +88,7 @@ FAILURES = [
         "A periodic table that does not close",
         3,
         "description error: road.csv:3 (inputs.road.table): the last value 0.3 is not the first one 0, so the curve "
-        "cannot be periodic; try: a last point that repeats the first value, one period later",
+        "cannot be periodic; try: a last point that repeats the first value, one period later [E0914]",
         more='[inputs.road]\ntable = { file = "road.csv" }\noutside = "periodic"',
         files={"road.csv": "0,0\n1,0.1\n2,0.3\n"},
     ),
@@ -93,29 +96,29 @@ FAILURES = [
         "Points out of order",
         3,
         "description error: scene.toml:34 (curves.pulse.points[2]): the points are not in order: 1 comes after 2; try: "
-        "rows sorted by the first of the two columns",
+        "rows sorted by the first of the two columns [E0912]",
         more="[curves.pulse]\npoints = [[0, 0], [2, 1], [1, 0]]",
     ),
     Failure(
         "A curve of two kinds",
         3,
         "description error: scene.toml:33 (curves.pulse): a curve needs one of table, points, wave, bump, road, not "
-        "points and bump; try: points = [[0, 0], [1, 0.5]]",
+        "points and bump; try: points = [[0, 0], [1, 0.5]] [E1857]",
         more="[curves.pulse]\npoints = [[0, 0], [1, 1]]\nbump = { height = 1, length = 1 }",
     ),
     Failure(
         "A table in a unit that there is not",
         3,
-        "description error: scene.toml:34 (inputs.road.table.value_unit): there is no unit 'mmm'; try: mm",
+        "description error: scene.toml:34 (inputs.road.table.value_unit): there is no unit 'mmm'; try: mm [E0317]",
         more='[inputs.road]\ntable = { file = "road.csv", value_unit = "mmm" }',
         files={"road.csv": "time,height\n0,0\n1,5\n2,0\n"},
     ),
     Failure(
         "A run that begins before the points of a curve",
         2,
-        "note: the input motor changes nothing: no formula mentions it\n"
+        "note: the input motor changes nothing: no formula mentions it [W0101]\n"
         'usage error: t_start: the points of pulse begin at t = 0.5 s, the run begins at t = 0 s; try: outside = "hold"'
-        ' or "periodic", points from t = 0 s on, or in Python t_start = 0.5',
+        ' or "periodic", points from t = 0 s on, or in Python t_start = 0.5 [E2063]',
         command="simulate scene.toml --out out --t-end 1",
         old='effort = "motor"',
         new='effort = "pulse(t)"',
@@ -124,9 +127,9 @@ FAILURES = [
     Failure(
         "A run beyond the points of a table",
         2,
-        "note: the input road changes nothing: no formula mentions it\n"
+        "note: the input road changes nothing: no formula mentions it [W0101]\n"
         "usage error: t_end: the points of inputs.road end at t = 2 s, the run ends at t = 3 s; try: t_end = 2, or "
-        'outside = "hold" or "periodic"',
+        'outside = "hold" or "periodic" [E2063]',
         command="simulate scene.toml --out out --t-end 3",
         more='[inputs.road]\ntable = { file = "road.csv" }',
         files={"road.csv": "time,height\n0,0\n1,0.1\n2,0\n"},
@@ -135,14 +138,14 @@ FAILURES = [
         "A curve without its argument",
         3,
         "description error: scene.toml:37 (outputs.shape.formula[0]): 'pulse' is a curve, which needs an argument "
-        "(column 1); try: pulse(t)",
+        "(column 1); try: pulse(t) [E1551]",
         more='[curves.pulse]\npoints = [[0, 0], [1, 1]]\n\n[outputs.shape]\nformula = "pulse"',
     ),
     Failure(
         "A curve of two arguments",
         3,
         "description error: scene.toml:37 (outputs.shape.formula[0]): pulse() takes 1 argument, not 2 (column 1); try: "
-        "pulse(t)",
+        "pulse(t) [E1532]",
         more='[curves.pulse]\npoints = [[0, 0], [1, 1]]\n\n[outputs.shape]\nformula = "pulse(t, 1)"',
     ),
 ]

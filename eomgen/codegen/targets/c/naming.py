@@ -91,7 +91,8 @@ def free_prefix(name: str) -> str:
     prefix = f"{name}_model" if taken else name
     if not _IDENTIFIER.fullmatch(prefix):
         raise ModelError(
-            f"the model's name {prefix!r} is not a C identifier", "letters, digits and underscores, a letter first"
+            f"the model's name {prefix!r} is not a C identifier [E0217]",
+            "letters, digits and underscores, a letter first",
         )
     return prefix
 
@@ -99,7 +100,7 @@ def free_prefix(name: str) -> str:
 def check_identifier(name: str, kind: str) -> str:
     """Return a name that mechanics gave to a function. Raises ModelError unless the name is an identifier."""
     if not _IDENTIFIER.fullmatch(name):
-        raise ModelError(f"{kind} {name!r} is not an identifier")
+        raise ModelError(f"{kind} {name!r} is not an identifier [E0220]")
     return name
 
 

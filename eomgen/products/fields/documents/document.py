@@ -201,7 +201,7 @@ def _value_in_run(quantity: str, formula: Formula, values: Mapping[str, float]) 
     except ArithmeticError as error:
         names = sorted({symbol.name for symbol in symbols(formula)})
         at = ", ".join(f"{name} = {values[name]:.6g}" for name in names)
-        fault = f"the {quantity}, {infix(formula)}, has no finite real value with {at}: {error}"
+        fault = f"the {quantity}, {infix(formula)}, has no finite real value with {at}: {error} [E0708]"
         raise UsageError(Problem("parameters", fault, NO_START)) from None
 
 

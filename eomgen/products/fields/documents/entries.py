@@ -42,19 +42,19 @@ class FieldEntries:
         data, report = self.data, self.report
         check_keys("", data, known, report)
         if data.get("format") != 1:
-            report.add("format", f"the format is {_said(data, 'format')}", "format = 1")
+            report.add("format", f"the format is {_said(data, 'format')} [E0709]", "format = 1")
         if data.get("kind") != KIND:
-            report.add("kind", f"the kind is {_said(data, 'kind')}", f'kind = "{KIND}"')
+            report.add("kind", f"the kind is {_said(data, 'kind')} [E0712]", f'kind = "{KIND}"')
         name = data.get("name")
         if not isinstance(name, str) or not is_legal(name):
-            report.add("name", f"the name {described(name)} is not legal", NAME_RULE)
+            report.add("name", f"the name {described(name)} is not legal [E0715]", NAME_RULE)
         return str(name)
 
     def section(self, key: str) -> Mapping[str, Any]:
         """Return a section, empty if missing or no table."""
         result = self.data.get(key, {})
         if not isinstance(result, Mapping):
-            self.report.add(key, f"a table is needed here, not {described(result)}", f"[{key}]")
+            self.report.add(key, f"a table is needed here, not {described(result)} [E0716]", f"[{key}]")
             return {}
         return result
 
@@ -62,7 +62,7 @@ class FieldEntries:
         result = table.get(name, "")
         if not isinstance(result, str):
             where = f"{key}.{name}" if key else name
-            self.report.add(where, f"a text is needed here, not {described(result)}", f'{name} = "..."')
+            self.report.add(where, f"a text is needed here, not {described(result)} [E0717]", f'{name} = "..."')
             return ""
         return result
 
@@ -99,7 +99,9 @@ class FieldEntries:
             return number, formula if any(True for _ in symbols(formula)) else None
         if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
             hint = "a finite number, or a formula of parameters"
-            self.report.add(key, "the value is missing" if value is None else f"this is {described(value)}", hint)
+            self.report.add(
+                key, "the value is missing [E0718]" if value is None else f"this is {described(value)} [E0719]", hint
+            )
             return math.nan, None
         return float(value), None
 
@@ -110,7 +112,7 @@ class FieldEntries:
         if isinstance(text, int | float) and not isinstance(text, bool):
             return Number(float(text))
         if not isinstance(text, str):
-            self.report.add(key, f"a formula is needed here, not {described(text)}", 'a text: "p_x**2/2"')
+            self.report.add(key, f"a formula is needed here, not {described(text)} [E0721]", 'a text: "p_x**2/2"')
             return None
         try:
             return read_included(text, names, scope, inner)
@@ -126,7 +128,7 @@ class FieldEntries:
             if isinstance(text, str | int | float) and not isinstance(text, bool):
                 texts[name] = text
             else:
-                fault = f"a formula is needed here, not {described(text)}"
+                fault = f"a formula is needed here, not {described(text)} [E0721]"
                 self.report.add(f"definitions.{name}", fault, f'{name} = "{example}"')
                 self.refused.add(name)
         self.defined = named_expressions(texts)
@@ -162,7 +164,9 @@ def check_keys(key: str, table: Mapping[str, Any], known: Iterable[str], report:
     for name in table:
         if name not in every:
             hint = nearest(str(name), every) or f"one of {listed(every)}"
-            report.add(f"{key}.{name}" if key else str(name), f"the key {shown(str(name))} is unknown here", hint)
+            report.add(
+                f"{key}.{name}" if key else str(name), f"the key {shown(str(name))} is unknown here [E0722]", hint
+            )
 
 
 _SCOPE = Scope("fields, data, parameters, definitions and names of where", frozenset({"state"}))

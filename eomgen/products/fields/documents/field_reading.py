@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
-from eomgen.errors import DescriptionError, Problem, UsageError
+from eomgen.errors import DescriptionError, Message, Problem, UsageError
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
@@ -72,7 +72,9 @@ def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
     """
     path = Path(path).expanduser()
     if path.suffix.lower() != ".toml":
-        raise UsageError(Problem(str(path), "a system of fields is read from a .toml file", f"{path.stem}.toml"))
+        raise UsageError(
+            Problem(str(path), "a system of fields is read from a .toml file [E0723]", f"{path.stem}.toml")
+        )
     file = shown_file(path)
     data, lines = toml_data(read_text(path), file)
     return fields_from_data(data, file=file, lines=lines, folder=path.parent)
@@ -99,11 +101,11 @@ def fields_from_data(
     """
     report = Report(file, lines or {})
     if data.get("kind") != KIND:
-        fault = "this is not a file of fields: a system to be sampled has a kind and a mesh"
+        fault = "this is not a file of fields: a system to be sampled has a kind and a mesh [E0724]"
         report.add("kind" if "kind" in data else "", fault, f'kind = "{KIND}", [mesh], [operators] and [cell]')
         report.raise_problems()
     if "mesh" not in data:
-        fault = "there is no mesh: samples are of fields of cells, not of motions of coordinates"
+        fault = "there is no mesh: samples are of fields of cells, not of motions of coordinates [E0725]"
         report.add("mesh", fault, OF_COORDINATES)
         report.raise_problems()
     result = _FieldReader(data, report, folder or Path()).read()
@@ -169,7 +171,7 @@ class _FieldReader(FieldEntries):
                 default=str,
             ).encode(),
             {name: item.text for name, item in self.defined.items()},
-            self.unused(),
+            tuple(map(Message, self.unused())),
         )
 
     def places(self, operators: Iterable[Operator], given: Iterable[Data]) -> list[str]:
@@ -189,12 +191,12 @@ class _FieldReader(FieldEntries):
         whole = [cells] if isinstance(cells, int) and not isinstance(cells, bool) else cells
         counts = [count for count in whole if _is_whole(count, 2)] if isinstance(whole, list) else []
         if not isinstance(whole, list) or len(counts) != len(whole) or not 1 <= len(counts) <= 3:
-            fault = f"the numbers of cells {'are missing' if cells is None else f'cannot be {_said(cells)}'}"
+            fault = f"the numbers of cells {'are missing' if cells is None else f'cannot be {_said(cells)}'} [E0726]"
             report.add("mesh.cells", fault, "1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
             counts = [2]
         sides = length if isinstance(length, list) else [length] * len(counts)
         if len(sides) != len(counts) or not all(_is_length(side) for side in sides):
-            fault = f"the length of the box {'is missing' if length is None else f'cannot be {_said(length)}'}"
+            fault = f"the length of the box {'is missing' if length is None else f'cannot be {_said(length)}'} [E0727]"
             report.add("mesh.length", fault, "a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0")
             sides = [1.0] * len(counts)
         return counts, [float(side) for side in sides if side is not None], self.text("mesh", table, "unit")
@@ -206,19 +208,19 @@ class _FieldReader(FieldEntries):
             for name in self.section(section):
                 key = f"{section}.{name}"
                 if not is_legal(name):
-                    self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+                    self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
                 elif name in _own_names():
-                    fault = f"formulas have {name} of their own"
+                    fault = f"formulas have {name} of their own [E0728]"
                     self.report.add(key, fault, f"another name than {', '.join(_own_names())}")
                 elif name in _WORDS:
-                    self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
+                    self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
                 elif name in seen:
-                    self.report.add(key, f"the name {name} is given twice, in {seen[name]} too", "another name")
+                    self.report.add(key, f"the name {name} is given twice, in {seen[name]} too [E0730]", "another name")
                 seen.setdefault(name, f"[{section}]")
         for name in self.section("operators"):
             if f"{name}{VARIANCE}" in seen:
                 key = f"{seen[f'{name}{VARIANCE}'].strip('[]')}.{name}{VARIANCE}"
-                self.report.add(key, f"this is the name of the variance of {name}", "another name")
+                self.report.add(key, f"this is the name of the variance of {name} [E0731]", "another name")
 
     @property
     def waves(self) -> tuple[str, ...]:
@@ -232,12 +234,12 @@ class _FieldReader(FieldEntries):
         entries = self.section("operators")
         if not entries and not self.report.concerns("operators"):
             hint = '[operators] and density = { power = "300*exp(-(4*k)**2)" }: by which white noise becomes a field'
-            self.report.add("operators", "there is no operator", hint)
+            self.report.add("operators", "there is no operator [E0732]", hint)
         for name, entry in entries.items():
             key = f"operators.{name}"
             if not isinstance(entry, Mapping):
                 hint = f'{name} = {{ power = "300*exp(-(4*k)**2)" }}'
-                self.report.add(key, f"a table is needed here, not {described(entry)}", hint)
+                self.report.add(key, f"a table is needed here, not {described(entry)} [E0716]", hint)
                 continue
             result = self.operator(key, name, entry, data, [item.name for item in made])
             if result is not None:
@@ -251,23 +253,25 @@ class _FieldReader(FieldEntries):
         of = entry.get("of", "")
         if of and of not in above:
             hint = nearest(str(of), above) or "an operator above it"
-            self.report.add(f"{key}.of", f"there is no operator {shown(of)} above this one", hint)
+            self.report.add(f"{key}.of", f"there is no operator {shown(of)} above this one [E0733]", hint)
             of = ""
         if kind is None:
             return None
         where, value = self.named(f"{key}.where", entry.get("where", {}), self.waves), entry[kind]
         if kind == "white":
             if value is not True:
-                self.report.add(f"{key}.white", f"this is {described(value)}", f"{name} = {{ white = true }}")
+                self.report.add(f"{key}.white", f"this is {described(value)} [E0719]", f"{name} = {{ white = true }}")
             return Operator(name, "white", of=of)
         if kind == "smoothing":
             radius, _ = self.number(f"{key}.smoothing", value, self.known)
             if radius < 0.0:
-                self.report.add(f"{key}.smoothing", f"the radius is {radius:.6g}", "a radius from 0 on")
+                self.report.add(f"{key}.smoothing", f"the radius is {radius:.6g} [E0734]", "a radius from 0 on")
             return Operator(name, "smoothing", self.formula(key, radius, SceneNames(), _WAVES) or ZERO, of=of)
         if kind == "difference":
             if value not in self.axes:
-                self.report.add(f"{key}.difference", f"there is no axis {_said(value)}", f"one of {listed(self.axes)}")
+                self.report.add(
+                    f"{key}.difference", f"there is no axis {_said(value)} [E0735]", f"one of {listed(self.axes)}"
+                )
                 return None
             return Operator(name, "difference", axis=self.axes.index(value), of=of)
         if kind == "mask":
@@ -275,7 +279,7 @@ class _FieldReader(FieldEntries):
             return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
         if isinstance(value, Mapping):
             if kind == "filter":
-                fault = "a table is of a power spectrum, and a filter is a formula"
+                fault = "a table is of a power spectrum, and a filter is a formula [E0736]"
                 self.report.add(f"{key}.filter", fault, 'filter = "exp(-(k/0.2)**2)"')
             return Operator(name, kind, table=self.table(f"{key}.{kind}", value), of=of)
         names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
@@ -287,7 +291,7 @@ class _FieldReader(FieldEntries):
         check_keys(key, entry, (*kinds, *more), self.report)
         said = [kind for kind in kinds if kind in entry]
         if len(said) != 1:
-            fault = f"{listed(said)} are said together" if said else "no key gives its kind"
+            fault = f"{listed(said)} are said together [E0737]" if said else "no key gives its kind [E0738]"
             self.report.add(key, fault, f"one of {listed(kinds)}")
             return None
         return said[0]
@@ -298,24 +302,26 @@ class _FieldReader(FieldEntries):
         columns = entry.get("columns", ["", ""])
         if not (isinstance(columns, list) and len(columns) == 2 and all(isinstance(name, str) for name in columns)):
             hint = 'columns = ["k", "P"]; the first two if nothing is said'
-            self.report.add(f"{key}.columns", f"two names of columns are needed, not {described(columns)}", hint)
+            self.report.add(
+                f"{key}.columns", f"two names of columns are needed, not {described(columns)} [E0739]", hint
+            )
             columns = ["", ""]
         file = self.text(key, entry, "file")
         if not file:
-            self.report.add(key, "the file is missing", 'file = "power.csv", a table of k and P')
+            self.report.add(key, "the file is missing [E0740]", 'file = "power.csv", a table of k and P')
         return Table(file, (columns[0], columns[1]))
 
     def named(self, key: str, entry: object, own: Sequence[str]) -> tuple[tuple[str, Formula], ...]:
         """Return the formulas of a table ``where``; each formula may use the previous names."""
         made: list[tuple[str, Formula]] = []
         if not isinstance(entry, Mapping):
-            self.report.add(key, f"a table is needed here, not {described(entry)}", 'where = { q = "k/0.2" }')
+            self.report.add(key, f"a table is needed here, not {described(entry)} [E0716]", 'where = { q = "k/0.2" }')
             return ()
         for name, text in entry.items():
             if not is_legal(name) or name in (*_own_names(), *(item.name for item in self.known), *self.defined):
-                self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here", NAME_RULE)
+                self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here [E0741]", NAME_RULE)
             elif name in _WORDS:
-                self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas", f"{name}_value")
+                self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas [E0729]", f"{name}_value")
             names = self.names(own, [one for one, _ in made])
             result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(own, ()))
             if result is not None:
@@ -346,7 +352,9 @@ class _FieldReader(FieldEntries):
             if kind == "file":
                 file = table["file"]
                 if not isinstance(file, str) or not file.lower().endswith(_FILES):
-                    self.report.add(inner, f"{_said(file)} is not a file of data", "a path that ends with .npy or .csv")
+                    self.report.add(
+                        inner, f"{_said(file)} is not a file of data [E0742]", "a path that ends with .npy or .csv"
+                    )
                 made.append(Data(name, kind, file=str(file), column=self.text(key, table, "column"), minimum=least))
             elif kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
@@ -371,7 +379,7 @@ class _FieldReader(FieldEntries):
             mean = self.formula(f"{key}.{item.kind}", entry[item.kind], names, _DRAWN)
             needed, spread = DRAWN[item.kind], None
             if needed and needed not in entry:
-                self.report.add(key, f"{needed} is missing", f'{item.kind} = "...", {needed} = 0.5')
+                self.report.add(key, f"{needed} is missing [E0743]", f'{item.kind} = "...", {needed} = 0.5')
             elif needed:
                 spread = self.formula(f"{key}.{needed}", entry[needed], names, _DRAWN)
             made.append(Data(item.name, item.kind, mean or ZERO, spread, minimum=item.minimum))
@@ -388,15 +396,17 @@ class _FieldReader(FieldEntries):
         check_keys("truth", table, ("seed",), self.report)
         if "truth" not in self.data:
             if drawn:
-                fault = f"{listed(drawn)} is drawn about fields of a truth that is missing"
+                fault = f"{listed(drawn)} is drawn about fields of a truth that is missing [E0744]"
                 self.report.add(f"data.{drawn[0]}", fault, "[truth] and seed = 1")
             return None
         seed = table.get("seed")
         if "seed" not in table:
-            self.report.add("truth", "the seed is missing", "[truth] and seed = 1")
+            self.report.add("truth", "the seed is missing [E0745]", "[truth] and seed = 1")
             return None
         if not isinstance(seed, int) or not _is_whole(seed, 0) or seed > _MOST_SEED:
-            self.report.add("truth.seed", f"{_said(seed)} is not a seed", f"a whole number from 0 to {_MOST_SEED}")
+            self.report.add(
+                "truth.seed", f"{_said(seed)} is not a seed [E0746]", f"a whole number from 0 to {_MOST_SEED}"
+            )
             return None
         return seed
 
@@ -410,13 +420,17 @@ class _FieldReader(FieldEntries):
         if isinstance(energy, int | float) and not isinstance(energy, bool):
             energy = repr(energy)
         if not isinstance(energy, str) or not energy.strip():
-            fault = "the energy of a cell is missing" if energy is None else f"a formula is needed, not {_said(energy)}"
+            fault = (
+                "the energy of a cell is missing [E0748]"
+                if energy is None
+                else f"a formula is needed, not {_said(energy)} [E0749]"
+            )
             hint = 'energy = "exp(e) - counts*e", minus the logarithm of a likelihood; "0" for the prior alone'
             self.report.add("cell.energy", fault, hint)
             energy = ""
         if not isinstance(where, Mapping) or not all(isinstance(text, str) for text in where.values()):
             hint = '[cell.where] and e = "log(mean) + density"'
-            self.report.add("cell.where", f"a table of formulas is needed here, not {described(where)}", hint)
+            self.report.add("cell.where", f"a table of formulas is needed here, not {described(where)} [E0750]", hint)
             where = {}
         return energy, dict(where)
 
@@ -432,9 +446,9 @@ class _FieldReader(FieldEntries):
             key = f"cell.{name}"
             label = name.removeprefix("where.")
             if name != "energy" and (not is_legal(label) or label in (*known, *of_where, *self.defined)):
-                self.report.add(key, f"the name {shown(label)} is taken, or not legal", NAME_RULE)
+                self.report.add(key, f"the name {shown(label)} is taken, or not legal [E0751]", NAME_RULE)
             elif name != "energy" and label in _WORDS:
-                self.report.add(key, f"the name {label} is a word of formulas", f"{label}_value")
+                self.report.add(key, f"the name {label} is a word of formulas [E0729]", f"{label}_value")
             if text:
                 result |= self.named_in_cell(key, text, known, of_where)
             if name != "energy":
@@ -458,7 +472,7 @@ class _FieldReader(FieldEntries):
         table = self.section("prior")
         check_keys("prior", table, ("white",), self.report)
         if table.get("white", True) is not True:
-            fault = "the state is independent standard normal numbers, and nothing else"
+            fault = "the state is independent standard normal numbers, and nothing else [E0752]"
             self.report.add("prior.white", fault, "white = true, and an operator that gives the field its covariance")
 
     def mass(self) -> str:
@@ -466,7 +480,7 @@ class _FieldReader(FieldEntries):
         check_keys("mass", table, ("choice",), self.report)
         choice = table.get("choice", "fisher")
         if choice not in _MASSES:
-            self.report.add("mass.choice", f"there is no mass {_said(choice)}", f"one of {listed(_MASSES)}")
+            self.report.add("mass.choice", f"there is no mass {_said(choice)} [E0753]", f"one of {listed(_MASSES)}")
             return "fisher"
         return str(choice)
 
@@ -482,20 +496,22 @@ class _FieldReader(FieldEntries):
             if isinstance(wanted, str):
                 given[name] = self.text("sampling", table, name)
                 if wanted and value == "":
-                    self.report.add(key, f"the name of {name} is empty", f"{name} = {wanted!r}, or no {name}")
+                    self.report.add(key, f"the name of {name} is empty [E0754]", f"{name} = {wanted!r}, or no {name}")
             elif isinstance(wanted, int):
                 if _is_whole(value, 0):
                     given[name] = value
                 else:
-                    self.report.add(key, f"a whole number is needed here, not {_said(value)}", f"{name} = {wanted}")
+                    self.report.add(
+                        key, f"a whole number is needed here, not {_said(value)} [E0755]", f"{name} = {wanted}"
+                    )
             elif isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-                self.report.add(key, f"a number is needed here, not {_said(value)}", f"{name} = {wanted}")
+                self.report.add(key, f"a number is needed here, not {_said(value)} [E0756]", f"{name} = {wanted}")
             else:
                 given[name] = float(value)
         unknown = given.get("field") and given["field"] not in watched
         if unknown and not self.report.concerns("operators"):
             hint = listed(watched) or "no field"
-            self.report.add("sampling.field", f"there is no field {shown(given['field'])} in the energy", hint)
+            self.report.add("sampling.field", f"there is no field {shown(given['field'])} in the energy [E0757]", hint)
         return Chains(**given)
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Message, Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Operation
 from eomgen.formula.words import RESERVED
@@ -56,7 +56,9 @@ def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
     """
     path = Path(path).expanduser()
     if path.suffix.lower() != ".toml":
-        raise UsageError(Problem(str(path), "a Hamiltonian system is read from a .toml file", f"{path.stem}.toml"))
+        raise UsageError(
+            Problem(str(path), "a Hamiltonian system is read from a .toml file [E0758]", f"{path.stem}.toml")
+        )
     file = shown_file(path)
     data, lines = toml_data(read_text(path), file)
     return hamiltonian_from_data(data, file=file, lines=lines)
@@ -75,7 +77,9 @@ def hamiltonian_from_data(
     report = Report(file, lines or {})
     if "mesh" in data:
         report.add(
-            "mesh", "this is a system of fields on a mesh, and this command or function is for coordinates", OF_FIELDS
+            "mesh",
+            "this is a system of fields on a mesh, and this command or function is for coordinates [E0759]",
+            OF_FIELDS,
         )
         report.raise_problems()
     if "repeat" in data:
@@ -124,7 +128,7 @@ class _HamiltonianReader(FieldEntries):
                 {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
             ).encode(),
             definitions={name: item.text for name, item in self.defined.items()},
-            notes=(*self.unused(), *_without_motion(terms, coordinates)),
+            notes=tuple(map(Message, (*self.unused(), *_without_motion(terms, coordinates)))),
         )
 
     def hint(self, error: FormulaError) -> str:
@@ -139,11 +143,11 @@ class _HamiltonianReader(FieldEntries):
         entries = self.section("coordinates")
         if not entries and not self.report.concerns("coordinates"):
             hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
-            self.report.add("coordinates", "there is no coordinate", hint)
+            self.report.add("coordinates", "there is no coordinate [E0760]", hint)
         for name, entry in entries.items():
             key = f"coordinates.{name}"
             if not isinstance(entry, Mapping):
-                self.report.add(key, f"a table is needed here, not {described(entry)}", f"{name} = {_START}")
+                self.report.add(key, f"a table is needed here, not {described(entry)} [E0716]", f"{name} = {_START}")
                 continue
             check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
             initial = entry.get("initial")
@@ -153,7 +157,11 @@ class _HamiltonianReader(FieldEntries):
             else:
                 position = momentum = math.nan  # formulas may use the name of the coordinate
                 position_formula = momentum_formula = None
-                fault = "the initial value is missing" if initial is None else f"the start is {described(initial)}"
+                fault = (
+                    "the initial value is missing [E0761]"
+                    if initial is None
+                    else f"the start is {described(initial)} [E0762]"
+                )
                 self.report.add(f"{key}.initial", fault, f"{name} = {_START}: its position and its momentum")
             made.append(
                 Coordinate(
@@ -177,14 +185,14 @@ class _HamiltonianReader(FieldEntries):
             section = of_others[-1] if of_others else "coordinates"
             key = f"{section}.{name}" if name in self.section(section) else section
             if not is_legal(name):
-                self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+                self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
             elif name == "t":
-                self.report.add(key, "t is the time, of which H does not depend", "another name")
+                self.report.add(key, "t is the time, of which H does not depend [E0764]", "another name")
             elif name in RESERVED:  # formulas would read the word, and never this entry
-                self.report.add(key, f"the name {name} is a word of formulas", f"{name}_value")
+                self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
             elif name in seen:
                 hint = 'momentum = "..." in a coordinate names its own' if not of_others else "another name"
-                self.report.add(key, f"the name {name} is given twice", hint)
+                self.report.add(key, f"the name {name} is given twice [E0765]", hint)
             seen.add(name)
 
     def terms(self, names: SceneNames, momenta: set[str]) -> list[Term]:
@@ -192,7 +200,7 @@ class _HamiltonianReader(FieldEntries):
         entry = self.data.get("hamiltonian")
         if entry is None or entry in ("", {}):
             hint = 'hamiltonian = "p_x**2/2 + x**2/2", or a table [hamiltonian] of terms whose sum it is'
-            self.report.add("hamiltonian", "the Hamiltonian is missing", hint)
+            self.report.add("hamiltonian", "the Hamiltonian is missing [E0766]", hint)
             return []
         table = entry if isinstance(entry, Mapping) else {"": entry}
         made = []
@@ -211,7 +219,7 @@ class _HamiltonianReader(FieldEntries):
             table = entry if isinstance(entry, Mapping) else {"formula": entry}
             check_keys(key, table, ("formula", "unit"), self.report)
             if not is_legal(name):
-                self.report.add(key, f"the name {shown(name)} is not legal", NAME_RULE)
+                self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
             formula = self.formula(key, table.get("formula"), names, _OF_STATES)
             if formula is not None:
                 made.append(Output(name, formula, self.text(key, table, "unit")))
@@ -225,28 +233,28 @@ class _HamiltonianReader(FieldEntries):
             if name in table:
                 value = table[name]
                 if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-                    fault = f"a positive number is needed here, not {described(value)}"
+                    fault = f"a positive number is needed here, not {described(value)} [E0770]"
                     self.report.add(f"simulation.{name}", fault, f"{name} = 0.01")
                 given[name] = value
         if "method" in table:
             given["method"] = self.text("simulation", table, "method")
             given["place"] = self.report.where("simulation.method")
             if table["method"] == "":
-                self.report.add("simulation.method", "the method has no name", 'method = "omf4", or no key')
+                self.report.add("simulation.method", "the method has no name [E0771]", 'method = "omf4", or no key')
         if "tolerance" in table and table.get("method") != "rk45":
-            fault = "a tolerance is of rk45, and other methods take equal steps"
+            fault = "a tolerance is of rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
         elif "tolerance" in given and not TOLERANCES[0] <= given["tolerance"] <= TOLERANCES[1]:
-            fault = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g}"
+            fault = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g} [E0769]"
             self.report.add("simulation.tolerance", fault, "tolerance = 1e-6")
         every = table.get("record_every", 1)
         if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            fault = f"a whole number from 1 is needed here, not {described(every)}"
+            fault = f"a whole number from 1 is needed here, not {described(every)} [E0768]"
             self.report.add("simulation.record_every", fault, "record_every = 10")
         given["record_every"] = every
         compensated = table.get("compensated", False)
         if not isinstance(compensated, bool):
-            self.report.add("simulation.compensated", f"this is {described(compensated)}", "compensated = true")
+            self.report.add("simulation.compensated", f"this is {described(compensated)} [E0719]", "compensated = true")
         return Run(**given, compensated=compensated)
 
     def check_start(self, terms: list[Term], outputs: list[Output], values: Mapping[str, float]) -> None:
@@ -262,7 +270,7 @@ class _HamiltonianReader(FieldEntries):
             except ArithmeticError as error:
                 of_states = sorted({symbol.name for symbol in symbols(formula)})
                 at = ", ".join(f"{name} = {values[name]:.6g}" for name in of_states[:6])
-                fault = f"it has no finite real value at the start, where {at}: {error}"
+                fault = f"it has no finite real value at the start, where {at}: {error} [E0772]"
                 self.report.add(where, fault, NO_START)
 
     def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
@@ -270,7 +278,7 @@ class _HamiltonianReader(FieldEntries):
         used = {symbol.name for term in terms for symbol in symbols(term.formula)}
         for item in coordinates:
             if not used & {item.name, item.momentum}:
-                fault = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are"
+                fault = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are [E0773]"
                 self.report.add(f"coordinates.{item.name}", fault, "a term of H with them, or leave it out")
 
 

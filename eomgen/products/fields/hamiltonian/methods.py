@@ -165,9 +165,11 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
             problems = [Problem(run.place, problem.what, problem.hint) for problem in error.problems]
             raise DescriptionError(problems) from None
     if not isinstance(name, str):
-        raise UsageError(Problem("method", f"a method is called by its name, not {name!r}", '"omf4"'))
+        raise UsageError(Problem("method", f"a method is called by its name, not {name!r} [E0776]", '"omf4"'))
     if not name:
-        raise UsageError(Problem("method", "the name of the method is empty", f'"{standard}", or no method at all'))
+        raise UsageError(
+            Problem("method", "the name of the method is empty [E0777]", f'"{standard}", or no method at all')
+        )
     key = name.lower().replace("-", "_")
     if key == MIDPOINT:
         return _collocation(MIDPOINT, 2, (1.0,), _SOURCE, 1)
@@ -177,7 +179,7 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
     if key in EXPLICIT:
         return EXPLICIT[key]
     if first not in ("drift", "kick"):
-        raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r}", "drift"))
+        raise UsageError(Problem("first", f"a step begins with a drift or a kick, not with {first!r} [E0329]", "drift"))
     composition = _composition(key, first)
     if document.separable:
         kind: Kind = "DRIFT_FIRST" if first == "drift" else "KICK_FIRST"
@@ -185,7 +187,10 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         return Method(composition.name, composition.order, kind, composition.fractions, composition.source, limit)
     if len(composition.leapfrogs) < 2:
         coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
-        fault = f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and momenta"
+        fault = (
+            f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and"
+            f" momenta [E0778]"
+        )
         hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"
         raise UsageError(Problem("method", fault, hint))
     return _collocation(composition.name, composition.order, composition.leapfrogs, composition.source, 1)
@@ -202,7 +207,7 @@ def check_name(name: str) -> None:
     if not (key == MIDPOINT or key in _OF_GAUSS or key in EXPLICIT or names_composition(key)):
         known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
         hint = nearest(key, known, ELSEWHERE)
-        raise UsageError([Problem("method", f"there is no method {key!r} of Hamiltonian systems", hint)])
+        raise UsageError([Problem("method", f"there is no method {key!r} of Hamiltonian systems [E0779]", hint)])
 
 
 def _composition(name: str, first: str) -> Composition:

@@ -209,7 +209,7 @@ class HamiltonianModel:
         chosen = method_for(self.document, method, first)
         steps = _whole_steps(t_end, step)
         if tolerance is not None and not chosen.chooses_steps:
-            fault = f"{chosen.name} takes equal steps, and a tolerance is of rk45"
+            fault = f"{chosen.name} takes equal steps, and a tolerance is of rk45 [E0780]"
             raise UsageError(Problem("tolerance", fault, f'method="rk45", or a step below {abs(step):.6g}'))
         allowed = run.tolerance if tolerance is None else _finite("tolerance", tolerance)
         check_tolerance(allowed)
@@ -382,7 +382,7 @@ class HamiltonianModel:
         for name, value in (parameters or {}).items():
             if name not in self.parameters:
                 hint = nearest(str(name), self.parameters) or "no parameters, as there is none"
-                raise UsageError(Problem("parameters", f"there is no parameter {shown(str(name))}", hint))
+                raise UsageError(Problem("parameters", f"there is no parameter {shown(str(name))} [E0781]", hint))
             changes[name] = _finite(f"parameters.{name}", value)
         return np.array(list(self.document.parameter_values(changes).values()), float)
 
@@ -397,17 +397,19 @@ class HamiltonianModel:
             elif key in ("q", "p"):
                 array = _array(f"initial.{key}", value)
                 if array.shape != (self.n,) or not np.isfinite(array).all():
-                    fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed"
+                    fault = f"{key} has shape {array.shape}, and finite numbers of shape ({self.n},) are needed [E0782]"
                     raise UsageError(Problem("initial", fault, f"one number for each of {', '.join(names[:3])}, ..."))
                 given |= zip(self.q_names if key == "q" else self.p_names, array.tolist(), strict=True)
             else:
                 hint = nearest(str(key), names)
-                raise UsageError(Problem("initial", f"there is no coordinate or momentum {shown(str(key))}", hint))
+                raise UsageError(
+                    Problem("initial", f"there is no coordinate or momentum {shown(str(key))} [E0783]", hint)
+                )
         state = self.document.start(dict(zip(self.parameters, values.tolist(), strict=True)), given)
         energy = float(self._call("hamiltonian", [state[: self.n], state[self.n :]], values)[0].sum())
         if not math.isfinite(energy):
             hint = NO_START
-            raise UsageError(Problem("initial", f"H is {energy} at the start", hint))
+            raise UsageError(Problem("initial", f"H is {energy} at the start [E0784]", hint))
         return state[None, :]
 
     def _call(
@@ -418,7 +420,7 @@ class HamiltonianModel:
         arrays = [np.ascontiguousarray(_array(f"{self.name}.{function}", block)) for block in blocks]
         for array in arrays:
             if array.ndim not in (1, 2) or array.shape[-1] != self.n:
-                fault = f"an array of a state has shape {array.shape}"
+                fault = f"an array of a state has shape {array.shape} [E0785]"
                 raise UsageError(Problem(f"{self.name}.{function}", fault, f"({self.n},) or (states, {self.n})"))
         count = max((len(array) for array in arrays if array.ndim == 2), default=0)
         outputs = [np.empty((count, item["size"]) if count else item["size"]) for item in layout["outputs"]]
@@ -430,7 +432,7 @@ def _check_memory(rows: int, width: int, steps: int) -> None:
     """Raise UsageError if a record and its evaluated quantities are too large."""
     needed = 8 * rows * width * _COPIES
     if needed > _MOST_BYTES:
-        fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB"
+        fault = f"{rows:.6g} rows of {width} numbers would take about {needed / 1e9:.3g} GB [E0786]"
         raise UsageError(
             Problem("record_every", fault, f"record_every={math.ceil(steps * needed / rows / _MOST_BYTES)}")
         )
@@ -439,23 +441,28 @@ def _check_memory(rows: int, width: int, steps: int) -> None:
 def _whole_steps(t_end: float, step: float) -> int:
     """Return the number of steps to an end. Raises UsageError."""
     if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
-        raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g}", "step=0.01"))
+        raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g} [E0787]", "step=0.01"))
     count = t_end / step
     if abs(count) > _MOST_STEPS:
-        fault = f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at most"
+        fault = (
+            f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at"
+            f" most [E0788]"
+        )
         raise UsageError(Problem("step", fault, f"a step of {t_end / _MOST_STEPS:.3g} or more, or an earlier end"))
     if count < 0:
-        raise UsageError(Problem("t_end", f"steps of {step:g} lead away from {t_end:g}", f"a step of {-step:g}"))
+        raise UsageError(
+            Problem("t_end", f"steps of {step:g} lead away from {t_end:g} [E0789]", f"a step of {-step:g}")
+        )
     steps = round(count)
     if abs(count - steps) > 1e-6 * max(1.0, count * 1e-6):
         hint = f"an end of {max(steps, 1) * step:.9g}, or a step of {t_end / max(steps, 1):.9g}"
-        raise UsageError(Problem("t_end", f"{t_end:.9g} is not a whole number of steps of {step:.9g}", hint))
+        raise UsageError(Problem("t_end", f"{t_end:.9g} is not a whole number of steps of {step:.9g} [E0790]", hint))
     return steps
 
 
 def _check_mapping(key: str, given: object, hint: str) -> None:
     if given is not None and not isinstance(given, Mapping):
-        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(given)}", hint))
+        raise UsageError(Problem(key, f"numbers by name are needed, not {shown(given)} [E0791]", hint))
 
 
 def _array(key: str, value: object) -> Array:
@@ -463,7 +470,7 @@ def _array(key: str, value: object) -> Array:
     try:
         return np.asarray(value, float)
     except (TypeError, ValueError):
-        raise UsageError(Problem(key, f"{shown(value)} is not an array of numbers", "[0.1, 0.2]")) from None
+        raise UsageError(Problem(key, f"{shown(value)} is not an array of numbers [E0792]", "[0.1, 0.2]")) from None
 
 
 def _spacing(every: object) -> int:
@@ -471,13 +478,13 @@ def _spacing(every: object) -> int:
     if isinstance(every, np.integer):
         every = int(every)
     if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-        raise UsageError(Problem("record_every", f"{every!r} is not a whole number from 1", "record_every=10"))
+        raise UsageError(Problem("record_every", f"{every!r} is not a whole number from 1 [E0793]", "record_every=10"))
     return every
 
 
 def _finite(key: str, value: object) -> float:
     if isinstance(value, bool) or not isinstance(value, int | float | np.number) or not math.isfinite(value):
-        raise UsageError(Problem(key, f"a finite number is needed, not {value!r}", "0.1"))
+        raise UsageError(Problem(key, f"a finite number is needed, not {value!r} [E0343]", "0.1"))
     return float(value)
 
 

@@ -250,7 +250,7 @@ class HamiltonianSolution:
             write_arrays(path, columns, data)
         else:
             kind = path.suffix or "a file without a suffix"
-            fault = f"a motion of a Hamiltonian system cannot be saved as {kind}"
+            fault = f"a motion of a Hamiltonian system cannot be saved as {kind} [E0794]"
             raise UsageError(Problem(str(path), fault, ".npz or .csv"))
         return path
 

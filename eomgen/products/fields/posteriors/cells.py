@@ -180,7 +180,7 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
 
 def _of_counts(mean: float, variance: float, **more: float) -> dict[str, float]:
     if not mean > 0.0:
-        fault = f"the mean of counts is {mean:.6g}"
+        fault = f"the mean of counts is {mean:.6g} [E0795]"
         raise ModelError(Problem("mean", fault, "the mean number of objects in a cell, above 0"))
     return {"log_mean": math.log(mean), "variance": variance, **more}
 
@@ -227,9 +227,11 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     names = [*fields, *data, *energy.parameters, *energy.where, *energy.definitions]
     for place, name in enumerate(names):
         if not is_legal(name):
-            raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal", NAME_RULE))
+            raise DescriptionError(Problem("cell energy", f"the name {shown(name)} is not legal [E0715]", NAME_RULE))
         if name in names[:place]:
-            raise DescriptionError(Problem("cell energy", f"two things are called {name}", "another name for one"))
+            raise DescriptionError(
+                Problem("cell energy", f"two things are called {name} [E0796]", "another name for one")
+            )
     known |= dict(zip(data, given, strict=False))
     known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
     defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()

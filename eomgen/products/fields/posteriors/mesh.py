@@ -66,10 +66,10 @@ class Mesh:
         sides = (lengths,) * len(made) if isinstance(lengths, int | float) else tuple(lengths)
         if not 1 <= len(made) <= 3 or min(made) < 2:
             raise UsageError(
-                Problem("Mesh: cells", f"{tuple(cells)} is not a mesh", "1 to 3 numbers above 1: (64, 64)")
+                Problem("Mesh: cells", f"{tuple(cells)} is not a mesh [E0797]", "1 to 3 numbers above 1: (64, 64)")
             )
         if len(sides) != len(made) or not all(SMALLEST <= side <= LARGEST for side in sides):
-            fault = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g}"
+            fault = f"{sides} are not {len(made)} lengths from {SMALLEST:g} to {LARGEST:g} [E0798]"
             raise UsageError(Problem("Mesh: lengths", fault, "one number, or one for each axis"))
         object.__setattr__(self, "cells", made)
         object.__setattr__(self, "lengths", tuple(float(side) for side in sides))
@@ -255,7 +255,8 @@ class Mesh:
         if needed > there:
             shape = " x ".join(map(str, self.cells))
             fault = (
-                f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has {there / 2**30:.3g}"
+                f"{purpose} on {shape} cells takes {needed / 2**30:.3g} GiB, and this machine has"
+                f" {there / 2**30:.3g} [E0799]"
             )
             raise ModelError(Problem("memory", fault, "fewer cells, or chains"))
         return needed
@@ -388,16 +389,16 @@ def check_transforms(library: str, precision: str) -> None:
         One of them cannot be taken.
     """
     if library not in LIBRARIES:
-        fault = f"there is no library {library!r} for transforms"
+        fault = f"there is no library {library!r} for transforms [E0800]"
         raise UsageError(Problem("transforms", fault, nearest(library, LIBRARIES) or listed(LIBRARIES)))
     if precision not in PRECISIONS:
-        fault = f"there is no precision {precision!r}"
+        fault = f"there is no precision {precision!r} [E0801]"
         raise UsageError(Problem("precision", fault, nearest(precision, PRECISIONS) or listed(PRECISIONS)))
     if library == "fftw":
         try:
             importlib.import_module("pyfftw")
         except ImportError:
-            fault = "FFTW comes with the package pyfftw, which is not installed"
+            fault = "FFTW comes with the package pyfftw, which is not installed [E0802]"
             hint = "pip install 'eomgen[fast_fourier]', or scipy"
             raise UsageError(Problem("transforms", fault, hint)) from None
 

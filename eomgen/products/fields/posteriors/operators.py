@@ -100,9 +100,9 @@ class LinearOperator:
         """
         name = f"{self.name} @ {other.name}"
         if self.mesh != other.mesh:
-            raise UsageError(Problem(name, "the operators are of different meshes", "one mesh for all of them"))
+            raise UsageError(Problem(name, "the operators are of different meshes [E0803]", "one mesh for all of them"))
         if self.symbol is not None and other.mask is not None:
-            fault = "a filter after a mask is diagonal neither in Fourier space nor in the cells"
+            fault = "a filter after a mask is diagonal neither in Fourier space nor in the cells [E0804]"
             raise UsageError(Problem(name, fault, "the mask as the last operator: mask @ filter"))
         symbol, mask = _times(self.symbol, other.symbol), _real(_times(self.mask, other.mask))
         return LinearOperator(name, self.mesh, symbol, mask, self.note or other.note)
@@ -220,7 +220,9 @@ def lognormal_amplitude(mesh: Mesh, power: Power, *, warn: bool = True) -> Linea
     wanted = _values(mesh, power) / mesh.cell_volume
     covariance = mesh.field(wanted.astype(complex)) / math.sqrt(mesh.size)
     if float(covariance.min()) <= -1.0:
-        fault = f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal"
+        fault = (
+            f"a density contrast whose covariance is {float(covariance.min()):.3g} somewhere is not lognormal [E0805]"
+        )
         raise ModelError(Problem("lognormal_amplitude: power", fault, "a covariance above -1 everywhere"))
     modes = mesh.spectrum(np.log1p(covariance)).real * math.sqrt(mesh.size)
     floored = np.maximum(modes, _FLOOR * float(modes.max()))
@@ -298,7 +300,7 @@ def difference(mesh: Mesh, axis: int) -> LinearOperator:
         A filter.
     """
     if not 0 <= axis < len(mesh.cells):
-        fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions"
+        fault = f"there is no axis {axis} in {len(mesh.cells)} dimensions [E0806]"
         raise UsageError(Problem("difference: axis", fault, f"0 to {len(mesh.cells) - 1}"))
     width = mesh.lengths[axis] / mesh.cells[axis]
     turned = 1j * np.sin(mesh.wave_vectors[axis] * width) / width
@@ -331,7 +333,7 @@ def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
     """
     made = np.asarray(values, dtype=float)
     if made.shape != mesh.cells or not np.all(np.isfinite(made)):
-        fault = f"an array of the shape {made.shape} is not a mask of finite numbers for {mesh.cells} cells"
+        fault = f"an array of the shape {made.shape} is not a mask of finite numbers for {mesh.cells} cells [E0807]"
         raise UsageError(Problem("mask: values", fault, f"finite numbers of the shape {mesh.cells}"))
     return LinearOperator("mask", mesh, mask=made)
 
@@ -352,7 +354,7 @@ def _values(mesh: Mesh, power: Power) -> Array:
         values = np.array(np.broadcast_to(power(mesh.wave_numbers) if callable(power) else power, mesh.half), float)
     if not np.all(np.isfinite(values)) or values.min() < 0.0:
         place = np.unravel_index(int(np.argmin(np.where(np.isfinite(values), values, -np.inf))), mesh.half)
-        fault = f"the power is {values[place]:.6g} at k = {mesh.wave_numbers[place]:.6g}"
+        fault = f"the power is {values[place]:.6g} at k = {mesh.wave_numbers[place]:.6g} [E0808]"
         raise ModelError(Problem("power", fault, "finite values from 0 on, at k = 0 too"))
     return values
 

@@ -98,7 +98,9 @@ class FieldPosterior:
         self.operators = dict(fields)
         for name, operator in self.operators.items():
             if operator.mesh != mesh:
-                raise UsageError(Problem(f"fields.{name}", "the operator is of another mesh", "operators of one mesh"))
+                raise UsageError(
+                    Problem(f"fields.{name}", "the operator is of another mesh [E0809]", "operators of one mesh")
+                )
         #: Bytes of the arrays of a trajectory.
         self.memory = mesh.require_memory(_SPECTRA, len(fields) + len(data or {}) + 2, "a trajectory")
         self.data = {name: self._checked(name, values) for name, values in (data or {}).items()}
@@ -124,7 +126,7 @@ class FieldPosterior:
     def _checked(self, name: str, values: ArrayLike) -> Array:
         made = np.asarray(values, dtype=float)
         if made.ndim and made.shape != self.mesh.cells:
-            fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells}"
+            fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells} [E0810]"
             raise UsageError(Problem(f"data.{name}", fault, f"an array of {self.mesh.cells}, or one number"))
         made = np.array(np.broadcast_to(made, self.mesh.cells), order="C")
         least = self.energy_of_cell.smallest.get(name, -math.inf)
@@ -132,7 +134,7 @@ class FieldPosterior:
         if np.any(wrong):
             place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
             bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place} [E0811]"
             raise ModelError(Problem(f"data.{name}", fault, bound))
         return made
 
@@ -399,14 +401,16 @@ class FieldPosterior:
         """
         known = ("fisher", "prior", "unit")
         if choice not in known:
-            raise UsageError(Problem("mass", f"there is no mass {choice!r}", nearest(choice, known) or listed(known)))
+            raise UsageError(
+                Problem("mass", f"there is no mass {choice!r} [E0753]", nearest(choice, known) or listed(known))
+            )
         if choice == "prior" or (choice == "fisher" and self.prior_alone):
             return None
         symbols = [operator.symbol for operator in self.operators.values()]
         squares = [np.ones(self.mesh.half) if a is None else np.abs(a) ** 2 for a in symbols]
         if choice == "unit":
             if len(squares) != 1 or float(squares[0].min()) <= 0.0:
-                fault = "a unit mass of the field needs one field whose filter is 0 at no wave number"
+                fault = "a unit mass of the field needs one field whose filter is 0 at no wave number [E0812]"
                 raise ModelError(Problem("mass", fault, '"fisher" or "prior"'))
             return np.ascontiguousarray(squares[0])
         masses = np.ones(self.mesh.half)
@@ -440,7 +444,7 @@ class FieldPosterior:
                 )
                 means[number] += weight * float(np.mean(along[number]))
         if not all(map(math.isfinite, means)):
-            fault = "the curvature of the energy of a cell has no finite mean under the prior"
+            fault = "the curvature of the energy of a cell has no finite mean under the prior [E0813]"
             raise ModelError(Problem("mass", fault, 'mass = "prior"'))
         return means
 
@@ -477,7 +481,7 @@ class FieldPosterior:
             product = root * hessian(root * direction)
             value = math.sqrt(self.mesh.product(product, product))
             if not math.isfinite(value):
-                fault = "second derivatives of U are not finite here"
+                fault = "second derivatives of U are not finite here [E0814]"
                 raise NumericalError(Problem("largest_frequency", fault, "a field nearer to the mode"))
             direction = product
         return math.sqrt(value)
@@ -514,7 +518,7 @@ class FieldPosterior:
         before, value = self.products, self.energy(x)
         if not math.isfinite(value):
             hint = "another start, or an energy that is finite there"
-            raise NumericalError(Problem("mode", f"U is {value} at the start", hint))
+            raise NumericalError(Problem("mode", f"U is {value} at the start [E0815]", hint))
         slope, highest = math.inf, value
         for iteration in range(iterations + 1):
             gradient = self.gradient(x)
@@ -537,13 +541,13 @@ class FieldPosterior:
                 break
             x, value = x + size * direction, energy
         if value < highest - _DEEP * self.mesh.size:
-            fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound"
+            fault = f"Newton's method has come down to U = {value:.3g}: the energy of a cell has no lower bound [E0817]"
             hint = (
                 "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of"
                 " a density"
             )
             raise NumericalError(Problem("mode", fault, hint))
-        fault = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g}"
+        fault = f"Newton's method has left a gradient of {slope:.3g}, above {tolerance:.3g} [E0816]"
         raise NumericalError(Problem("mode", fault, "more iterations, or a larger tolerance"))
 
     def _below_a_saddle(self, x: Complex, value: float, inverse: Array | float) -> tuple[Complex, float] | None:

@@ -111,7 +111,7 @@ def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
 def _of_chains(chains: ArrayLike) -> Array:
     values = np.asarray(chains, dtype=float)
     if values.ndim < 2 or values.shape[1] < 4:
-        fault = f"samples of the shape {values.shape} are not chains of four samples or more"
+        fault = f"samples of the shape {values.shape} are not chains of four samples or more [E0818]"
         raise UsageError(Problem("chains", fault, "an array (chains, samples, ...)"))
     return values
 

@@ -196,9 +196,9 @@ class Sampler:
             ("seed", seed, 0 <= seed <= MOST_SEED, f"from 0 to {MOST_SEED}"),
         ):
             if not fine:
-                raise UsageError(Problem(f"Sampler: {name}", f"{value:.6g} cannot be", bound))
+                raise UsageError(Problem(f"Sampler: {name}", f"{value:.6g} cannot be [E0819]", bound))
         if first not in ("random", "drift", "kick"):
-            raise UsageError(Problem("Sampler: first", f"{first!r} is neither", '"random", "drift" or "kick"'))
+            raise UsageError(Problem("Sampler: first", f"{first!r} is neither [E0820]", '"random", "drift" or "kick"'))
         self.posterior = posterior
         self.first: First = first
         self.duration, self.jitter, self.guard, self.seed, self.bins = duration, jitter, guard, seed, bins
@@ -221,7 +221,7 @@ class Sampler:
         for number, spectrum in enumerate(self._starts(start, chains)):
             potential = posterior.energy(spectrum)
             if not math.isfinite(potential):
-                fault = f"U is {potential} at the start of chain {number}"
+                fault = f"U is {potential} at the start of chain {number} [E0826]"
                 raise NumericalError(Problem("Sampler: start", fault, '"mode"'))
             if not number or not isinstance(start, str) or start == "prior":  # else all start in one place
                 self.frequency = max(self.frequency, posterior.largest_frequency(spectrum, self.mass))
@@ -369,7 +369,7 @@ class Sampler:
         posterior = self.posterior
         names = list(posterior.operators)
         if (field or not names) and field not in names:
-            fault = f"there is no field {field!r}" if field else "there is no field to watch"
+            fault = f"there is no field {field!r} [E0827]" if field else "there is no field to watch [E0827]"
             raise UsageError(Problem("Sampler.draw: field", fault, ", ".join(names) or "fields of the posterior"))
         name = field or names[0]
         operator: LinearOperator = posterior.operators[name]
@@ -417,7 +417,8 @@ class Sampler:
         accepted = uniform[3] < math.exp(-max(error, 0.0))
         if accepted and potential < _LOWEST:
             fault = (
-                f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower bound"
+                f"chain {chain.number} has come down to U = {potential:.3g}: the energy of a cell has no lower"
+                f" bound [E0828]"
             )
             hint = (
                 "an energy that grows on both sides, or falls slower than s^2: cell.energy is the negative logarithm of"
@@ -474,10 +475,12 @@ class Sampler:
                 return [mesh.white(self._stream(number, _START)) for number in range(chains)]
             if start == "zero":
                 return [np.zeros(mesh.half, complex) for _ in range(chains)]
-            raise UsageError(Problem("Sampler: start", f"{start!r} is none", '"mode", "prior", "zero" or spectra'))
+            raise UsageError(
+                Problem("Sampler: start", f"{start!r} is none [E0829]", '"mode", "prior", "zero" or spectra')
+            )
         made = [np.array(spectrum, complex, order="C") for spectrum in start]
         if len(made) != chains or any(spectrum.shape != mesh.half for spectrum in made):
-            fault = f"{len(made)} spectra are not {chains} of the shape {mesh.half}"
+            fault = f"{len(made)} spectra are not {chains} of the shape {mesh.half} [E0830]"
             raise UsageError(Problem("Sampler: start", fault, "mesh.spectrum(field) of a white field for each chain"))
         return made
 
@@ -565,12 +568,12 @@ class Sampler:
             seed, frequency, counts = (metadata[name] for name in ("seed", "frequency", "trajectories"))
             warm_ups, known = metadata["warm_up"], metadata["slopes"]
         except KeyError as error:
-            fault = f"this is not a file of chains: {error.args[0]} is missing"
+            fault = f"this is not a file of chains: {error.args[0]} is missing [E0832]"
             raise FileError(Problem(where, fault, "a file of Sampler.save")) from None
         half = self.posterior.mesh.half
         recorded = (len(spectra), seed, (*spectra.shape[1:-1], spectra.shape[-1] // 2))
         if recorded != (len(self.chains), self.seed, half):
-            fault = f"it has {recorded[0]} chains of the seed {recorded[1]} with spectra of {recorded[2]}"
+            fault = f"it has {recorded[0]} chains of the seed {recorded[1]} with spectra of {recorded[2]} [E0831]"
             hint = f"{len(self.chains)} chains of the seed {self.seed} with spectra of {half}"
             raise UsageError(Problem(where, fault, hint))
         self.frequency = float(frequency)

@@ -45,7 +45,7 @@ from eomgen.products.fields.posteriors import (
 )
 
 #: Message for files that NumPy cannot read; NumPy's own message is about pickles.
-_NO_ARRAY = ("this is not a .npy file of numbers", "numpy.save of an array of real numbers")
+_NO_ARRAY = ("this is not a .npy file of numbers [E0846]", "numpy.save of an array of real numbers")
 #: Remedy for overflow.
 _SMALLER = "a smaller power"
 #: Half spectra that a trajectory and Newton's method hold at most, besides the chains.
@@ -139,7 +139,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     for name in system.fields:
         with _at(system, f"operators.{name}"):
             if made.operators[name].variance == 0.0:
-                fault = f"the field {name} is 0 in all cells, and so are all of its samples"
+                fault = f"the field {name} is 0 in all cells, and so are all of its samples [E0833]"
                 raise ModelError(Problem("operator", fault, "a power, a filter or a mask that is not 0 everywhere"))
     truth = None
     if system.truth is not None:
@@ -291,7 +291,9 @@ class _FileObjects:
             made = amplitude(mesh, power) if item.kind == "power" else lognormal_amplitude(mesh, power, warn=False)
         made = made @ self.operators[item.of] if item.of else made
         if not math.isfinite(made.variance):
-            raise ModelError(Problem("operator", f"the variance of the field {item.name} is {made.variance}", _SMALLER))
+            raise ModelError(
+                Problem("operator", f"the variance of the field {item.name} is {made.variance} [E0834]", _SMALLER)
+            )
         return made
 
     def power(self, item: Operator) -> Array:
@@ -299,7 +301,7 @@ class _FileObjects:
         values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
         finite = np.isfinite(values) & np.isfinite(turned)
         if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
-            fault = "the power is not the same at k and at -k, and the power of a real field is"
+            fault = "the power is not the same at k and at -k, and the power of a real field is [E0835]"
             raise ModelError(Problem("power", fault, "a formula of k, or of squares of kx"))
         return values
 
@@ -308,10 +310,10 @@ class _FileObjects:
         values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
         if not np.all(np.isfinite(values)):
             place = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
-            fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g}"
+            fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g} [E0836]"
             raise ModelError(Problem("filter", fault, "a formula with finite values, at k = 0 too"))
         if not np.allclose(values, turned, rtol=1e-12, atol=1e-300):
-            fault = "the filter is not the same at k and at -k, so the filtered real field is not real"
+            fault = "the filter is not the same at k and at -k, so the filtered real field is not real [E0837]"
             raise ModelError(
                 Problem("filter", fault, 'a formula of k, or of squares of kx; difference = "x" for slopes')
             )
@@ -334,23 +336,25 @@ class _FileObjects:
         places = []
         for which, name in enumerate(table.columns):
             if name and name not in names:
-                fault = f"there is no column {name!r}"
+                fault = f"there is no column {name!r} [E0669]"
                 raise FileError(Problem(str(path), fault, nearest(name, names) or listed(names)))
             places.append(names.index(name) if name else which)
         if len(names) < 2 or len(rows) < 2:
             size = f"{counted(len(names), 'column')} and {counted(len(rows), 'row')}"
-            fault = f"a table of {size} is not a power spectrum"
+            fault = f"a table of {size} is not a power spectrum [E0838]"
             raise FileError(Problem(str(path), fault, "two columns, k and P, and two rows at least"))
         k, power = rows[:, places[0]], rows[:, places[1]]
         wrong = ~(np.isfinite(k) & np.isfinite(power)) | (k <= 0.0) | (power <= 0.0)
         if np.any(wrong) or np.any(np.diff(k) <= 0.0):
             row = int(np.argmax(wrong)) if np.any(wrong) else int(np.argmax(np.diff(k) <= 0.0)) + 1
-            fault = f"k = {k[row]:.6g} and P = {power[row]:.6g} in row {row + 1} cannot be"
+            fault = f"k = {k[row]:.6g} and P = {power[row]:.6g} in row {row + 1} cannot be [E0839]"
             raise FileError(Problem(str(path), fault, "k above 0 that increases, and P above 0"))
         numbers = self.mesh.wave_numbers
         low, high = float(numbers[numbers > 0.0].min()), float(numbers.max())
         if low < k[0] * (1.0 - 1e-9) or high > k[-1] * (1.0 + 1e-9):
-            fault = f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g}"
+            fault = (
+                f"the table is from k = {k[0]:.6g} to {k[-1]:.6g}, and the mesh from {low:.6g} to {high:.6g} [E0840]"
+            )
             raise FileError(Problem(str(path), fault, "a table of all of these"))
         values = np.zeros(self.mesh.half)
         inside = numbers > 0.0
@@ -384,7 +388,7 @@ class _FileObjects:
         if np.any(wrong):
             place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
             bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place}"
+            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place} [E0811]"
             raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, bound))
         return made
 
@@ -395,16 +399,20 @@ class _FileObjects:
             names, rows = read_table(path)
             column = item.column or (item.name if item.name in names else names[0] if len(names) == 1 else "")
             if column not in names:
-                fault = f"there is no column {column!r}" if column else f"it has the columns {listed(names)}"
+                fault = (
+                    f"there is no column {column!r} [E0669]"
+                    if column
+                    else f"it has the columns {listed(names)} [E0842]"
+                )
                 raise FileError(Problem(str(path), fault, f'column = "..." in data.{item.name}'))
             numbers = rows[:, names.index(column)]
             if len(numbers) != self.mesh.size:
-                fault = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells"
+                fault = f"{path} has {counted(len(numbers), 'row')}, and the mesh {self.mesh.size} cells [E0843]"
                 raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, "a row for each cell"))
             return numbers.reshape(cells)
         stored = _numbers_of(path)
         if stored.shape != cells:
-            fault = f"{path} has the shape {stored.shape}, and the mesh {cells}"
+            fault = f"{path} has the shape {stored.shape}, and the mesh {cells} [E0841]"
             raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, f"an array of {cells}"))
         return np.asarray(stored, dtype=float)
 
@@ -427,7 +435,9 @@ class _FileObjects:
             for name, values, low in [("mean", mean, least), *((DRAWN[item.kind], values, 0.0) for values in spread)]:
                 above = name == "beta"  # 0 is not a valid shape of a distribution
                 if not np.all(np.isfinite(values)) or float(values.min()) < low or (above and not values.all()):
-                    fault = f"the {name} of the drawn fields is {float(values.min()):.6g} somewhere, or not finite"
+                    fault = (
+                        f"the {name} of the drawn fields is {float(values.min()):.6g} somewhere, or not finite [E0844]"
+                    )
                     bound = " above 0" if above else "" if low else " from 0 on"
                     raise ModelError(Problem(key, fault, f"a formula of finite values{bound}"))
             stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
@@ -443,7 +453,9 @@ def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Ar
             return stream.poisson(stream.gamma(spread[0], mean / spread[0])).astype(float)
         return stream.poisson(mean).astype(float)
     except ValueError:  # of NumPy, whose whole numbers end there
-        fault = f"the mean of the drawn fields is {float(mean.max()):.6g} somewhere, too large for whole numbers"
+        fault = (
+            f"the mean of the drawn fields is {float(mean.max()):.6g} somewhere, too large for whole numbers [E0845]"
+        )
         raise ModelError(Problem(f"data.{item.name}", fault, "a smaller mean")) from None
 
 
@@ -453,12 +465,14 @@ def _numbers_of(path: Path) -> NDArray[Any]:
         open_file(path).close()
         stored = np.load(path, mmap_mode="r", allow_pickle=False)
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", nearby(path))) from None
+        raise FileError(
+            Problem(str(path), f"cannot be read: {error.strerror or error} [E0115]", nearby(path))
+        ) from None
     except (ValueError, EOFError, SyntaxError, MemoryError, OverflowError):
         raise FileError(Problem(str(path), *_NO_ARRAY)) from None
     if not isinstance(stored, np.ndarray) or stored.dtype.kind not in "biuf":
         kind = stored.dtype if isinstance(stored, np.ndarray) else "an archive"
-        raise FileError(Problem(str(path), f"{kind} are not real numbers", "an array of real numbers"))
+        raise FileError(Problem(str(path), f"{kind} are not real numbers [E0847]", "an array of real numbers"))
     return stored
 
 
@@ -467,7 +481,7 @@ def start_fields(path: Path, problem: FieldProblem, chains: int) -> list[Complex
     ModelError."""
     stored, cells = _numbers_of(path), problem.mesh.cells
     if stored.shape not in (cells, (chains, *cells)) or not np.all(np.isfinite(stored)):
-        fault = f"it has the shape {stored.shape}, or numbers that are not finite"
+        fault = f"it has the shape {stored.shape}, or numbers that are not finite [E0848]"
         raise ModelError(Problem(str(path), fault, f"finite numbers of the shape {cells}, or {(chains, *cells)}"))
     fields = stored if stored.ndim > len(cells) else np.broadcast_to(stored, (chains, *cells))
     return [problem.mesh.spectrum(np.asarray(values, float)) for values in fields]

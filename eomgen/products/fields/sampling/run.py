@@ -82,7 +82,7 @@ def sample(
     system = _system(described)
     chosen = _settings(system.sampling, settings)
     if resume and folder is None:
-        raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder", 'folder="out"'))
+        raise UsageError(Problem("resume", "a run goes on from the checkpoint of a folder [E0849]", 'folder="out"'))
     with at_settings(system, settings):
         problem = field_problem(dataclasses.replace(system, sampling=chosen), chosen.chains)
         run = _Run(problem, chosen, mass or system.mass, None if folder is None else make_folder(Path(folder)), resume)
@@ -101,17 +101,17 @@ def _settings(standard: Chains, given: Mapping[str, Any]) -> Chains:
     known = [item.name for item in dataclasses.fields(Chains)]
     for name, value in given.items():
         if name not in known:
-            raise UsageError(Problem(f"sample: {name}", "there is no such setting", nearest(name, known)))
+            raise UsageError(Problem(f"sample: {name}", "there is no such setting [E0850]", nearest(name, known)))
         wanted = type(getattr(standard, name))
         fine = isinstance(value, int | float if wanted is float else wanted) and not isinstance(value, bool)
         if not fine:
             kind = {int: "a whole number", float: "a number", str: "a text"}[wanted]
-            fault = f"{kind} is needed, not {quoted(value)}"
+            fault = f"{kind} is needed, not {quoted(value)} [E0853]"
             raise UsageError(Problem(f"sample: {name}", fault, f"{getattr(standard, name)!r}"))
     made = dataclasses.replace(standard, **given)
     for name, least in (("samples", 0), ("warm_up", 0), ("chains", 1), ("watched", 1), ("bins", 1)):
         if getattr(made, name) < least:
-            raise UsageError(Problem(f"sample: {name}", f"{getattr(made, name)} cannot be", f"from {least} on"))
+            raise UsageError(Problem(f"sample: {name}", f"{getattr(made, name)} cannot be [E0819]", f"from {least} on"))
     return made
 
 
@@ -230,19 +230,19 @@ class _Run:
         missing = [name for name in ("settings", "chains", "seconds", "gradients") if name not in told]
         missing += [name for name in ("warm_up", "warmed", "record.counts") if name not in arrays]
         if missing:
-            fault = f"this is not a checkpoint of chains: {listed(missing)} is missing"
+            fault = f"this is not a checkpoint of chains: {listed(missing)} is missing [E0855]"
             raise FileError(Problem(str(path), fault, "a folder of eomgen sample --out"))
         own, theirs = self.fixed(), told["settings"]
         for name, value in own.items():
             if name not in theirs or theirs[name] != value:
-                fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r}"
+                fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r} [E0857]"
                 if name == "posterior":
-                    fault = "it is of another posterior: the file or its data have changed since"
+                    fault = "it is of another posterior: the file or its data have changed since [E0858]"
                 hint = "the same settings, or another folder"
                 raise UsageError(Problem(str(path), fault, hint))
         done = int(arrays["record.counts"].max())
         if done > self.settings.samples:
-            fault = f"it has {done} samples of each chain, and {self.settings.samples} are asked for"
+            fault = f"it has {done} samples of each chain, and {self.settings.samples} are asked for [E0856]"
             raise UsageError(Problem(str(path), fault, f"samples from {done} on"))
         return arrays, told
 

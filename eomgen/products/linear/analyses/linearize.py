@@ -260,11 +260,15 @@ def linearize(
         if specified:
             if "q" not in specified:
                 raise UsageError(
-                    Problem("linearize", f"{', '.join(specified)} need the q of their state", "q=..., or initial=...")
+                    Problem(
+                        "linearize",
+                        f"{', '.join(specified)} need the q of their state [E0059]",
+                        "q=..., or initial=...",
+                    )
                 )
             if at is not None or initial is not None:
                 raise UsageError(
-                    Problem("linearize", "the state is given by q as well as by at or initial", "one of them")
+                    Problem("linearize", "the state is given by q as well as by at or initial [E0060]", "one of them")
                 )
             state = given_state(able, given)
             check_constraints(able, state, operating_point)
@@ -348,10 +352,10 @@ def _finite_blocks(
         if any(name.startswith("Y") and not np.all(np.isfinite(blocks[name][row])) for name in bad)
     ]
     if any(not name.startswith("Y") for name in bad):
-        fault = f"partials are not finite numbers in this state: {', '.join(bad)}"
+        fault = f"partials are not finite numbers in this state: {', '.join(bad)} [E0061]"
         raise NumericalError(Problem("linearize", fault, "a state in which forces and their slopes have a value"))
     if steep:
-        fault = f"the slope of the output {' and of '.join(steep)} is not a finite number in this state"
+        fault = f"the slope of the output {' and of '.join(steep)} is not a finite number in this state [E2221]"
         raise NumericalError(Problem("linearize", fault, "another state, or a scene without this output"))
     return blocks
 
@@ -378,7 +382,9 @@ def about(
     free = freedom(measures, partials, [names.measured.index(name) for name in independent])
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
-        fault = f"constraints do not leave {', '.join(held)} free in addition to the other independent coordinates"
+        fault = (
+            f"constraints do not leave {', '.join(held)} free in addition to the other independent coordinates [E0062]"
+        )
         raise UsageError(
             Problem("independent", fault, f"up to {len(free.coordinates)} components that can move by themselves")
         )
@@ -413,7 +419,7 @@ def _warn_of_change(
         sentence = (
             f"linear about the {state.kind}: {AT_ONE_INSTANT} of {drives(model, state.v)}, so it holds at this"
             " instant only; try: multiblade for a rotor of three or more equal blades, a scene that is"
-            " symmetric about the axis of the turn, or model.floquet(period), in Python"
+            " symmetric about the axis of the turn, or model.floquet(period), in Python [W0004]"
         )
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)
 
@@ -445,11 +451,11 @@ def _in_multiblade_coordinates(
         The state is not a steady motion, states are sampled, or the model changes with the azimuth.
     """
     if np.any(state.v) and (state.a is None or np.any(state.a)):
-        fault = f"velocities of the {state.kind} change, and multiblade coordinates are of steady motions"
+        fault = f"velocities of the {state.kind} change, and multiblade coordinates are of steady motions [E0063]"
         raise ModelError(Problem("multiblade", fault, 'at="steady", or the result of steady_motion'))
     first = about(model, state, operating_point, independent)
     if first.sampled is not None:
-        raise ModelError(Problem("multiblade", "the scene has sampled states", "continuous states"))
+        raise ModelError(Problem("multiblade", "the scene has sampled states [E0064]", "continuous states"))
     names = first.names
     known = [*names.measured, *names.states, *names.inputs, *names.disturbances, *names.outputs]
     rotors = _rotors(model, state, checked_groups(blades, known))
@@ -486,7 +492,7 @@ def _warn_of_one_azimuth(result: Linearization, others: Sequence[Linearization],
         turning = ", ".join(rotor.name for rotor in rotors if rotor.speed)
         warnings.warn(
             f"{' and '.join(told)} {AT_ONE_AZIMUTH} of {turning}, because their part of the linear model turns; try:"
-            " the equal signals of all blades as a group of multiblade",
+            " the equal signals of all blades as a group of multiblade [W0005]",
             RuntimeWarning,
             stacklevel=4,
         )
@@ -503,9 +509,11 @@ def _changing(
     turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
     reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
     if _variation(_turned(first, reverse), models, reverse)[0] <= _SAME:
-        fault = f"the blades are named against the order of their azimuths about the axis of {turns}"
+        fault = f"the blades are named against the order of their azimuths about the axis of {turns} [E0066]"
         return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
-    fault = f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {largest[1]}'"
+    fault = (
+        f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {largest[1]}' [E0065]"
+    )
     fault += f" by {largest[0]:.2g} of its coefficients"
     period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
     hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
@@ -552,7 +560,7 @@ def _rotors(
     for name in groups:
         if name not in angles:
             known = nearest(name, angles) or f"one of {', '.join(list(angles)[:12])}" if angles else ""
-            fault = f"{shown(name)} is not the angle of a joint by which a rotor turns"
+            fault = f"{shown(name)} is not the angle of a joint by which a rotor turns [E0067]"
             raise UsageError(Problem("multiblade", fault, known or "a revolute joint in joint coordinates"))
     return [
         Rotor(name, float(state.v[components.index(name)]), float(state.q[angles[name]]), members)
@@ -603,7 +611,9 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
         name, unit = model.v_names[k].removeprefix("v."), model.v_units[k].replace("/s", "/s^2")
         sentence = f"linear about a state that does not rest: {name} accelerates with {a[k]:.4g} {unit}"
         hint = 'linearize() for an equilibrium, at="initial", or the a of the state if it is meant'
-        warnings.warn(f"{sentence}, so modes hold at this instant only; try: {hint}", RuntimeWarning, stacklevel=4)
+        warnings.warn(
+            f"{sentence}, so modes hold at this instant only; try: {hint} [W0006]", RuntimeWarning, stacklevel=4
+        )
 
 
 def _dynamics(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> tuple[Array, Array]:
@@ -655,7 +665,7 @@ def _check_mass(model: CompiledModel, state: OperatingState, operating_point: Op
     used = ", ".join(
         f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True)
     )
-    fault = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''}"
+    fault = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''} [E0068]"
     raise ModelError(Problem("linearize", fault, "masses and inertias that bodies can have"))
 
 

@@ -73,14 +73,14 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
     try:
         rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
-        fault = f"no rest was found on the base, which turns: load steps end, for {end.why}"
+        fault = f"no rest was found on the base, which turns: load steps end, for {end.why} [E0072]"
         raise NumericalError(
             Problem("steady motion", fault, "an initial state nearer to it, or more elements")
         ) from None
     tangents = statics.tangents(rest)
     flexible = compliance(tangents.K, tangents.B)
     if flexible is None:
-        fault = "nothing holds the scene on its base, for its stiffness is singular"
+        fault = "nothing holds the scene on its base, for its stiffness is singular [E0071]"
         raise NumericalError(Problem("steady motion", fault, "steady_motion with velocities"))
     rate = float(np.linalg.norm(base[_TURNING]))
     now = statics.balance(rest).residual
@@ -91,7 +91,7 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         if ways[k] > _STEADY:
             fault = (
                 f"forces change as the base turns: at t = {time:.6g} s they would move"
-                f" {model.v_names[k].removeprefix('v.')} by {ways[k]:.3g} of a rad or of the scene's length"
+                f" {model.v_names[k].removeprefix('v.')} by {ways[k]:.3g} of a rad or of the scene's length [E0073]"
             )
             hint = "gravity along the axis of the base, or none, and loads that turn with the base; or simulate"
             raise NumericalError(Problem("steady motion", fault, hint))
@@ -150,7 +150,7 @@ def given_state(model: CompiledModel, given: Mapping[str, Any]) -> OperatingStat
         whole = model.evaluator.with_references(name, given[name]) if name == "q" else given[name]
         parts[name] = components(name, whole, size)
         if parts[name].ndim != 1:
-            fault = f"one state is needed, not a batch of shape {parts[name].shape}"
+            fault = f"one state is needed, not a batch of shape {parts[name].shape} [E0074]"
             raise UsageError(Problem(name, fault, "one call for each state; nothing is compiled again"))
         check_finite(name, parts[name])
     parts["q"] = model.evaluator.configuration(parts["q"])
@@ -179,7 +179,8 @@ def check_constraints(model: CompiledModel, state: OperatingState, operating_poi
         worst = int(np.argmax(np.abs(values)))
         if not abs(values[worst]) <= MET:
             fault = (
-                f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its {level}"
+                f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its"
+                f" {level} [E0075]"
             )
             hint = (
                 "no a, for the acceleration of the motion"
@@ -204,7 +205,7 @@ def found_state(
     """
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
-        raise UsageError(Problem("linearize", f"at = {at!r} is unknown", hint))
+        raise UsageError(Problem("linearize", f"at = {at!r} is unknown [E0076]", hint))
     start = initial_state(model, initial, operating_point.parameters)
     driven = bool(np.any(law_rates(model, _of_scene(model, operating_point), start.q)))
     if moving := _steady_state(model, at, initial, operating_point, start, driven=driven):
@@ -218,23 +219,23 @@ def found_state(
                 result = solved_equilibrium([model, asked or model], *where[1:3], any_kind=any_kind)
             result = result or equilibrium(model, *where, any_kind=any_kind)
             if cautions := result.warnings(any_kind=any_kind):
-                sentence = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)}"
+                sentence = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)} [W0009]"
                 warnings.warn(sentence, RuntimeWarning, stacklevel=4)
             return as_found("equilibrium", result, operating_point)
         except (NumericalError, ModelError) as error:
             if at == "equilibrium":
                 raise
             reason = error.problems[0].what
-    q, v = start.q, start.v
+    q, v, hint = start.q, start.v, 'at="initial" if it is meant'
     if model.multipliers:
         consistent = model.consistent(q, v, operating_point.t, parameters=operating_point.parameters)
         q, v = consistent.q, consistent.v
         if at is None and driven:
-            sentence = f"linear about the initial state, which does not last: {reason}"
-            warnings.warn(f'{sentence}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
+            sentence = f"linear about the initial state, which does not last: {reason}; try: {hint} [W0008]"
+            warnings.warn(sentence, RuntimeWarning, stacklevel=4)
     if reason and operating_point.u is not None and not (model.multipliers and driven):
-        sentence = f"linear about the initial state, with the inputs that are given: {reason}"
-        warnings.warn(f'{sentence}; try: at="initial" if it is meant', RuntimeWarning, stacklevel=4)
+        sentence = f"linear about the initial state, with the inputs that are given: {reason}; try: {hint} [W0007]"
+        warnings.warn(sentence, RuntimeWarning, stacklevel=4)
     return OperatingState("initial state", q, v, start.z), operating_point
 
 
@@ -277,7 +278,7 @@ def _steady_state(
         sentence = (
             f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
         )
-        warnings.warn(f'{sentence}; try: at="equilibrium" if it is meant', RuntimeWarning, stacklevel=5)
+        warnings.warn(f'{sentence}; try: at="equilibrium" if it is meant [W0011]', RuntimeWarning, stacklevel=5)
     return None
 
 
@@ -292,7 +293,7 @@ def as_found(
     if np.any(rest.a):
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
-        warnings.warn(f"linear about a {kind}: {how}; try: {hint}", RuntimeWarning, stacklevel=stacklevel)
+        warnings.warn(f"linear about a {kind}: {how}; try: {hint} [W0012]", RuntimeWarning, stacklevel=stacklevel)
     state = OperatingState(kind, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
     return state, replace(
         operating_point, t=rest.t, base=rest.base if operating_point.base is None else operating_point.base

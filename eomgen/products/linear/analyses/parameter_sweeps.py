@@ -87,7 +87,9 @@ def root_locus(
     array = numbers("values", values)
     if array.ndim != 1 or not len(array):
         raise UsageError(
-            Problem("values", f"the shape is {array.shape}, (n,) is needed", "numpy.linspace(100.0, 2000.0, 40)")
+            Problem(
+                "values", f"the shape is {array.shape}, (n,) is needed [E0043]", "numpy.linspace(100.0, 2000.0, 40)"
+            )
         )
     check_finite("values", array)
 
@@ -191,10 +193,10 @@ def campbell(
     is_parameter = speed in model.parameters
     if not is_parameter and speed not in of_motion:
         known = [*model.parameters, *of_motion]
-        fault = f"there is no tunable parameter or velocity {shown(speed)}"
+        fault = f"there is no tunable parameter or velocity {shown(speed)} [E0044]"
         raise UsageError(Problem("campbell", fault, nearest(speed, known) or f"one of {', '.join(known[:12])}"))
     if is_parameter and (velocities or coordinates):
-        fault = f"{speed} is a parameter, and velocities and coordinates are of a steady motion"
+        fault = f"{speed} is a parameter, and velocities and coordinates are of a steady motion [E0045]"
         raise UsageError(Problem("campbell", fault, f"a velocity in place of {speed}, or neither"))
     units = {item.name: item.unit for item in model.description.parameters}
     unit = units.get(speed, "") if is_parameter else _SPEED if speed in turning else "m/s"
@@ -233,7 +235,8 @@ def campbell(
                 return linearized(value, before)
             except RuntimeWarning:
                 fault = (
-                    f"the linear model changes with the turn of {speed}, so modes at one instant are not of the motion"
+                    f"the linear model changes with the turn of {speed}, so modes at one instant are not of the"
+                    f" motion [E2203]"
                 )
                 hint = "bending by joints in front of the spin, multiblade for equal blades, or model.floquet"
                 raise NumericalError(Problem("campbell", fault, hint)) from None
@@ -251,11 +254,11 @@ def _increasing(values: Sequence[float]) -> Array:
     """Return the values as an array (n,); raise UsageError unless there are two or more, finite and increasing."""
     array = numbers("values", values)
     if array.ndim != 1 or len(array) < 2:
-        fault = f"the shape is {array.shape}, and two values and more are needed"
+        fault = f"the shape is {array.shape}, and two values and more are needed [E0046]"
         raise UsageError(Problem("values", fault, "numpy.linspace(0.0, 300.0, 61)"))
     check_finite("values", array)
     if (array[1:] <= array[:-1]).any():
-        raise UsageError(Problem("values", "they do not increase", "numpy.linspace(0.0, 300.0, 61)"))
+        raise UsageError(Problem("values", "they do not increase [E0047]", "numpy.linspace(0.0, 300.0, 61)"))
     return array
 
 
@@ -272,7 +275,7 @@ def _check_whirl(
     """
     for first, second in whirl:
         if speed in (first.removeprefix("q."), second.removeprefix("q.")):
-            fault = f"{speed} is the rotation that is varied, and no deflection"
+            fault = f"{speed} is the rotation that is varied, and no deflection [E0048]"
             hint = f"deflections along two axes across the axis of {speed}, the second a quarter turn from the first"
             raise UsageError(Problem(f"whirl {first}:{second}", fault, hint))
     hinges = {item.name: item for item in model.description.drawing.hinges if item.turns != item.slides}
@@ -292,16 +295,16 @@ def _check_whirl(
         if np.linalg.det(axes) < -_ACROSS:
             text = f"whirl {first}:{second} is against the sense of {speed}: the axis of {second} is a quarter turn"
             text += f" before the axis of {first}, so that forward and backward are exchanged"
-            warnings.warn(f"campbell: {text}; try: {second}:{first}", RuntimeWarning, stacklevel=4)
+            warnings.warn(f"campbell: {text}; try: {second}:{first} [W0001]", RuntimeWarning, stacklevel=4)
 
 
 def _check_orders(orders: Sequence[float], speed: str, unit: str) -> None:
     """Raise UsageError for an order that is not positive, or orders of a parameter that has no unit of speeds."""
     bad = [order for order in orders if not order > 0.0]
     if bad:
-        raise UsageError(Problem("orders", f"an order is {bad[0]:.6g}", "positive numbers such as (1, 2)"))
+        raise UsageError(Problem("orders", f"an order is {bad[0]:.6g} [E0049]", "positive numbers such as (1, 2)"))
     if orders and unit not in ("", _SPEED):
-        fault = f"orders are multiples of a speed in rad/s, and {speed} is in {unit}"
+        fault = f"orders are multiples of a speed in rad/s, and {speed} is in {unit} [E2217]"
         raise UsageError(Problem("orders", fault, "no orders, a speed of rotation, or root_locus over a parameter"))
 
 
@@ -309,5 +312,5 @@ def _check_pairs(whirl: Sequence[tuple[str, str]]) -> None:
     """Raise UsageError for an entry that is not a pair of deflections."""
     wrong = [pair for pair in whirl if isinstance(pair, str) or len(pair) != 2]
     if wrong:
-        fault = f"{shown(wrong[0])} is not a pair of deflections"
+        fault = f"{shown(wrong[0])} is not a pair of deflections [E0050]"
         raise UsageError(Problem("whirl", fault, '[("x", "y")], the second a quarter turn from the first'))

@@ -107,7 +107,7 @@ def floquet(
     for name, value, largest in (("period", period, math.inf), ("tolerance", tolerance, 0.1)):
         if not (isinstance(value, int | float) and 0.0 < value < largest):
             hint = "floquet(period=2.0), s" if name == "period" else "tolerance=1e-6"
-            raise UsageError(Problem(name, f"{shown(value)} is not a positive number", hint))
+            raise UsageError(Problem(name, f"{shown(value)} is not a positive number [E1279]", hint))
     check_initial(initial)
     for note in angles_of_several_turns(model, initial):
         warnings.warn(f"floquet: {note}", RuntimeWarning, stacklevel=4)
@@ -149,7 +149,7 @@ def _converged(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Mono
         if error <= tolerance:
             return _Monodromy(fine, count, states, known)
         count *= 2
-    fault = f"the monodromy matrix is known to {error:.2g} only, with {even_rows(_LAST)} linear models"
+    fault = f"the monodromy matrix is known to {error:.2g} only, with {even_rows(_LAST)} linear models [E2009]"
     hint = f"tolerance={2.0 * error:.1g}; or forces without kinks, and a model without fast modes"
     raise NumericalError(Problem("floquet", fault, hint))
 
@@ -193,10 +193,12 @@ class _Orbit:
         end = self.begin + self.period
         run = simulate(self.model, end, self.period / rows, initial=start, error_estimate=False, **self.options)
         if len(run.events):
-            fault = f"the motion has an event, {run.events.names[0]}, at which deviations jump"
+            fault = f"the motion has an event, {run.events.names[0]}, at which deviations jump [E2010]"
             raise ModelError(Problem("floquet", fault, "a motion without events, or simulate"))
         if len(run.t) != rows + 1:
-            raise NumericalError(Problem("floquet", f"the motion ends early: {run.message}", "another initial state"))
+            raise NumericalError(
+                Problem("floquet", f"the motion ends early: {run.message} [E2011]", "another initial state")
+            )
         return run
 
     def linear(self, run: Solution, state: StateArrays) -> Linearization:
@@ -205,7 +207,7 @@ class _Orbit:
             raise RuntimeError("a run of simulate holds its model")
         line = about_row(run.model, state)
         if line.sampled is not None:
-            fault = "the scene has sampled states, which change at instants"
+            fault = "the scene has sampled states, which change at instants [E2012]"
             raise ModelError(Problem("floquet", fault, "linearize().sampled_loop(), or continuous states"))
         return line
 
@@ -222,7 +224,7 @@ class _Orbit:
         self.finished += len(missing)
         names = self.known[0][1]
         if any(self.known[place][1] != names for place in places):
-            fault = "the independent coordinates change along the motion, as constraints ask for"
+            fault = "the independent coordinates change along the motion, as constraints ask for [E2013]"
             raise NumericalError(Problem("floquet", fault, "joint coordinates in which one set serves all along"))
         return np.array([self.known[place][0] for place in places]), names
 
@@ -293,7 +295,7 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
         known = _converged(orbit, start, _ROUGH, count)
         count = known.intervals
         start = orbit.corrected(run, after.changes, known.matrix)
-    fault = f"the motion is not periodic: in {orbit.period:.9g} s {words}"
+    fault = f"the motion is not periodic: in {orbit.period:.9g} s {words} [E2014]"
     hint = "the period of the motion and of the equations, and an initial state near the periodic motion"
     spins = [factor.name for factor in orbit.model.factors if np.any(after.turns[factor.v])]
     if spins:
@@ -316,7 +318,10 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
         changed = _change(orbit, run, now, StateArrays(now.t + orbit.period, q, now.v, now.a, now.z))
         if changed is not None:
             name, off = changed
-            fault = f"the equations do not have the period {orbit.period:.9g} s: the {name} at t = {now.t:.6g} s differ"
+            fault = (
+                f"the equations do not have the period {orbit.period:.9g} s: the {name} at t = {now.t:.6g} s"
+                f" differ [E2015]"
+            )
             fault += f" by {off:.2g} one period later"
             raise NumericalError(Problem("floquet", fault, "a common period of the motion and of all laws of time"))
     now, then = rows
@@ -326,7 +331,10 @@ def _check_equations(orbit: _Orbit, run: Solution, turns: Array) -> None:
         changed = _change(orbit, run, now, StateArrays(now.t + later, now.q, now.v, now.a, now.z))
         if changed is not None:
             name, off = changed
-            fault = f"the equations do not change within {orbit.period:.9g} s, and later they do: the {name} differ by"
+            fault = (
+                f"the equations do not change within {orbit.period:.9g} s, and later they do: the {name} differ"
+                f" by [E2016]"
+            )
             fault += f" {off:.2g} after {later:.6g} s"
             raise NumericalError(Problem("floquet", fault, "a longer period, in s, of all laws of time"))
 

@@ -51,16 +51,21 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     if not under and (measured := _measured(model)):
         return _over_profile(measured, road, speed)
     if not under:
-        fault = "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an offset"
+        fault = (
+            "no input of the scene is a random road, nor a measured one: a curve at a speed times t less an"
+            " offset [E0083]"
+        )
         hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
         raise UsageError(Problem("road_excitation", fault, hint))
     classes = {item.road_class for item in under.values()}
     speeds = {item.speed for item in under.values()}
     if road is None and len(classes) > 1:
-        fault = f"the roads of the scene are of the classes {listed(sorted(classes))}"
+        fault = f"the roads of the scene are of the classes {listed(sorted(classes))} [E0084]"
         raise UsageError(Problem("road_excitation", fault, 'one of them: road=eomgen.spectra.Road("C")'))
     if speed is None and len(speeds) > 1:
-        fault = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
+        fault = (
+            f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s [E0085]"
+        )
         raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
     tracks = {seed: float(k) for k, seed in enumerate(dict.fromkeys(item.seed for item in under.values()))}
     return RoadExcitation(
@@ -113,7 +118,7 @@ def _measured_road(curves: Sequence[Curve]) -> MeasuredRoad:
     """Return the road under all wheels; raise UsageError if the wheels run over different profiles."""
     first = curves[0]
     if not all(_alike(curve, first) for curve in curves):
-        fault = "the wheels of the scene run over different profiles"
+        fault = "the wheels of the scene run over different profiles [E0086]"
         hint = "the spectrum of one of them: road=eomgen.spectra.MeasuredRoad.of_profile(distance, elevation)"
         raise UsageError(Problem("road_excitation", fault, hint))
     x = np.linspace(first.start, first.end, len(first.x))
@@ -133,12 +138,14 @@ def _over_profile(
         if passed.is_rate and _alike(passed.curve, under.curve) and np.isclose(passed.offset, under.offset)
     }
     if not wheels:
-        fault = f"{listed(measured)} is the rate of a measured road, and no input is its elevation"
+        fault = f"{listed(measured)} is the rate of a measured road, and no input is its elevation [E0087]"
         raise UsageError(Problem("road_excitation", fault, "an input of the elevation, too"))
     first = next(iter(wheels.values()))
     speeds = {passed.speed for passed in wheels.values()}
     if speed is None and len(speeds) > 1:
-        fault = f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s"
+        fault = (
+            f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s [E0085]"
+        )
         raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
     road = _measured_road([passed.curve for passed in wheels.values()]) if road is None else road
     tracks: dict[str, float] = {}

@@ -35,7 +35,7 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapp
     names = tuple(str(model.states[int(row["state"])]) for row in rows)
     called = [name for name, row in zip(names, rows, strict=True) if int(row["controller"]) >= 0]
     if called:
-        fault = f"a function gives {', '.join(called)}, and its slopes are not known"
+        fault = f"a function gives {', '.join(called)}, and its slopes are not known [E0089]"
         raise ModelError(
             Problem("linearize", fault, "sampled states by formulas, or inputs in place of the controller")
         )

@@ -99,16 +99,19 @@ def psd(solution: RecordedSolution, name: str, *, segments: int = 8, start: floa
     t, x = solution.t[used], curve.values[used]
     if len(t) < _FEWEST:
         since = f" from {start:.6g} s on" if start is not None else ""
-        fault = f"the run has {len(t)} rows{since}, and a spectrum needs {_FEWEST} and more"
+        fault = f"the run has {len(t)} rows{since}, and a spectrum needs {_FEWEST} and more [E1306]"
         raise UsageError(Problem("psd", fault, "a longer run, or one with more rows"))
     spacings = np.diff(t)
     spacing = float(np.mean(spacings))
     if np.any(np.abs(spacings - spacing) > _EQUAL * spacing):
         k = int(np.argmax(np.abs(spacings - spacing)))
-        fault = f"the rows are not evenly spaced: {spacings[k]:.6g} s at t = {t[k]:.6g} s, {spacing:.6g} s on the mean"
+        fault = (
+            f"the rows are not evenly spaced: {spacings[k]:.6g} s at t = {t[k]:.6g} s, {spacing:.6g} s on the"
+            f" mean [E1307]"
+        )
         raise UsageError(Problem("psd", fault, "a run with a fixed step, without events that record rows of their own"))
     if not (isinstance(segments, int) and 1 <= segments <= len(t) // _FEWEST):
-        fault = f"{ascii(segments)[:32]} segments of {len(t)} rows"
+        fault = f"{ascii(segments)[:32]} segments of {len(t)} rows [E1308]"
         raise UsageError(Problem("psd: segments", fault, f"a whole number from 1 to {len(t) // _FEWEST}"))
     from scipy.signal import welch  # noqa: PLC0415  # slow to import
 
@@ -158,7 +161,7 @@ def rms(solution: RecordedSolution, name: str, *, weighting: str | None = None, 
     if weighting is not None:
         check_weighted(curve.name, curve.unit)
         if len(t) < _FEWEST:
-            fault = f"the run has {len(t)} rows, and a weighting needs {_FEWEST} and more"
+            fault = f"the run has {len(t)} rows, and a weighting needs {_FEWEST} and more [E1310]"
             raise UsageError(Problem("rms", fault, "a longer run, or one with more rows"))
         _warn_of_coarse_rows(solution, curve.name, weighting, t, x, start)
         x = weighted_signal(weighting, t, x)
@@ -166,7 +169,7 @@ def rms(solution: RecordedSolution, name: str, *, weighting: str | None = None, 
     t, x = t[used], x[used]
     if len(t) < 2:
         since = f" from {start:.6g} s on" if start is not None else ""
-        fault = f"the run has {len(t)} rows{since}, and a mean over time needs 2"
+        fault = f"the run has {len(t)} rows{since}, and a mean over time needs 2 [E1309]"
         raise UsageError(Problem("rms", fault, "a longer run, or one with more rows"))
     return _root_mean_square(t, x)
 
@@ -195,4 +198,6 @@ def _warn_of_coarse_rows(
         if abs(values[1] - values[0]) <= _RESOLVED * values[0]:
             return
         text = f"every other row gives {values[1]:.4g} in place of {values[0]:.4g}"
-    warnings.warn(f"rms of {name}: {text}; try: record_every=1, or a smaller step", RuntimeWarning, stacklevel=4)
+    warnings.warn(
+        f"rms of {name}: {text}; try: record_every=1, or a smaller step [W0097]", RuntimeWarning, stacklevel=4
+    )

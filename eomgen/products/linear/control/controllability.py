@@ -65,7 +65,7 @@ class Dynamics:
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError, with the name of the motion, if a motion that does not decay is out of the actuators' reach."""
     if worst := _worst(dynamics, _lost(dynamics, B)):
-        fault = f"{worst} cannot be stabilised: no actuator moves it"
+        fault = f"{worst} cannot be stabilised: no actuator moves it [E0378]"
         raise ModelError(fault, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
@@ -73,7 +73,7 @@ def check_controllable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError if a motion is out of the actuators' reach, decaying or not."""
     lost = _lost(dynamics, B)
     if lost:
-        fault = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it"
+        fault = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it [E0379]"
         raise ModelError(fault, "an actuator that works on it, or lqr, which leaves it as it is")
 
 
@@ -81,7 +81,7 @@ def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> N
     """Raise ModelError, with the name of the motion, if a motion that does not decay is unobservable in the
     measurements."""
     if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
-        fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it"
+        fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it [E0380]"
         raise ModelError(fault, "a measured signal that it moves")
 
 
@@ -95,7 +95,7 @@ def check_weighted(dynamics: Dynamics, root: Array) -> None:
     root : (r, ns) with root^T root the weight of the state
     """
     if mode := _unseen_on_border(dynamics, root):
-        fault = f"{mode} has zero weight, so optimal control would leave it as it is"
+        fault = f"{mode} has zero weight, so optimal control would leave it as it is [E0381]"
         raise ModelError(fault, "a weight on a state or an output that it moves")
 
 
@@ -109,7 +109,7 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
     root : (r, ns) with root^T root the intensity of the noise
     """
     if mode := _unseen_on_border(dynamics, root):
-        fault = f"no noise moves {mode} so the best observer would not correct it"
+        fault = f"no noise moves {mode} so the best observer would not correct it [E0382]"
         raise ModelError(fault, "noise on a disturbance, an input or a state that moves it")
 
 
@@ -118,7 +118,7 @@ def check_observable(dynamics: Dynamics, C: Array) -> None:
     lost = _lost(dynamics, C)
     if lost:
         of = described(dynamics, lost[0])
-        fault = f"the error of the estimate of {of} cannot be placed: nothing measured shows it"
+        fault = f"the error of the estimate of {of} cannot be placed: nothing measured shows it [E0383]"
         raise ModelError(fault, "a measured signal that it moves, or kalman, which leaves it as it is")
 
 

@@ -246,7 +246,7 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
     observer = Observer(space, measured, np.zeros((len(space.states), len(measured))))
     if space.sample is not None and np.any(observer.D):
         name = measured[int(np.argwhere(np.any(observer.D, axis=1))[0, 0])]
-        fault = f"{name} depends on an input at the same instant, and the input follows from what is measured"
+        fault = f"{name} depends on an input at the same instant, and the input follows from what is measured [E0384]"
         raise UsageError(Problem("measured", fault, "a delay of the inputs, or another signal"))
     return observer
 
@@ -254,12 +254,12 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
 def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
     """Return the names of the measurements, and the matrix of intensities of their noise."""
     if not isinstance(noise, Mapping) or not noise:
-        fault = "no measured signal is named"
+        fault = "no measured signal is named [E0385]"
         raise UsageError(Problem("measurement_noise", fault, '{"angle": 1e-6}, an output or a state each'))
     for name, value in noise.items():
         row_of(space, name)
         if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating) or not value > 0.0:
-            fault = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact"
+            fault = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact [E0386]"
             raise UsageError(Problem("measurement_noise", fault, "a number above zero"))
     names = tuple(spelled(name, (*space.outputs, *space.states)) for name in noise)
     return names, np.diag(np.array(list(noise.values()), dtype=float))
@@ -280,7 +280,7 @@ def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple
         names = tuple(noise)
         for name in names:
             if name not in into:
-                fault = f"there is no disturbance, input or state {shown(name)}"
+                fault = f"there is no disturbance, input or state {shown(name)} [E0387]"
                 raise UsageError(Problem("noise", fault, near(str(name), tuple(into))))
         W = np.diag([number("noise", name, noise[name]) for name in names])
     G, F = np.zeros((ns, len(names))), np.zeros((len(measured), len(names)))
@@ -296,6 +296,6 @@ def _refuse_white_measurements(measured: Sequence[str], F: Array, W: Array) -> N
     """Raise UsageError if a measured signal contains white noise that drives the model."""
     for name, row in zip(measured, F @ W, strict=True):
         if np.any(row):
-            fault = f"{name} contains white noise itself, and its value at a sample would be infinite"
+            fault = f"{name} contains white noise itself, and its value at a sample would be infinite [E0388]"
             hint = "a shaping filter between the noise and the model, or another signal"
             raise UsageError(Problem("kalman", fault, hint))

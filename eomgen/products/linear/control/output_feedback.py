@@ -55,13 +55,13 @@ class OutputFeedback:
         for name, kind in (("first", Regulator), ("second", Observer)):
             given = self.regulator if kind is Regulator else self.observer
             if not isinstance(given, kind):
-                fault = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))}"
+                fault = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))} [E0390]"
                 hint = "OutputFeedback(regulator, observer), of lqr or place, and of kalman or place_observer"
                 raise UsageError(Problem("OutputFeedback", fault, hint))
         first, second = self.regulator.space, self.observer.space
         same = (first.states, first.inputs, first.sample) == (second.states, second.inputs, second.sample)
         if not same or not (np.array_equal(first.A, second.A) and np.array_equal(first.B, second.B)):
-            fault = f"the regulator is of {first!r} and the observer of {second!r}"
+            fault = f"the regulator is of {first!r} and the observer of {second!r} [E0389]"
             raise UsageError(Problem("OutputFeedback", fault, "the same model, inputs, sample and delay for both"))
 
     def __repr__(self) -> str:

@@ -26,12 +26,14 @@ def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
     try:
         matrix = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        raise UsageError(f"{name} is not a matrix of real numbers", f"an array of shape ({rows}, {columns})") from None
+        raise UsageError(
+            f"{name} is not a matrix of real numbers [E0392]", f"an array of shape ({rows}, {columns})"
+        ) from None
     if matrix.shape != (rows, columns):
-        raise UsageError(f"{name} has the shape {matrix.shape}", f"({rows}, {columns})")
+        raise UsageError(f"{name} has the shape {matrix.shape} [E0393]", f"({rows}, {columns})")
     if not np.all(np.isfinite(matrix)):
         row, column = np.argwhere(~np.isfinite(matrix))[0]
-        raise UsageError(f"{name} has an entry [{row}, {column}] that is not finite", "finite numbers")
+        raise UsageError(f"{name} has an entry [{row}, {column}] that is not finite [E0395]", "finite numbers")
     return matrix
 
 
@@ -90,12 +92,12 @@ class Plant:
         self.B = real_matrix("B", B, n, shape[1] if len(shape) == 2 else 1)
         self.names = tuple(names) or tuple(f"coordinate {k + 1}" for k in range(n))
         if not n or not np.allclose(self.M, self.M.T, rtol=0.0, atol=1e-9 * np.abs(self.M).max()):
-            raise UsageError("the mass matrix M is not symmetric", "the inertia matrix of a mechanism")
+            raise UsageError("the mass matrix M is not symmetric [E0396]", "the inertia matrix of a mechanism")
         try:
             self._factor: Array = cholesky((self.M + self.M.T) / 2.0, lower=True)
         except np.linalg.LinAlgError:
             raise UsageError(
-                "the mass matrix M is not positive definite", "the inertia matrix of a mechanism"
+                "the mass matrix M is not positive definite [E0397]", "the inertia matrix of a mechanism"
             ) from None
 
     @property
@@ -176,7 +178,7 @@ def check_stabilisable(plant: Plant) -> None:
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:
         value, shape = max(lost, key=lambda mode: mode[0].real)
-        fault = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it"
+        fault = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it [E0378]"
         raise ModelError(fault, "an actuator that works on it, or a spring and a damper that hold it")
 
 
@@ -184,7 +186,7 @@ def check_controllable(plant: Plant) -> None:
     """Raise ModelError if a mode is out of the actuators' reach, decaying or not."""
     for value, shape, reach in _reached(plant):
         if reach < _RANK:
-            fault = f"{described(plant, value, shape)} cannot be placed: no actuator moves it"
+            fault = f"{described(plant, value, shape)} cannot be placed: no actuator moves it [E0379]"
             raise ModelError(fault, "an actuator that works on it, or a method that leaves it as it is (lqr)")
 
 
@@ -209,8 +211,8 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
             shape = right[-1].conj()[:n]
             shape = shape if np.linalg.norm(shape) > _RANK else right[-1].conj()[n:]
             physical = plant.scales.state_back[:n, :n] @ shape
-            fault = f"{described(plant, plant.scales.rate * at, physical)} has zero weight"
-            fault = f"{fault}, so optimal control would leave it as it is"
+            fault = f"{described(plant, plant.scales.rate * at, physical)} has zero weight [E0398]"
+            fault = f"{fault}, so optimal control would leave it as it is [E0399]"
             raise ModelError(fault, "a weight on a coordinate or a velocity that it moves")
 
 

@@ -108,7 +108,7 @@ class Regulator:
         """
         for name, known in ((input, self.space.inputs), (state, self.space.states)):
             if name not in known:
-                raise UsageError(Problem("gain", f"there is no {name!a} among the gains", near(name, known)))
+                raise UsageError(Problem("gain", f"there is no {name!a} among the gains [E0400]", near(name, known)))
         return float(self.gains[self.space.inputs.index(input), self.space.states.index(state)])
 
     @cached_property
@@ -303,19 +303,19 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             f"{pole:.6g}" for pole in (wanted[unstable] if np.any(wanted.imag) else wanted.real[unstable])
         )
         where = "with positive real parts" if dynamics.sample is None else "z = e^(s T) outside the unit circle"
-        fault = f"poles {where} are asked for, {growing}: such motions grow"
         hint = "negative real parts" if dynamics.sample is None else "negative real parts of s"
-        warnings.warn(f"place: {fault}; try: {hint}", RuntimeWarning, stacklevel=4)
+        note = f"place: poles {where} are asked for, {growing}: such motions grow; try: {hint} [W0030]"
+        warnings.warn(note, RuntimeWarning, stacklevel=4)
     A, (n, m) = dynamics.A, B.shape
     if wanted.shape != (n,):
-        fault = f"{wanted.size} poles are given, and the model has {n} eigenvalues"
+        fault = f"{wanted.size} poles are given, and the model has {n} eigenvalues [E0402]"
         raise UsageError(Problem("poles", fault, f"{n} poles"))
     if not np.all(np.isfinite(wanted)):
-        raise UsageError(Problem("poles", "a pole is not finite", "finite numbers"))
+        raise UsageError(Problem("poles", "a pole is not finite [E0406]", "finite numbers"))
     left = list(map(complex, wanted))
     for pole in map(complex, wanted):
         if pole.imag and pole.conjugate() not in left:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate [E0404]"
             raise UsageError(Problem("poles", fault, f"{pole.real:g}{-pole.imag:+g}i too"))
         if pole.imag:
             left.remove(pole.conjugate())
@@ -323,7 +323,8 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
         count = int(np.sum(wanted == pole))
         if count > m:
             fault = (
-                f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times, and {m} of them can be placed at most"
+                f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times, and {m} of them can be placed at"
+                f" most [E0405]"
             )
             raise UsageError(Problem("poles", fault, "distinct poles"))
     check(dynamics, B)
@@ -337,12 +338,12 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
             warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
             scaled = place_poles(balanced / rate, B / sizes[:, np.newaxis] / rate, wanted / rate).gain_matrix
     except (ValueError, np.linalg.LinAlgError) as error:
-        raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
+        raise NumericalError(f"the poles could not be placed: {error} [E0407]", "other poles") from None
     gains = np.real(scaled) / sizes
     reached = np.linalg.eigvals(A - B @ gains)
     missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
     if not missed <= _REACHED:
-        fault = f"the poles are reached to {missed:.1e} of their size only"
+        fault = f"the poles are reached to {missed:.1e} of their size only [E0403]"
         raise NumericalError(fault, "poles nearer to the model's")
     return np.asarray(gains, dtype=float)
 
@@ -397,7 +398,7 @@ def _sampled(space: StateSpace, weights: Weights) -> Regulator:
 
 def _only_with_sample(delay: float | str) -> None:
     if delay != 0.0:
-        fault = "a delay is given, and no time between two samples"
+        fault = "a delay is given, and no time between two samples [E0408]"
         hint = 'sample="1 ms"; in continuous time an actuator or a filter with a lag'
         raise UsageError(Problem("delay", fault, hint))
 

@@ -36,7 +36,7 @@ def whitening(R: Array) -> Array:
         L = np.zeros_like(R)
     diagonal = np.diag(L)
     if not len(R) or diagonal.min() <= np.finfo(float).eps * diagonal.max():
-        fault = "some effort has zero weight, so the optimal gain is unbounded"
+        fault = "some effort has zero weight, so the optimal gain is unbounded [E0409]"
         raise UsageError(fault, "a positive weight for every effort, or for accelerations that they give")
     return np.linalg.inv(L).T
 
@@ -47,7 +47,8 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
     values, vectors = np.linalg.eigh((cost + cost.T) / 2.0)
     if values[0] < -_NEGATIVE * max(float(np.linalg.norm(Q, 2)), abs(values[-1])):
         raise UsageError(
-            "the cost has no minimum: its cross terms outweigh the weights of states and inputs", "smaller cross terms"
+            "the cost has no minimum: its cross terms outweigh the weights of states and inputs [E0410]",
+            "smaller cross terms",
         )
     values = np.maximum(values, 0.0)
     return (vectors * values) @ vectors.T, (vectors * np.sqrt(values)).T
@@ -72,7 +73,7 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
     try:
         P: Array = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
     except (np.linalg.LinAlgError, ValueError) as error:
-        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
+        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')} [E0412]"
         raise NumericalError(fault, "weights that differ less in size") from None
     residual = _residual(A, b, unit, P, weight, blocks)
     for _ in range(_NEWTON_STEPS):
@@ -88,7 +89,8 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
         P, residual = better, reached
     if not residual <= TOLERANCE or np.linalg.eigvals(A - weight * b @ (b.T @ P)).real.max() >= 0.0:
         fault = (
-            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
+            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"
+            f" needed [E0411]"
         )
         raise NumericalError(fault, "weights that differ less in size")
     return P * size, residual
@@ -138,11 +140,12 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
                 break
             P, gain, residual = better, newer, reached
     except (np.linalg.LinAlgError, ValueError) as error:
-        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')}"
+        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')} [E0412]"
         raise NumericalError(fault, "weights that differ less in size") from None
     if not residual <= TOLERANCE or np.max(np.abs(np.linalg.eigvals(a - b @ gain)), initial=0.0) >= 1.0:
         fault = (
-            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is needed"
+            f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"
+            f" needed [E0411]"
         )
         raise NumericalError(fault, "weights that differ less in size, or another sample")
     return size * P / np.outer(T, T), gain * inputs[:, np.newaxis] / T, residual

@@ -127,21 +127,23 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     wanted = np.asarray(poles, dtype=complex)
     n, rate = plant.n, plant.scales.rate
     if wanted.shape != (2 * n,):
-        raise UsageError(f"{wanted.size} poles are given, and the model has {2 * n} eigenvalues", f"{2 * n} poles")
+        raise UsageError(
+            f"{wanted.size} poles are given, and the model has {2 * n} eigenvalues [E0402]", f"{2 * n} poles"
+        )
     if not np.all(np.isfinite(wanted)):
-        raise UsageError("a pole is not finite", "finite numbers")
+        raise UsageError("a pole is not finite [E0406]", "finite numbers")
     left = list(map(complex, wanted))
     for pole in map(complex, wanted):
         if pole.imag and pole.conjugate() not in left:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate"
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate [E0404]"
             raise UsageError(fault, f"{pole.real:g}{-pole.imag:+g}i too")
         if pole.imag:
             left.remove(pole.conjugate())
     for pole in dict.fromkeys(map(complex, wanted)):
         count = int(np.sum(wanted == pole))
         if count > plant.m:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times"
-            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most", "distinct poles")
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times [E0413]"
+            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most [E0414]", "distinct poles")
     check_controllable(plant)
     from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
 
@@ -152,12 +154,14 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
             warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
             gain = np.real(place_poles(A, B, wanted / rate).gain_matrix)
     except (ValueError, np.linalg.LinAlgError) as error:
-        raise NumericalError(f"the poles could not be placed: {error}", "other poles") from None
+        raise NumericalError(f"the poles could not be placed: {error} [E0407]", "other poles") from None
     G = gain @ plant.scales.state
     reached = plant.eigenvalues(G[:, :n], G[:, n:])
     missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
     if not missed <= _REACHED:
-        raise NumericalError(f"the poles are reached to {missed:.1e} of their size only", "poles nearer to the model's")
+        raise NumericalError(
+            f"the poles are reached to {missed:.1e} of their size only [E0403]", "poles nearer to the model's"
+        )
     return Placement(G[:, :n], G[:, n:], reached)
 
 
@@ -211,13 +215,15 @@ class ModalFeedback:
 def modes_of(plant: Plant) -> Modes:
     """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
     if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
-        raise ModelError("the stiffness matrix is not symmetric, so there are no modes that keep their shape", "lqr")
+        raise ModelError(
+            "the stiffness matrix is not symmetric, so there are no modes that keep their shape [E0415]", "lqr"
+        )
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
     limit = 1e-10 * plant.scales.rate**2
     if squares[0] < -limit:
         mover = plant.names[int(np.argmax(np.abs(shapes[:, 0])))]
         fault = f"the equilibrium is unstable: the mode of {mover} grows at {(-squares[0]) ** 0.5:.4g} 1/s"
-        raise ModelError(f"{fault}, and modal control is for modes that oscillate", "lqr")
+        raise ModelError(f"{fault}, and modal control is for modes that oscillate [E0416]", "lqr")
     damping = np.einsum("ik,ij,jk->k", shapes, plant.C, shapes)
     return Modes(np.sqrt(np.where(np.abs(squares) < limit, 0.0, squares)), damping, np.asarray(shapes))
 
@@ -233,7 +239,7 @@ def optimal_modal_gains(frequency: ArrayLike, damping: ArrayLike, effort: ArrayL
     """
     w, c, R = (np.asarray(value, dtype=float) for value in (frequency, damping, effort))
     if not np.all(R > 0.0):
-        raise UsageError(f"the weight of a modal force is {float(np.min(R)):.6g}", "a number above zero")
+        raise UsageError(f"the weight of a modal force is {float(np.min(R)):.6g} [E0417]", "a number above zero")
     g = w / R / (np.sqrt(w**2 + 1.0 / R) + w)  # without the difference of two large numbers
     rise = 2.0 * g + 1.0 / R
     return g, rise / (np.sqrt(c**2 + rise) + c)
@@ -245,9 +251,9 @@ def placed_modal_gains(
     """Return g and h that give modes other frequencies (``wanted``, rad/s) and damping ratios (``ratio``)."""
     w, c, w_d, zeta_d = (np.asarray(value, dtype=float) for value in (frequency, damping, wanted, ratio))
     if not np.all(w_d > 0.0):
-        raise UsageError(f"a frequency of {float(np.min(w_d)):.6g} rad/s is asked for", "a number above zero")
+        raise UsageError(f"a frequency of {float(np.min(w_d)):.6g} rad/s is asked for [E0418]", "a number above zero")
     if not np.all(zeta_d > 0.0):
-        raise UsageError(f"a damping ratio of {float(np.min(zeta_d)):.6g} is asked for", "a number above zero")
+        raise UsageError(f"a damping ratio of {float(np.min(zeta_d)):.6g} is asked for [E0419]", "a number above zero")
     return w_d**2 - w**2, 2.0 * zeta_d * w_d - c
 
 
@@ -268,10 +274,10 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     for k in chosen:
         if not 0 <= k < plant.n:
             raise UsageError(
-                f"there is no mode {k + 1}: the model has {plant.n}", f"1 to {plant.n}" if plant.n > 1 else "1"
+                f"there is no mode {k + 1}: the model has {plant.n} [E0420]", f"1 to {plant.n}" if plant.n > 1 else "1"
             )
     if not chosen or len(set(chosen)) < len(chosen):
-        raise UsageError("the modes to control are none, or one of them is named twice", "[1, 2]")
+        raise UsageError("the modes to control are none, or one of them is named twice [E0421]", "[1, 2]")
     gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]
     reach = modes.shapes[:, chosen].T @ plant.B
     sizes = np.linalg.norm(reach, axis=1)
@@ -280,7 +286,8 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
         if not sizes[column] > _RANK * largest:
             frequency = modes.frequencies[k] / (2.0 * np.pi)
             raise ModelError(
-                f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz", "another place for one, or other modes"
+                f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz [E0422]",
+                "another place for one, or other modes",
             )
     efforts = np.linalg.pinv(reach, rcond=_RANK)
     of_coordinates = modes.shapes[:, chosen].T @ plant.M
@@ -293,7 +300,7 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     if worst.real > 1e-9 * plant.scales.rate and worst.real > plant.eigenvalues().real.max():
         fault = f"modal control with {plant.m} actuators makes a mode at {abs(worst.imag) / (2 * np.pi):.4g} Hz grow"
         detail = f"(crosstalk {crosstalk:.2g}, spillover {spillover:.2g} of the forces asked for)"
-        raise ModelError(f"{fault} {detail}", "as many actuators as modes, or fewer controlled modes")
+        raise ModelError(f"{fault} {detail} [E0423]", "as many actuators as modes, or fewer controlled modes")
     if crosstalk < 1e-9:
         crosstalk = 0.0
     of_modes = np.array(gains)

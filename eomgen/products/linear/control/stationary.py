@@ -58,7 +58,7 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
     space = state_space_of(space)
     G, _, W = _entering(space, noise)
     if space.stability != "stable":
-        fault = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s)"
+        fault = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s) [E0424]"
         raise ModelError(Problem("", fault, "a damper, or feedback"))
     solve = solve_continuous_lyapunov if space.sample is None else _sampled
     covariance: Array = np.asarray(solve(space.A, -G @ W @ G.T), dtype=float)
@@ -116,7 +116,7 @@ def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Arr
     names = (*space.disturbances, *space.inputs)
     for name in noise:
         if name not in names:
-            fault = f"there is no disturbance or input {shown(name)}"
+            fault = f"there is no disturbance or input {shown(name)} [E0425]"
             raise UsageError(Problem("noise", fault, near(str(name), names)))
     columns = [names.index(name) for name in noise]
     W = np.diag(np.array([number("noise", name, value) for name, value in noise.items()], dtype=float))
@@ -181,11 +181,13 @@ def stationary(
     growth = float(np.linalg.eigvals(A).real.max())
     if growth >= -1e-12 * plant.scales.rate:
         raise ModelError(
-            f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s)", "a damper, or other gains"
+            f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s) [E0426]",
+            "a damper, or other gains",
         )
     if np.linalg.matrix_rank(plant.K) < plant.n:
         raise ModelError(
-            "a constant road does not hold the plant anywhere: its stiffness matrix is singular", "springs that do"
+            "a constant road does not hold the plant anywhere: its stiffness matrix is singular [E0427]",
+            "springs that do",
         )
     r = np.linalg.solve(plant.K, E)
     entering = np.vstack([-r, np.zeros_like(r)])

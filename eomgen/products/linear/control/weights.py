@@ -80,11 +80,13 @@ def weight(name: str, value: ArrayLike, size: int) -> Array:
     matrix = real_matrix(name, given, size, size)
     largest = float(np.abs(matrix).max(initial=0.0))
     if not np.allclose(matrix, matrix.T, rtol=0.0, atol=_ASYMMETRY * largest):
-        raise UsageError(f"{name} is not symmetric", "W and its transpose, halved")
+        raise UsageError(f"{name} is not symmetric [E0428]", "W and its transpose, halved")
     matrix = (matrix + matrix.T) / 2.0
     least = float(np.linalg.eigvalsh(matrix)[0]) if size else 0.0
     if least < -_ASYMMETRY * largest:
-        raise UsageError(f"{name} is negative in some direction (eigenvalue {least:.4g})", "weights of zero and above")
+        raise UsageError(
+            f"{name} is negative in some direction (eigenvalue {least:.4g}) [E0429]", "weights of zero and above"
+        )
     return matrix
 
 
@@ -111,7 +113,7 @@ def quadratic_cost(
         Names that there are not, weights that are negative, matrices of other sizes.
     """
     if inputs and isinstance(R, Mapping) and set(inputs) != set(R):
-        raise UsageError(Problem("R", "the inputs that it names differ from `inputs`", "one of both"))
+        raise UsageError(Problem("R", "the inputs that it names differ from `inputs` [E0430]", "one of both"))
     controlled = controlled_by(space, tuple(R) if isinstance(R, Mapping) else tuple(inputs))
     m, ns = len(controlled.inputs), len(controlled.states)
     effort: ArrayLike = [number("R", name, R[name]) for name in controlled.inputs] if isinstance(R, Mapping) else R
@@ -137,13 +139,13 @@ def controlled_by(space: StateSpace, inputs: Sequence[str]) -> StateSpace:
     """
     if not space.inputs:
         hint = "an input in the scene without a formula, [inputs] force = {}"
-        raise UsageError(Problem("lqr", "the model has no input that a controller could drive", hint))
+        raise UsageError(Problem("lqr", "the model has no input that a controller could drive [E0431]", hint))
     for name in inputs:
         if name not in space.inputs:
             hint = nearest(str(name), space.inputs)
             if name in (*space.states, *space.outputs):
                 hint = "the weights of states and outputs first, then of inputs"
-            raise UsageError(Problem("inputs", f"there is no input {shown(name)}", hint))
+            raise UsageError(Problem("inputs", f"there is no input {shown(name)} [E0432]", hint))
     wanted = tuple(dict.fromkeys(inputs)) or space.inputs
     if wanted == space.inputs:
         return space
@@ -182,7 +184,7 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
         return space.C[k], space.D[k]
     if name in space.states:
         return np.eye(len(space.states))[space.states.index(name)], np.zeros(len(space.inputs))
-    raise UsageError(Problem("weights", f"there is no output or state {shown(name)}", near(str(name), known)))
+    raise UsageError(Problem("weights", f"there is no output or state {shown(name)} [E0433]", near(str(name), known)))
 
 
 def near(name: str, known: Sequence[str]) -> str:
@@ -195,8 +197,10 @@ def number(matrix: str, name: str, value: object) -> float:
     """Return the weight of a name. Raises UsageError unless the weight is a number from zero on."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
         raise UsageError(
-            Problem(matrix, f"the weight of {name} is {type(value).__name__}, not a number", f"{name}: 1.0")
+            Problem(matrix, f"the weight of {name} is {type(value).__name__}, not a number [E0434]", f"{name}: 1.0")
         )
     if not (np.isfinite(value) and value >= 0.0):
-        raise UsageError(Problem(matrix, f"the weight of {name} is {float(value):.6g}", "a number of zero or above"))
+        raise UsageError(
+            Problem(matrix, f"the weight of {name} is {float(value):.6g} [E0435]", "a number of zero or above")
+        )
     return float(value)

@@ -77,7 +77,9 @@ def check_excitation(where: str, given: object) -> None:
     """
     if not hasattr(given, "cross_spectra"):
         letter = isinstance(given, str) and len(given) == 1
-        fault = f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__}"
+        fault = (
+            f"an excitation is needed, not {shown(given) if isinstance(given, str) else type(given).__name__} [E0461]"
+        )
         road = f'RoadExcitation(Road("{given if letter else "C"}"), speed=20.0, wheels={{"road": 0.0}})'
         raise UsageError(Problem(where, fault, f"{road} of eomgen.spectra, with the names of your inputs"))
 
@@ -110,14 +112,14 @@ class InputSpectrum:
         f = np.asarray(self.frequencies, dtype=float)
         place = f"InputSpectrum: {self.input}"
         if (self.density is None) == (self.function is None):
-            raise UsageError(Problem(place, "it needs either a density or a function", "density=[...]"))
+            raise UsageError(Problem(place, "it needs either a density or a function [E0462]", "density=[...]"))
         if f.ndim != 1 or len(f) < 2 or not np.all(np.isfinite(f)) or f[0] <= 0.0 or np.any(np.diff(f) <= 0.0):
-            fault = "the frequencies have to be two or more positive numbers that increase, Hz"
+            fault = "the frequencies have to be two or more positive numbers that increase, Hz [E0463]"
             raise UsageError(Problem(place, fault, "[1.0, 20.0, 100.0]"))
         if self.density is not None:
             g = np.asarray(self.density, dtype=float)
             if g.shape != f.shape or not np.all(np.isfinite(g)) or np.any(g < 0.0):
-                fault = f"the density has the shape {g.shape}, or entries that are negative or not finite"
+                fault = f"the density has the shape {g.shape}, or entries that are negative or not finite [E0464]"
                 raise UsageError(Problem(place, fault, f"{len(f)} numbers of zero and above, unit^2/Hz"))
 
     @property
@@ -215,29 +217,31 @@ class RoadExcitation:
 
     def __post_init__(self) -> None:
         if not (isinstance(self.speed, int | float) and 0.0 < self.speed < math.inf):
-            fault = f"the speed {ascii(self.speed)[:32]} is not a positive number"
+            fault = f"the speed {ascii(self.speed)[:32]} is not a positive number [E0465]"
             raise UsageError(Problem("RoadExcitation", fault, "speed=20.0, m/s"))
         if not self.wheels:
-            raise UsageError(Problem("RoadExcitation", "there are no wheels", 'wheels={"front": 0.0, "rear": 2.7}'))
+            raise UsageError(
+                Problem("RoadExcitation", "there are no wheels [E0471]", 'wheels={"front": 0.0, "rear": 2.7}')
+            )
         for given, name in ((self.wheels, "wheels"), (self.tracks, "tracks")):
             for wheel, value in given.items():
                 if not (isinstance(value, int | float) and math.isfinite(value)):
-                    fault = f"{ascii(value)[:32]} is not a finite distance"
+                    fault = f"{ascii(value)[:32]} is not a finite distance [E0469]"
                     raise UsageError(Problem(f"RoadExcitation: {name}: {wheel}", fault, "a number in m"))
         for named, name in ((tuple(self.tracks), "tracks"), (tuple(self.rates), "rates")):
             for wheel in named:
                 if wheel not in self.wheels:
-                    fault = f"there is no wheel {ascii(wheel)[:64]}"
+                    fault = f"there is no wheel {ascii(wheel)[:64]} [E0470]"
                     raise UsageError(Problem(f"RoadExcitation: {name}", fault, f"one of {', '.join(self.wheels)}"))
         known = self.coherence in _COHERENCES if isinstance(self.coherence, str) else 0.0 <= self.coherence <= 1.0
         if not known:
-            fault = f"{ascii(self.coherence)[:32]} is not a coherence between tracks"
+            fault = f"{ascii(self.coherence)[:32]} is not a coherence between tracks [E0466]"
             raise UsageError(Problem("RoadExcitation", fault, f"{', '.join(_COHERENCES)}, or a number from 0 to 1"))
         if self.coherence == "isotropic" and math.isnan(self.road.exponent) and len(self._places) > 1:
-            fault = "an isotropic road between tracks has an exponent, and a measured one has none"
+            fault = "an isotropic road between tracks has an exponent, and a measured one has none [E0467]"
             raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
         if self.coherence == "isotropic" and self.road.long_exponent is not None and len(self._places) > 1:
-            fault = "an isotropic road between tracks has one exponent, and this one has two"
+            fault = "an isotropic road between tracks has one exponent, and this one has two [E0468]"
             raise UsageError(Problem("RoadExcitation: coherence", fault, 'coherence="independent", or a number'))
 
     @property
@@ -258,7 +262,7 @@ class RoadExcitation:
     @property
     def name(self) -> str:
         """Road and speed in words."""
-        return f"road of {self.road.name} at {self.speed:.6g} m/s"
+        return f"road of {self.road.name} at {self.speed:.6g} m/s [W0161]"
 
     @property
     def delays(self) -> Array:

@@ -46,7 +46,7 @@ _TERMS = 20
 
 def _weighting(name: str) -> WeightingFilter:
     if name not in WEIGHTINGS:
-        fault = f"there is no weighting {ascii(name)[:32]}"
+        fault = f"there is no weighting {ascii(name)[:32]} [E0173]"
         known = "; ".join(f"{key}: {item.description}" for key, item in WEIGHTINGS.items())
         raise UsageError(Problem("weighting", fault, known))
     return WEIGHTINGS[name]
@@ -106,7 +106,7 @@ def check_weighted(name: str, unit: str) -> None:
         The unit is not an acceleration's.
     """
     if unit not in ("", "m/s^2"):
-        fault = f"{name} is in {unit}, and weightings are of accelerations in m/s^2"
+        fault = f"{name} is in {unit}, and weightings are of accelerations in m/s^2 [E0472]"
         raise UsageError(Problem("weighting", fault, "an output that is an acceleration"))
 
 

@@ -51,10 +51,10 @@ class Road:
 
     def __post_init__(self) -> None:
         if (self.road_class is None) == (self.roughness is None):
-            fault = "a road needs either a class or a roughness"
+            fault = "a road needs either a class or a roughness [E0473]"
             raise UsageError(Problem("Road", fault, 'Road("C"), or Road(roughness=256e-6)'))
         if self.road_class is not None and self.road_class not in ROUGHNESS:
-            fault = f"there is no road class {ascii(self.road_class)[:32]}"
+            fault = f"there is no road class {ascii(self.road_class)[:32]} [E0172]"
             raise UsageError(Problem("Road", fault, f"one of {', '.join(ROUGHNESS)}"))
         if self.roughness is not None:
             _check("roughness", self.roughness, "m^3, above 0")
@@ -62,7 +62,7 @@ class Road:
         if self.long_exponent is not None:
             _check("long_exponent", self.long_exponent, "above 0")
         if not (len(self.band) == 2 and 0.0 < self.band[0] < self.band[1] < math.inf):
-            fault = f"the band {self.band} is not a pair of spatial frequencies, the lower first"
+            fault = f"the band {self.band} is not a pair of spatial frequencies, the lower first [E0474]"
             raise UsageError(Problem("Road: band", fault, f"{FREQUENCY_RANGE}, cycle/m"))
 
     @property
@@ -163,7 +163,9 @@ class Road:
 
 def _check(name: str, value: float, needed: str) -> None:
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):
-        raise UsageError(Problem(f"Road: {name}", f"{ascii(value)[:32]} is not a valid value for a road", needed))
+        raise UsageError(
+            Problem(f"Road: {name}", f"{ascii(value)[:32]} is not a valid value for a road [E0475]", needed)
+        )
 
 
 #: Samples of a segment at least.
@@ -196,7 +198,10 @@ class MeasuredRoad(Road):
         n, density = (np.asarray(given, dtype=float) for given in (self.frequencies, self.density))
         rising = n.ndim == 1 and len(n) > 1 and bool(np.all(np.isfinite(n)) and n[0] > 0.0 and np.all(np.diff(n) > 0.0))
         if not (rising and density.shape == n.shape and np.all(np.isfinite(density)) and np.all(density >= 0.0)):
-            fault = "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or more"
+            fault = (
+                "a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or"
+                " more [E0476]"
+            )
             raise UsageError(Problem("MeasuredRoad", fault, "MeasuredRoad.of_profile(distance, elevation)"))
         object.__setattr__(self, "band", (float(n[0]), float(n[-1])))
         object.__setattr__(self, "exponent", float("nan"))  # undefined; refused if needed
@@ -242,13 +247,15 @@ class MeasuredRoad(Road):
         """
         x, y = (np.asarray(given, dtype=float) for given in (distance, elevation))
         if x.ndim != 1 or x.shape != y.shape or not (np.all(np.isfinite(x)) and np.all(np.isfinite(y))):
-            fault = f"the profile has the shapes {x.shape} and {y.shape}, or entries that are not finite"
+            fault = f"the profile has the shapes {x.shape} and {y.shape}, or entries that are not finite [E0477]"
             raise UsageError(Problem("MeasuredRoad", fault, "distances and as many elevations, m"))
         if len(x) < _FEWEST or not np.all(np.diff(x) > 0.0):
-            fault = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase"
+            fault = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase [E0478]"
             raise UsageError(Problem("MeasuredRoad", fault, "a longer profile"))
         if not (isinstance(segments, int) and segments >= 1):
-            raise UsageError(Problem("MeasuredRoad: segments", "they are a whole number of 1 and more", "segments=8"))
+            raise UsageError(
+                Problem("MeasuredRoad: segments", "they are a whole number of 1 and more [E0480]", "segments=8")
+            )
         from scipy.signal import detrend, welch  # noqa: PLC0415  # slow to import
 
         spacing = float(x[-1] - x[0]) / (len(x) - 1)
@@ -260,13 +267,13 @@ class MeasuredRoad(Road):
         gap = max(float(np.diff(x).max()), widest)
         inside = (np.arange(len(n)) >= _BENT) & (n <= 0.5 / gap) & (np.arange(len(n)) < len(n) - 1)
         if np.count_nonzero(inside) < 2:
-            fault = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies"
+            fault = f"the widest gap of the profile, {gap:.4g} m, leaves no frequencies [E0479]"
             raise UsageError(Problem("MeasuredRoad", fault, "points that are spread more evenly"))
         ratio = float(np.interp(REFERENCE_FREQUENCY, n[inside], density[inside], 0.0, 0.0)) / ROUGHNESS["H"]
         if ratio > _ROUGHEST:
             text = f"MeasuredRoad: the road is {ratio:.3g} times as rough as class H, by the density at"
             hint = "elevations in m"
-            warnings.warn(f"{text} {REFERENCE_FREQUENCY:g} cycle/m; try: {hint}", RuntimeWarning, stacklevel=2)
+            warnings.warn(f"{text} {REFERENCE_FREQUENCY:g} cycle/m; try: {hint} [W0043]", RuntimeWarning, stacklevel=2)
         words = f"{x[-1] - x[0]:.6g} m in {used} segments, {n[1]:.3g} cycle/m apart"
         return cls(frequencies=n[inside], density=density[inside], source=f"{source}, {words}")
 
@@ -297,7 +304,7 @@ class MeasuredRoad(Road):
 
     @staticmethod
     def _of_classes() -> UsageError:
-        fault = "a measured road has a spectrum of its own, and no class"
+        fault = "a measured road has a spectrum of its own, and no class [E0481]"
         return UsageError(Problem("MeasuredRoad", fault, 'excitation.at(road=eomgen.spectra.Road("C"))'))
 
     def over_distance(self, n: ArrayLike) -> Array:

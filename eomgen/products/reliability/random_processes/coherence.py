@@ -147,7 +147,7 @@ class CrossCovariance:
         while True:
             frequencies, weights = _panels(borders, waves / self.window)
             if len(frequencies) > _MOST_NODES:
-                fault = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies"
+                fault = f"the cross spectrum up to {last:.3g} cycles needs more than {_MOST_NODES} frequencies [E0964]"
                 raise UsageError(Problem("", fault, "a shorter window, a coherence that falls faster"))
             shares = weights * self.density(frequencies)
             values = np.cos(2.0 * math.pi * np.multiply.outer(lags, frequencies)) @ shares
@@ -161,7 +161,7 @@ class CrossCovariance:
         while float(self.density(np.array([last]))[0]) * last > _LEFT * variance or last < 4.0 / self.window:
             last *= 2.0
             if last * self.window > _MOST_NODES:
-                fault = "the coherence falls too slowly: at high frequencies the processes are one and the same"
+                fault = "the coherence falls too slowly: at high frequencies the processes are one and the same [E0965]"
                 raise UsageError(Problem("", fault, "a larger decay, or a correlation, the same at all frequencies"))
         return last
 

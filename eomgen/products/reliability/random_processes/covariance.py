@@ -305,7 +305,7 @@ def translated_correlation(map_of: Callable[[Array], Array], correlation: Array)
         shares.append(float(values @ here) ** 2)
     total = sum(shares)
     if not total > 1e-24 * float(np.max(np.abs(map_of(nodes)))) ** 2:  # not a number, too
-        raise UsageError(Problem("", "the translation has no variance", "a formula that depends on g"))
+        raise UsageError(Problem("", "the translation has no variance [E0966]", "a formula that depends on g"))
     result = np.zeros_like(correlation)
     for share in reversed(shares):
         result = (result + share / total) * correlation
@@ -328,7 +328,7 @@ def underlying(covariance: Covariance, map_of: Callable[[Array], Array], window:
     first = int(falling[-1]) + 1 if len(falling) else 0
     lowest, worst = made[first], int(np.argmin(wanted))
     if wanted[worst] < lowest - _ROUNDING:
-        fault = f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag"
+        fault = f"no Gaussian process has a translation with the correlation {wanted[worst]:.3g} at the lag [E0967]"
         fault += f" {lags[worst]:.3g}: of this one they are {lowest:.3g} or more"
         raise UsageError(Problem("", fault, "a covariance that is less negative, or the covariance of g"))
     result = np.interp(wanted, made[first:], correlation[first:])

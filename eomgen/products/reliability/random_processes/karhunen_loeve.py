@@ -176,7 +176,7 @@ def _converged(
                 raise refused
             if change <= _DOUBTFUL:
                 return of_each(chosen)
-            fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes"
+            fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes [E0968]"
             raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
         panels, before = 2 * panels, resolved
 
@@ -209,7 +209,7 @@ def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
 
 
 def _too_many(share: float, modes: int, has: float) -> Problem:
-    fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g}"
+    fault = f"the share {share:.6g} of the variance needs more than {MOST_MODES} modes; {modes} have {has:.4g} [E0969]"
     least = math.floor(has * 1e4) / 1e4
     hint = f"share = {least:g}, or a shorter window" if least >= _USEFUL else "a shorter window, a longer correlation"
     return Problem("", fault, hint)
@@ -220,7 +220,7 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
     if modes is None:
         if share is None:
             raise UsageError(
-                Problem("", "neither a share of the variance nor a number of modes is given", "share = 0.99")
+                Problem("", "neither a share of the variance nor a number of modes is given [E0970]", "share = 0.99")
             )
         reached = np.flatnonzero(expansion.captured >= share)
         count = int(reached[0]) + 1 if len(reached) else math.inf
@@ -229,10 +229,12 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
             raise UsageError(_too_many(share, most, float(expansion.captured[most - 1])))
         modes = int(count)
     if modes > MOST_MODES:
-        raise UsageError(Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most", "fewer modes"))
+        raise UsageError(
+            Problem("", f"{modes} modes are asked for, and {MOST_MODES} are the most [E0971]", "fewer modes")
+        )
     if modes > len(expansion.eigenvalues):
         known = len(expansion.eigenvalues)
-        fault = f"the process has {known} modes in this window beyond rounding, and {modes} are asked for"
+        fault = f"the process has {known} modes in this window beyond rounding, and {modes} are asked for [E0972]"
         raise UsageError(Problem("", fault, "fewer modes, or a share"))
     function = expansion.function
     values = expansion.eigenvalues[:modes]
@@ -271,7 +273,8 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
         part, removed = every[-1] / every[0], float(np.linalg.norm(every[every < 0.0]) / np.linalg.norm(every))
         if not repair:
             fault = (
-                f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest;"
+                f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the"
+                f" largest; [E0973]"
             )
             fault += f" the nearest positive one differs from it by {removed:.2g} of its norm"
             hint = "a covariance that some process has: its spectrum is nowhere negative; or covariance_repair = "

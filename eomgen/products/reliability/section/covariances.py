@@ -110,7 +110,9 @@ class Covariances:
         wanted = row.over_time if entry.speed is None else row.over_distance
         if wanted is None:
             self.report.add(
-                f"{key}.type", f"{kind} is a process over {other}", "speed = 20" if over == "time" else "no speed"
+                f"{key}.type",
+                f"{kind} is a process over {other} [E0974]",
+                "speed = 20" if over == "time" else "no speed",
             )
             return None
         given = {word: getattr(entry, word) for word in _KEYS}
@@ -119,23 +121,25 @@ class Covariances:
         missing = [_KEYS[word] or word for word in wanted if given[word] is None]
         if missing:
             self.report.add(
-                key, f"{kind} over {over} needs {' and '.join(missing)}", f"{missing[0].partition(' ')[0]} = ..."
+                key,
+                f"{kind} over {over} needs {' and '.join(missing)} [E0975]",
+                f"{missing[0].partition(' ')[0]} = ...",
             )
         for word, value in given.items():
             if value is not None and word not in wanted and not missing:
                 written_as = _KEYS[word] or word
-                fault = f"{kind} over {over} takes no {written_as}"
+                fault = f"{kind} over {over} takes no {written_as} [E0981]"
                 self.report.add(f"{key}.{written_as.partition(' ')[0]}", fault, " and ".join(wanted))
         deviation = []
         if row.deviation:
             written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
             value = self.values.constant(f"{key}.standard_deviation", written_value)
             if not value > 0.0:
-                fault = f"the standard deviation {value:.6g} is not positive"
+                fault = f"the standard deviation {value:.6g} is not positive [E0987]"
                 self.report.add(f"{key}.standard_deviation", fault, "standard_deviation = 1")
             deviation = [value]
         elif entry.standard_deviation is not None:
-            fault = f"{kind} says the variance itself, and takes no standard deviation"
+            fault = f"{kind} says the variance itself, and takes no standard deviation [E0988]"
             self.report.add(f"{key}.standard_deviation", fault, "without it")
         if missing:
             return None
@@ -154,16 +158,16 @@ class Covariances:
         if word == "band":
             low, high = self.values.constants(place, value)
             if not 0.0 <= low < high:
-                fault = f"the band from {low:.6g} to {high:.6g} Hz is none"
+                fault = f"the band from {low:.6g} to {high:.6g} Hz is none [E0989]"
                 self.report.add(place, fault, 'band = ["0.5 Hz", "20 Hz"]')
             return low, high
         number = self.values.constant(place, value)
         if np.isnan(number):  # reported on reading
             return None
         if not number > 0.0:
-            self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive", f"{word} = 1")
+            self.report.add(place, f"{word.replace('_', ' ')} {number:.6g} is not positive [E0990]", f"{word} = 1")
         elif word == "damping" and not number < 1.0:
-            self.report.add(place, f"the damping ratio {number:.6g} is not below 1", "damping = 0.6")
+            self.report.add(place, f"the damping ratio {number:.6g} is not below 1 [E0991]", "damping = 0.6")
         return number
 
     def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
@@ -180,19 +184,19 @@ class Covariances:
             return None
         place = f"{key}.{'points' if entry.points is not None else 'table'}"
         if curve.start < 0.0:
-            fault = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative"
+            fault = f"the first {'frequency' if spectrum else 'lag'} {curve.start:.6g} is negative [E0992]"
             self.report.add(place, fault, "the half from 0 on: the other is the same")
         elif curve.start > 0.0 and not spectrum:
-            fault = f"the first lag is {curve.start:.6g}, so the variance is not known"
+            fault = f"the first lag is {curve.start:.6g}, so the variance is not known [E0994]"
             self.report.add(place, fault, "a first point at lag 0")
         elif not spectrum and not curve.y[0] > 0.0:
-            self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive", "a larger one")
+            self.report.add(place, f"the variance {curve.y[0]:.6g}, at lag 0, is not positive [E0995]", "a larger one")
         if spectrum and np.any(curve.y < 0.0):
             worst = int(np.argmin(curve.y))
-            fault = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative"
+            fault = f"the density {curve.y[worst]:.6g} at {curve.x[worst]:.6g} is negative [E0993]"
             self.report.add(place, fault, "a one-sided power spectral density")
         elif spectrum and not np.any(curve.y > 0.0):
-            self.report.add(place, "the spectrum is zero everywhere", "a positive density somewhere")
+            self.report.add(place, "the spectrum is zero everywhere [E0996]", "a positive density somewhere")
         return curve
 
 
@@ -219,7 +223,7 @@ class Coherences:
                 key, j = f"{key_of('random', name)}.coherence", names.index(other) if other in names else i
                 pair = min(i, j), max(i, j)
                 if i == j or said.setdefault(pair, given) != given:
-                    fault = f"its coherence with {other} is one thing here and another there"
+                    fault = f"its coherence with {other} is one thing here and another there [E0998]"
                     self.report.add(key, fault, "one of them")
                     continue
                 result[i][j] = result[j][i] = self._one(key, other, given)
@@ -227,7 +231,9 @@ class Coherences:
             return None
         least, frequency = least_eigenvalue(result)
         if least < _NEGATIVE:
-            fault = f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the"
+            fault = (
+                f"no processes have the coherences of {', '.join(names)}: an eigenvalue of their matrix at the [E0997]"
+            )
             fault += f" frequency {frequency:.3g} is {least:.3g}, negative"
             hint = "coherences of all pairs: a pair that is not named has 0"
             self.report.add(f"{key_of('random', names[-1])}.coherence", fault, hint)
@@ -238,7 +244,7 @@ class Coherences:
         """Return the coherence with another process: exponential of a decay, or a table."""
         if isinstance(given, int | float):
             if not given > 0.0:
-                fault = f"the decay {given:.6g} of the coherence with {other} is not positive"
+                fault = f"the decay {given:.6g} of the coherence with {other} is not positive [E1000]"
                 self.report.add(key, fault, "a decay such as 0.5, or a correlation of the same at all frequencies")
                 return None
             return ExponentialCoherence(float(given))
@@ -249,7 +255,8 @@ class Coherences:
         f, c = np.array(pairs, dtype=float).reshape(-1, 2).T
         if len(f) < 2 or f[0] < 0.0 or np.any(np.diff(f) <= 0.0) or np.any(np.abs(c) > 1.0):
             fault = (
-                f"the coherence with {other} is two points or more, of rising frequencies from 0 on, between -1 and 1"
+                f"the coherence with {other} is two points or more, of rising frequencies from 0 on, between -1"
+                f" and 1 [E0999]"
             )
             self.report.add(key, fault, "[[0, 1], [2.0, 0.4], [10.0, 0]]")
             return None
@@ -286,7 +293,7 @@ class Translations:
         key = key_of("random", name)
         given = [word for word in ("translation", "quantiles", "distribution") if getattr(entry, word) is not None]
         if len(given) > 1:
-            self.report.add(f"{key}.{given[1]}", f"both {given[0]} and {given[1]} define the process", "one")
+            self.report.add(f"{key}.{given[1]}", f"both {given[0]} and {given[1]} define the process [E2204]", "one")
             return None
         if entry.distribution is not None:
             return self._distribution(f"{key}.distribution", name, entry)
@@ -303,7 +310,9 @@ class Translations:
         share, value = np.array(points, dtype=float).reshape(-1, 2).T
         rising = len(share) >= _FEWEST_QUANTILES and np.all(np.diff(share) > 0.0) and np.all(np.diff(value) > 0.0)
         if not rising or share[0] <= 0.0 or share[-1] >= 1.0:
-            fault = "quantiles are three points or more, probabilities between 0 and 1 and values that both rise"
+            fault = (
+                "quantiles are three points or more, probabilities between 0 and 1 and values that both rise [E1002]"
+            )
             self.report.add(key, fault, "quantiles = [[0.1, 2.0], [0.5, 3.0], [0.9, 5.0]]")
             return None
         return self._standard_curve(name, entry, Curve(f"{name} quantiles", *quantile_map(share, value)))
@@ -321,7 +330,7 @@ class Translations:
                 self.report.add(key, problem.what, problem.hint)
             return None
         if distribution.levels or distribution.whole:
-            fault = f"{entry.distribution} has single values, and a process takes all between them"
+            fault = f"{entry.distribution} has single values, and a process takes all between them [E2205]"
             self.report.add(key, fault, 'distribution = "uniform(0, 1)"')
             return None
         x = np.linspace(-BEYOND, BEYOND, MAP_POINTS)
@@ -346,13 +355,13 @@ class Translations:
     ) -> Covariance:
         """Return the covariance of g whose translation has the requested covariance. Raises UsageError."""
         if translation is None or entry.mean not in (0, 0.0) or entry.standard_deviation not in (None, 1, 1.0):
-            fault = "covariance_of translated needs a translation or quantiles of a standard normal g"
+            fault = "covariance_of translated needs a translation or quantiles of a standard normal g [E1003]"
             raise UsageError(Problem(key, fault, "translation = ..., without mean and standard_deviation"))
         formula = translation
         if self._mentions_refused(formula):
             return covariance
         if entry.quantiles is None and entry.distribution is None and curves(formula):
-            fault = "covariance_of translated knows formulas and quantiles, and the translation has a curve"
+            fault = "covariance_of translated knows formulas and quantiles, and the translation has a curve [E1004]"
             raise UsageError(Problem(key, fault, "quantiles"))
 
         def map_of(g: Array) -> Array:
@@ -384,15 +393,20 @@ class Translations:
         key = f"{key_of('random', process.name)}.translation"
         if not np.all(np.isfinite(value)):
             worst = int(np.argmin(np.isfinite(value)))
-            fault = f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the mean"
+            fault = (
+                f"it has no value at g = {g[worst]:.3g}, {abs(away[worst]):.2g} standard deviations from the"
+                f" mean [E1005]"
+            )
             self.report.add(key, fault, "a formula that has one wherever a normal variable may be")
             return
         if not np.ptp(value) > 0.0:
-            self.report.add(key, f"it is {value[0] + 0.0:.6g} for any g, so it is not random", "a formula of g")
+            self.report.add(key, f"it is {value[0] + 0.0:.6g} for any g, so it is not random [E1007]", "a formula of g")
             return
         rises = np.diff(value) > 0.0
         turns = np.flatnonzero(rises[1:] != rises[:-1])
         if len(turns):
             nearest_one = int(turns[np.argmin(np.abs(away[turns + 1]))]) + 1
-            fault = f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations"
+            fault = (
+                f"it turns round at g = {g[nearest_one]:.3g}, {abs(away[nearest_one]):.2g} standard deviations [E1006]"
+            )
             self.values.note([f"{key}: {fault} from the mean, so it is not a map onto a marginal distribution"])

@@ -171,14 +171,16 @@ class Processes:
         if entry.correlation is None and entry.coherence is None:
             return name
         if entry.correlation is not None and entry.coherence is not None:
-            fault = "both correlation and coherence say how it goes with others"
+            fault = "both correlation and coherence say how it goes with others [E1008]"
             self.report.add(f"{key}.coherence", fault, "one of them")
             return None
         how, with_others = ("correlation", "correlated") if entry.coherence is None else ("coherence", "coherent")
         others = list(entry.correlation or entry.coherence or {})
         for other in others:
             if other == name:
-                self.report.add(f"{key}.{how}", f"it is {with_others} with itself", f"{how} with another process")
+                self.report.add(
+                    f"{key}.{how}", f"it is {with_others} with itself [E1010]", f"{how} with another process"
+                )
                 return None
             if not check_reference(f"{key}.{how}", other, entries, "random process", self.report):
                 return None
@@ -188,14 +190,14 @@ class Processes:
 
         own = [other for other in others if leads(entries[other])]
         if len(own) != 1 or name in others or any(entries[other].follows is not None for other in others):
-            fault = "it names one process with a type of its own, and besides only processes that are"
+            fault = "it names one process with a type of its own, and besides only processes that are [E1009]"
             fault += f" {with_others} with it"
             self.report.add(f"{key}.{how}", fault, "one of them with a type")
             return None
         for word in written.SHARED if entry.coherence is None else (*written.SHARED, "seed"):
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
                 self.report.add(
-                    f"{key}.{word}", f"{word} belongs to {own[0]}, with which it is {with_others}", "without it"
+                    f"{key}.{word}", f"{word} belongs to {own[0]}, with which it is {with_others} [E1011]", "without it"
                 )
                 return None
         return own[0]
@@ -209,7 +211,7 @@ class Processes:
         if any(entries[name].coherence is not None for name in others):
             mixed = [name for name in others if entries[name].coherence is None]
             if mixed:
-                fault = f"it is correlated with {first}, with which others are coherent"
+                fault = f"it is correlated with {first}, with which others are coherent [E1012]"
                 self.report.add(f"{key_of('random', mixed[0])}.correlation", fault, "coherence for all of them")
                 return []
             coherences = Coherences(self.values).read(names, entries)
@@ -250,7 +252,7 @@ class Processes:
         key = f"{key_of('random', name)}.standard_deviation"
         scale = self.values.constant(key, entry.standard_deviation) / first.standard_deviation
         if not scale > 0.0:
-            self.report.add(key, "the standard deviation is not positive", "standard_deviation = 1")
+            self.report.add(key, "the standard deviation is not positive [E1013]", "standard_deviation = 1")
         return scale
 
     def _group(
@@ -266,13 +268,15 @@ class Processes:
                 j = names.index(other) if other in names else i
                 key = f"{key_of('random', name)}.correlation"
                 if i != j and matrix[i, j] not in (0.0, value):
-                    fault = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there"
+                    fault = f"its correlation with {other} is {value:.6g} here and {matrix[i, j]:.6g} there [E1015]"
                     self.report.add(key, fault, "one of them")
                     return [first]
                 matrix[i, j] = matrix[j, i] = value if i != j else 1.0
         least = float(np.linalg.eigvalsh(matrix)[0])
         if least <= _SINGULAR:
-            fault = f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is"
+            fault = (
+                f"no processes have the correlations of {', '.join(names)}: an eigenvalue of their matrix is [E1014]"
+            )
             nearest = nearest_correlation(matrix)
             away = float(np.linalg.norm(nearest - matrix))
             key = f"{key_of('random', names[-1])}.correlation"
@@ -316,7 +320,9 @@ class Processes:
         if entry.follows is None:
             for word in ("offset", "delay"):
                 if getattr(entry, word) is not None:
-                    self.report.add(f"{key}.{word}", f"{word} is of processes that follow another", 'follows = "NAME"')
+                    self.report.add(
+                        f"{key}.{word}", f"{word} is of processes that follow another [E1016]", 'follows = "NAME"'
+                    )
                     return None
             return 0.0
         known = [other for other in entries if other != name or other == entry.follows] or list(entries)
@@ -327,18 +333,24 @@ class Processes:
             own = [other for other, one in entries.items() if one.follows is None]
             first = own[0] if leader.follows not in own and own else leader.follows
             hint = f'follows = "{first}"' if first in own else 'type = "squared_exponential", for one of its own'
-            fault = f"{entry.follows} itself follows {leader.follows}" if entry.follows != name else "it follows itself"
+            fault = (
+                f"{entry.follows} itself follows {leader.follows} [E1017]"
+                if entry.follows != name
+                else "it follows itself [E1018]"
+            )
             self.report.add(f"{key}.follows", fault, hint)
             return None
         for word in written.OWN:
             if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
-                self.report.add(f"{key}.{word}", f"{word} belongs to {entry.follows}, which it follows", "without it")
+                self.report.add(
+                    f"{key}.{word}", f"{word} belongs to {entry.follows}, which it follows [E1020]", "without it"
+                )
                 return None
         right, wrong = ("delay", "offset") if leader.speed is None else ("offset", "delay")
         value = getattr(entry, right)
         if getattr(entry, wrong) is not None or value is None:
             over = "time" if leader.speed is None else "distance"
-            fault = f"it follows a process over {over}, and needs {right} alone"
+            fault = f"it follows a process over {over}, and needs {right} alone [E1019]"
             self.report.add(key, fault, f"{right} = {'0.1' if right == 'delay' else '2.5'}")
             return None
         return self.values.constant(f"{key}.{right}", value)
@@ -360,7 +372,9 @@ class Processes:
         before = len(self.report.noted)
         if entry.type is None:
             self.report.add(
-                key, "a random process needs its type, or the process that it follows", 'type = "squared_exponential"'
+                key,
+                "a random process needs its type, or the process that it follows [E1021]",
+                'type = "squared_exponential"',
             )
             return []
         speed, duration = self._along(key, entry)
@@ -386,7 +400,9 @@ class Processes:
             (problem,) = error.problems
             fault, hint = problem.what, problem.hint
             if entry.covariance_of == "translated" and fault.startswith("the covariance is not positive"):
-                fault = f"no Gaussian process is translated to this covariance: its own would not be one: {fault}"
+                fault = (
+                    f"no Gaussian process is translated to this covariance: its own would not be one: {fault} [E1023]"
+                )
                 hint = "a translation nearer to a straight one, or the covariance of g itself"
             self.report.add(key, fault, hint)
             return []
@@ -410,7 +426,8 @@ class Processes:
             result.append(process)
         if expansions[0].repaired:
             fault = (
-                f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its norm"
+                f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its"
+                f" norm [E1022]"
             )
             self.values.note([f"{key}: {fault} from it, takes its place"])
         self._translations.check(result[0])
@@ -422,19 +439,19 @@ class Processes:
         if entry.speed is not None:
             speed = self.values.constant(f"{key}.speed", entry.speed)
             if not 0.0 < speed <= FASTEST:
-                fault = f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f}"
+                fault = f"the speed {speed:.6g} m/s is not between 0 and {FASTEST:.0f} [E1024]"
                 self.report.add(f"{key}.speed", fault, "a speed such as 20")
         if entry.duration is not None:
             duration = self.values.constant(f"{key}.duration", entry.duration)
             if not duration > 0.0:
-                self.report.add(f"{key}.duration", f"the duration {duration:.6g} s is not positive", "15")
+                self.report.add(f"{key}.duration", f"the duration {duration:.6g} s is not positive [E1025]", "15")
         return speed, duration
 
     def _check_extent(self, key: str, entry: written.RandomProcess) -> None:
         if entry.share is not None and entry.modes is not None:
-            self.report.add(f"{key}.modes", "both share and modes say how many modes there are", "one of them")
+            self.report.add(f"{key}.modes", "both share and modes say how many modes there are [E1026]", "one of them")
         if entry.share is not None and not 0.0 < entry.share < 1.0:
-            fault = f"the share {entry.share:.6g} is not between 0 and 1"
+            fault = f"the share {entry.share:.6g} is not between 0 and 1 [E1027]"
             self.report.add(f"{key}.share", fault, "share = 0.99")
 
 

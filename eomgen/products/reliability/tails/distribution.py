@@ -186,7 +186,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
     off = np.abs(rest - other) / smaller
     if np.any(off > _DIFFERENCE):
         worst = int(np.argmax(off))
-        fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives"
+        fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives [E1028]"
         fault += f" a part of {off[worst]:.1e} more or less"
         raise NumericalError(fault, "Imhof's inversion")
     below[rows], above[rows] = special.ndtr(w) - rest, special.ndtr(-w) + rest
@@ -250,7 +250,9 @@ def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
             edge = _where_it_ends(generating, int(row))
             panels = max(64, int(np.ceil(edge * (1.0 + abs(generating.offsets[row])) / np.pi)))
             if panels > _PANELS:
-                fault = f"the characteristic function of {generating.values.shape[1]} variables falls too slowly"
+                fault = (
+                    f"the characteristic function of {generating.values.shape[1]} variables falls too slowly [E1029]"
+                )
                 fault += " for Imhof's integral"
                 raise NumericalError(fault, "inversion by steepest_descent")
             nodes, weights = _panels(edge, panels)

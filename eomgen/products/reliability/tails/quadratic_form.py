@@ -43,11 +43,11 @@ class QuadraticForm:
     def __post_init__(self) -> None:
         n = len(self.gradient)
         if self.hessian.shape != (n, n):
-            fault = f"a quadratic form of {n} variables needs a Hessian ({n}, {n}), found {self.hessian.shape}"
+            fault = f"a quadratic form of {n} variables needs a Hessian ({n}, {n}), found {self.hessian.shape} [E1031]"
             raise ModelError(fault)
         if not (np.isfinite(self.value) and np.isfinite(self.gradient).all() and np.isfinite(self.hessian).all()):
             raise ModelError(
-                "a quadratic form needs finite numbers", "a response that is defined at the expansion point"
+                "a quadratic form needs finite numbers [E1032]", "a response that is defined at the expansion point"
             )
 
     @property

@@ -93,7 +93,9 @@ def further_points(
         return {}, []
     for one in reached:
         if not one.nearest and not one.aside:  # Hessians miss jumps of the gradient
-            notes.append(f"the most probable point of {one.threshold:.6g} is not the nearest one: trust samples there")
+            notes.append(
+                f"the most probable point of {one.threshold:.6g} is not the nearest one: trust samples there [W0058]"
+            )
     ends = dict.fromkeys((0, len(reached) - 1))
     for k in ends:
         others[k] = further_design_points(response, reached[k], seed)
@@ -140,7 +142,7 @@ def unreached(
         far = float(np.linalg.norm(last.point))
         notes.append(
             f"the curve of most probable points ends at {last.threshold:.6g}, {far:.3g} standard deviations out,"
-            f" {why}: {names} have none, trust samples there"
+            f" {why}: {names} have none, trust samples there [W0060]"
         )
     return notes
 
@@ -210,13 +212,14 @@ def _notes_on_regions(thresholds: Array, several: Sequence[tuple[int, int]], unk
     if several:
         names = ", ".join(f"{thresholds[k]:.6g} ({count})" for k, count in several)
         notes.append(
-            f"several regions lead to {names}: `corrected` counts all that were found, other methods one of them"
+            f"several regions lead to {names}: `corrected` counts all that were found, other methods one of"
+            f" them [W0267]"
         )
     if unknown:
         names = ", ".join(f"{thresholds[k]:.6g}" for k in unknown)
         notes.append(
             f"no `corrected` probability of {names}: samples that pass it are too few, or too unequal, for bounds; try:"
-            " samples=... (--monte-carlo)"
+            " samples=... (--monte-carlo) [W0268]"
         )
     return notes
 
@@ -253,7 +256,7 @@ def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws
         share = seen / count
         notes.append(
             f"P(y {sign} {threshold:.6g}) is {told:.3g} by samples about its most probable point and {share:.3g} by"
-            f" {count} samples about the mean, which is taken: there are other regions that lead there"
+            f" {count} samples about the mean, which is taken: there are other regions that lead there [W0061]"
         )
         below[k], above[k] = (1.0 - share, share) if upper else (share, 1.0 - share)
         under = count - seen if upper else seen
@@ -289,13 +292,14 @@ def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distri
     if off[worst] > ACCURACY and off[worst] > spread[worst]:
         notes.append(
             f"probabilities of `quadratic` are off by up to {100.0 * off[worst]:.2g} %, at {thresholds[worst]:.6g}"
-            f" ({100.0 * errors['quadratic'][worst]:+.2g} %; `form` {100.0 * of_form[worst]:+.2g} %): take `corrected`"
+            f" ({100.0 * errors['quadratic'][worst]:+.2g} %; `form` {100.0 * of_form[worst]:+.2g} %): take"
+            f" `corrected` [W0062]"
         )
     vague = [k for k in range(len(spread)) if spread[k] > 1.5 * ACCURACY]
     if vague:
         names = ", ".join(f"{thresholds[k]:.6g} (+- {100.0 * spread[k]:.2g} %)" for k in vague)
         hint = "samples=... or tail_samples=... (--monte-carlo, --tail-samples)"
-        notes.append(f"`corrected` probabilities are known less well at {names}; try: {hint}")
+        notes.append(f"`corrected` probabilities are known less well at {names}; try: {hint} [W0063]")
     return notes
 
 

@@ -78,7 +78,7 @@ def processes_of(model: Model) -> tuple[tuple[Process, ...], list[str]]:
         hint = '[random.force] type = "squared_exponential", correlation_time = "1 s", and force in a formula'
         if seas := [waves.name for waves in model.description.parts.get("waves", ())]:
             hint = f"variables = true in [waves.{seas[0]}], if it has a spectrum"
-        raise UsageError(Problem(model.name, "the scene has no random process", hint))
+        raise UsageError(Problem(model.name, "the scene has no random process [E1033]", hint))
     return tuple(result), variables
 
 
@@ -124,7 +124,7 @@ def truncated_processes(model: Model, variables: Sequence[str], gradient: Array)
             notes.append(
                 f"the last {count} of {process.name} have {100.0 * share:.2g} % of the output's variance, to first"
                 f" order: the modes that are left out, with {100.0 * left:.2g} % of the process's, may have as much;"
-                f" try: share = {1.0 - 0.1 * left:.6g}"
+                f" try: share = {1.0 - 0.1 * left:.6g} [W0064]"
             )
     return notes
 
@@ -132,14 +132,16 @@ def truncated_processes(model: Model, variables: Sequence[str], gradient: Array)
 def check_counts(**counts: int) -> None:
     for name, count in counts.items():
         if isinstance(count, bool) or not isinstance(count, int) or count < 0:
-            raise UsageError(Problem(name, f"a whole number from 0 on is needed, not {count!r}", f"{name}=1000"))
+            raise UsageError(
+                Problem(name, f"a whole number from 0 on is needed, not {count!r} [E0675]", f"{name}=1000")
+            )
 
 
 def check_samples(**counts: int) -> None:
     """Raise UsageError for too few samples for an error estimate."""
     for name, count in counts.items():
         if 0 < count < FEWEST:
-            fault = f"of {count} samples no error is known: {FEWEST} are the least"
+            fault = f"of {count} samples no error is known: {FEWEST} are the least [E1034]"
             raise UsageError(Problem(name, fault, f"{name}=1000, or 0 for none"))
 
 
@@ -151,21 +153,21 @@ def checked_options(given: Mapping[str, Any], variables: Collection[str], proces
     """
     check_options("random_vibration", given, SensitivityOptions.__annotations__, _OF_OTHER_RUNS, OWN)
     if given.get("record_every") not in (None, 1):
-        fault = "crossings, largest values and gradients are looked for at every step"
+        fault = "crossings, largest values and gradients are looked for at every step [E1035]"
         raise UsageError(Problem("record_every", fault, "without it"))
     parameters = given.get("parameters")
     if not (parameters is None or isinstance(parameters, Mapping)):
-        fault = f"values by name are needed, not {shown(parameters)}"
+        fault = f"values by name are needed, not {shown(parameters)} [E1036]"
         raise UsageError(Problem("parameters", fault, 'parameters={"mass": 1.5}'))
     held = [name for name in parameters or () if name in variables]
     if held:
-        fault = f"{held[0]} is a variable of a random process, and the study goes over all its values"
+        fault = f"{held[0]} is a variable of a random process, and the study goes over all its values [E1037]"
         hint = f'simulate(parameters={{"{held[0]}": ...}}) (eomgen simulate --set {held[0]}=...), one run'
         raise UsageError(Problem("parameters", fault, hint))
     inputs = given.get("inputs")
     replaced = [name for name in inputs if name in processes] if isinstance(inputs, Mapping) else []
     if replaced:
-        fault = f"{replaced[0]} is a random process, and the study goes over all its values"
+        fault = f"{replaced[0]} is a random process, and the study goes over all its values [E1038]"
         raise UsageError(Problem("inputs", fault, f'without it; simulate(inputs={{"{replaced[0]}": ...}}), one run'))
     return {**given, "record_every": 1}
 
@@ -177,10 +179,10 @@ def numbers_of(name: str, given: Any, hint: str, *, least: int = 1) -> Array:
     except ValueError:  # rows of different lengths
         result = np.asarray(None)
     if result.ndim != 1 or len(result) < least or (len(result) and result.dtype.kind not in "iuf"):
-        raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(given)}", hint))
+        raise UsageError(Problem(name, f"a list of numbers is needed, not {shown(given)} [E1039]", hint))
     if not np.isfinite(result).all():
         bad = result[~np.isfinite(result)][0]
-        raise UsageError(Problem(name, f"{bad} is not a finite number", hint))
+        raise UsageError(Problem(name, f"{bad} is not a finite number [E1040]", hint))
     return result.astype(float)
 
 
@@ -190,21 +192,23 @@ def span_of(model: Model, at: float | None, step: float | None, t_start: float =
     end = t_start + simulation.duration if at is None else number_of("at", at)
     size = simulation.step if step is None else number_of("step", step)
     if not size > 0.0:
-        raise UsageError(Problem("step", f"the step must be positive, not {size:.6g}", f"step={simulation.step:.6g}"))
+        raise UsageError(
+            Problem("step", f"the step must be positive, not {size:.6g} [E1041]", f"step={simulation.step:.6g}")
+        )
     if not end > t_start:
-        fault = f"there is no run from {t_start:.6g} s to t = {end:.6g} s"
+        fault = f"there is no run from {t_start:.6g} s to t = {end:.6g} s [E1042]"
         raise UsageError(
             Problem("at", fault, f"at={t_start + simulation.duration:.6g} (--t-end), a time after the start")
         )
     count = (end - t_start) / size
     if count < 1.0 - _WHOLE:
-        fault = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s"
+        fault = f"the run to t = {end:.6g} s has no whole step of {size:.6g} s [E1043]"
         swapped = at is not None and step is not None
         shorter = 0.01 * (end - t_start)
         hint = f"at={size:.6g}, step={end:.6g}: the end comes first" if swapped else f"step={shorter:.2g}"
         raise UsageError(Problem("step", fault, hint))
     if abs(count - round(count)) > _WHOLE * max(1.0, count):
-        fault = f"t = {end:.9g} s is not a whole number of steps of {size:.6g} s"
+        fault = f"t = {end:.9g} s is not a whole number of steps of {size:.6g} s [E1044]"
         whole = t_start + round(count) * size
         raise UsageError(Problem("at", fault, f"at={whole:.9g} (--t-end {whole:.9g})"))
     return end, size
@@ -214,15 +218,15 @@ def check_output(model: Model, output: str) -> None:
     sizes = {str(item["name"]): int(item["size"]) for item in model.library.layout["outputs"]}
     known = f"one of {', '.join(sizes)}" if sizes else "[outputs.x] in the scene"
     if not isinstance(output, str):
-        raise UsageError(Problem("output", f"a name is needed, not {type(output).__name__}", known))
+        raise UsageError(Problem("output", f"a name is needed, not {type(output).__name__} [E1045]", known))
     name, bracket, rest = output.partition("[")
     if name not in sizes:
-        raise UsageError(Problem("output", f"there is no output {name!r}", known))
+        raise UsageError(Problem("output", f"there is no output {name!r} [E0204]", known))
     size = sizes[name]
     place = rest.rstrip("]")
     if bool(bracket) != (size > 1) or (bracket and not (place.isdigit() and int(place) < size)):
         hint = name if size == 1 else f"{name}[0] to {name}[{size - 1}]"
-        raise UsageError(Problem("output", f"{output!r} is not a single component of {name}", hint))
+        raise UsageError(Problem("output", f"{output!r} is not a single component of {name} [E1046]", hint))
 
 
 def thresholds_of(
@@ -246,8 +250,11 @@ def thresholds_of(
 
 def _without_spread(*, varies: bool) -> str:
     if varies:
-        return "about the mean the output has neither slope nor bend, though samples differ: a kink, as of abs at 0"
-    return "to second order about the mean the output does not depend on the random processes at this time"
+        return (
+            "about the mean the output has neither slope nor bend, though samples differ: a kink, as of abs at"
+            " 0 [E1048]"
+        )
+    return "to second order about the mean the output does not depend on the random processes at this time [E1047]"
 
 
 def doubts_of_spread(mean: float, deviation: float, *, varies: bool) -> list[str]:

@@ -268,7 +268,7 @@ class RunResponse:
             return self.model.sensitivities(*self.span, settings=settings or None, **given)
         except NumericalError as error:
             far = float(np.linalg.norm(point))
-            fault = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what}"
+            fault = f"the run {far:.3g} standard deviations from the mean fails: {error.problems[0].what} [E1049]"
             raise NumericalError(fault, "smaller steps, or thresholds nearer to the mean") from error
 
 
@@ -281,7 +281,7 @@ def rows_at(t: Array, times: Sequence[float]) -> list[int]:
     rows = [int(np.argmin(np.abs(t - time))) for time in times]
     for row, time in zip(rows, times, strict=True):
         if not abs(t[row] - time) <= 1e-6 * np.ptp(t):  # nor not a number
-            fault = f"t = {time:.6g} s is not a row of the run; the nearest one is at {t[row]:.9g} s"
+            fault = f"t = {time:.6g} s is not a row of the run; the nearest one is at {t[row]:.9g} s [E1050]"
             raise UsageError(Problem("times", fault, "whole steps within the run"))
     return rows
 
@@ -335,7 +335,7 @@ def judged_passage(level: float, of_rate: float, passed: int, samples: int, *, n
     why = "" if normal else ": the response is not normal"
     if normal and share < of_rate:
         why = ": crossings come in clumps, and the rate takes each as independent of the others"
-    return share, f"the first passage of {level:.6g} has probability {by}, which is preferred{why}"
+    return share, f"the first passage of {level:.6g} has probability {by}, which is preferred{why} [W0069]"
 
 
 def not_normal(y: Array, mean: float, deviation: float) -> str:

@@ -14,7 +14,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import with_options_of
 from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
-from eomgen.errors import EomgenError, NumericalError, Problem, UsageError
+from eomgen.errors import EomgenError, Message, NumericalError, Problem, UsageError
 from eomgen.products.derivatives.crossings import CrossedJump
 from eomgen.products.derivatives.linearise import sensitivities
 from eomgen.products.reliability.tails import (
@@ -175,7 +175,7 @@ def random_vibration(
     try:
         forms = study.expansions(projected, whole, pairs)
     except CrossedJump as error:
-        study.left_to_samples(error, samples, "samples alone are left")
+        study.left_to_samples(error, samples, "samples alone are left [W0072]")
         forms, points = {}, False
     form = forms.get("second_order", forms.get("projected"))
     best = forms.get("hermite", form)
@@ -198,7 +198,7 @@ def random_vibration(
     if form is not None:
         study.check_truncation(form)
     if study.response.reason:
-        study.notes.append(f"Hessians are differences of gradients: {study.response.reason}")
+        study.notes.append(f"Hessians are differences of gradients: {study.response.reason} [W0065]")
     units = {item.name: item.unit for item in model.description.outputs}
     return RandomVibration(
         model.name,
@@ -214,7 +214,7 @@ def random_vibration(
         covariance,
         passage,
         study.costs,
-        study.notes,
+        tuple(map(Message, study.notes)),
         study.error,
         study.errors,
         study.lost_variance,
@@ -352,7 +352,9 @@ class _VibrationStudy:
             z, y, _ = self.about_mean.first(_TRIED)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         if failed:
-            self.notes.append(f"{failed} of {len(y)} samples fail, so the statistics of the output leave them out")
+            self.notes.append(
+                f"{failed} of {len(y)} samples fail, so the statistics of the output leave them out [W0066]"
+            )
         if len(y) - failed < 2 or not np.nanvar(y) > 0.0:
             return
         if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= _MISSED:
@@ -373,7 +375,7 @@ class _VibrationStudy:
         self.notes.append(
             f"the quadratic form about the mean misses {len(y)} samples by {missed:.2g} of their standard deviation:"
             f" these correct the standard deviation from {form.standard_deviation:.4g} to {deviation:.4g} +-"
-            f" {error / deviation:.1g}, and distributions about the mean are a guess"
+            f" {error / deviation:.1g}, and distributions about the mean are a guess [W0067]"
         )
 
     def check_steps(self, output: str, deviation: float) -> None:
@@ -384,7 +386,7 @@ class _VibrationStudy:
         if off > NOTICED * deviation > 0.0:
             self.notes.append(
                 f"the steps put the output off by up to {off:.2g}, {100.0 * off / deviation:.2g} % of its standard"
-                f" deviation; try: a step smaller than {self.response.span[1]:.3g} s"
+                f" deviation; try: a step smaller than {self.response.span[1]:.3g} s [W0068]"
             )
         self.notes += filter(None, self._of_steps)
 
@@ -415,7 +417,7 @@ class _VibrationStudy:
             counts = passed, len(highest)
             values["preferred"], note = judged_passage(level, values["crossing_rate"], *counts, normal=not bent)
             if not note and bent and passed < FEWEST_SEEN:
-                note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent}"
+                note = f"the first passage of {level:.6g} by the rate of crossings is a guess: {bent} [W0070]"
             self.notes += [note] if note else []
 
     def _first_passages(self) -> tuple[Array, ...]:
@@ -435,7 +437,7 @@ class _VibrationStudy:
             with self._counted("most_probable_points"):
                 points, missed = self._points(wanted)
         except (CrossedJump, NumericalError) as error:
-            self.left_to_samples(error, samples, "most probable points are left out")
+            self.left_to_samples(error, samples, "most probable points are left out [W0073]")
             return none
         places, reached = sorted(points), [points[k] for k in sorted(points)]
         self.notes += self._doubts_of_rough(reached)
@@ -457,7 +459,9 @@ class _VibrationStudy:
                 about["importance_sampling"] = tails_of(self.response, reached, tail_samples, self.seed)
         failed = self.response.failed - failed
         if failed:
-            self.notes.append(f"{failed} samples about most probable points failed: thresholds with such have none")
+            self.notes.append(
+                f"{failed} samples about most probable points failed: thresholds with such have none [W0071]"
+            )
         of_forms = {name: one for name, one in self.distributions.items() if name not in _SAMPLED}
         self.errors = {name: relative_errors(one, whole) for name, one in of_forms.items()}
         indices = none.copy()
@@ -541,7 +545,7 @@ class _VibrationStudy:
             y, highest = self.response.samples(normal)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         if count - failed < FEWEST:
-            fault = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail"
+            fault = f"{'all' if failed == count else f'{failed} of'} {count} samples of Monte Carlo fail [E1051]"
             raise NumericalError(fault, "smaller steps, or a scene that runs")
         self._samples = y, highest
         return self._samples
@@ -555,7 +559,7 @@ class _VibrationStudy:
         for level, values in passage.items():
             values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
         if failed:
-            self.notes.append(f"{failed} of {count} samples failed, and are in no statistics")
+            self.notes.append(f"{failed} of {count} samples failed, and are in no statistics [W0074]")
         if "quadratic" in self.distributions:
             form, counted = self.distributions["quadratic"], self.distributions["monte_carlo"]
             wrong = against_samples(wanted, form, counted)
@@ -573,7 +577,7 @@ class _VibrationStudy:
             values["crossing_rate"] = first_passage(t, y, slopes, level)
             if y[0] >= level and not np.any(slopes[0]):
                 self.notes.append(
-                    f"the output starts at {y[0]:.6g}, not below the level {level:.6g}, and counts as passed"
+                    f"the output starts at {y[0]:.6g}, not below the level {level:.6g}, and counts as passed [W0075]"
                 )
         if not len(times):
             return {}
@@ -600,7 +604,9 @@ def _check_projection(projected: float | None, whole: bool) -> None:
     if projected is not None:
         number_of("projected", projected, "number")
     if projected is not None and not 0.0 < projected < 1.0:
-        raise UsageError(Problem("projected", f"the share {projected:.6g} is not between 0 and 1", "projected=0.999"))
+        raise UsageError(
+            Problem("projected", f"the share {projected:.6g} is not between 0 and 1 [E1027]", "projected=0.999")
+        )
     if projected is None and not whole:
-        fault = "no Hessian is left without the whole one"
+        fault = "no Hessian is left without the whole one [E1052]"
         raise UsageError(Problem("whole", fault, "projected=0.999, the share of the directions that have one"))

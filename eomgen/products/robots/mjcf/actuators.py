@@ -29,7 +29,7 @@ def convert_actuators(draft: Draft) -> None:
         group = int(model.actuator_group[index])
         actuator = _Actuator(draft, index, name, place)
         if draft.disabled("ACTUATION") or (0 <= group <= 30 and off & (1 << group)):
-            draft.leave_out(place, f"not modelled: the actuator {name}, which the file switches off")
+            draft.leave_out(place, f"not modelled: the actuator {name}, which the file switches off [W0148]")
             actuator.convert_passive()
             continue
         actuator.convert(efforts)
@@ -60,7 +60,7 @@ def _effort_on(draft: Draft, joint: int, terms: list[str], *, driven: bool) -> s
             support = compensation_on(draft, joint)
         elif not driven and compensated_by(draft, joint):
             name = draft.joints[joint]
-            fault = f"actuatorgravcomp of {name}, which has several coordinates and no drive, is not supported"
+            fault = f"actuatorgravcomp of {name}, which has several coordinates and no drive, is not supported [E2208]"
             at = draft.place("joint", joint, model.njnt)
             draft.report.add_place(at.file, at.line, f"joints.{name}", fault, "no actuatorgravcomp there")
     low, high = (float(value) for value in model.jnt_actfrcrange[joint])
@@ -95,11 +95,11 @@ class _Actuator:
         """Add the actuator; ``efforts`` are the terms of joints."""
         model, index = self.model, self.index
         if self.is_of("trn", "BODY"):
-            note = f"not modelled: the actuator {self.name}, which acts on contacts alone"
+            note = f"not modelled: the actuator {self.name}, which acts on contacts alone [W0149]"
             self.draft.leave_out(self.line, note)
             return
         if hasattr(model, "actuator_delay") and float(model.actuator_delay[index]) > 0.0:
-            self.refuse("a delay of the control is not supported", "delay 0")
+            self.refuse("a delay of the control is not supported [E1911]", "delay 0")
             return
         gear = [float(value) for value in model.actuator_gear[self.output]]
         drive = Drive(self.draft, self.name, index, gear, efforts)
@@ -108,7 +108,7 @@ class _Actuator:
             return
         path = transmission(drive)
         if isinstance(path, str):
-            self.refuse(f"an actuator with a transmission of type {path} is not supported")
+            self.refuse(f"an actuator with a transmission of type {path} is not supported [E1912]")
             return
         self.length, self.rate, self.period = path.length, path.rate, path.period
         self.draft.actuator_motions[index] = path.length, path.rate
@@ -134,12 +134,14 @@ class _Actuator:
             return
         if self.is_of("trn", "TENDON"):
             if not add_armature(draft, target, armature):
-                self.refuse("armature on a tendon of several joints is not supported", "armature of the joints")
+                self.refuse("armature on a tendon of several joints is not supported [E1913]", "armature of the joints")
             if any(damping):
                 add_tension(draft, target, [polynomial(f"{draft.tendons[target]}_rate", damping, odd_power)])
         elif self.is_of("trn", "JOINT") or self.is_of("trn", "JOINTINPARENT"):
             if int(model.jnt_type[target]) not in (HINGE, SLIDE):
-                self.refuse("armature or damping on a ball or free joint is not supported", "damping of the joint")
+                self.refuse(
+                    "armature or damping on a ball or free joint is not supported [E1914]", "damping of the joint"
+                )
                 return
             name = draft.joints[target]
             if armature:
@@ -155,7 +157,10 @@ class _Actuator:
         model, draft = self.model, self.draft
         for joint in moved_joints(drive):
             if model.jnt_actfrclimited[joint]:
-                fault = f"actuatorfrcrange of {draft.joints[joint]}, on which a force on bodies acts, is not supported"
+                fault = (
+                    f"actuatorfrcrange of {draft.joints[joint]}, on which a force on bodies acts, is not"
+                    f" supported [E2128]"
+                )
                 self.refuse(fault, "forcerange of the actuators")
 
     def controls(self) -> dict[str, str]:
@@ -193,7 +198,7 @@ class _Actuator:
         draft.section("states")[name] = entry
         early = model.actuator_actearly[self.index] and not self.is_of("dyn", "DCMOTOR")
         if early and not number_of_state:
-            note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier"
+            note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier [W0150]"
             draft.leave_out(self.line, note)
         return name
 
@@ -203,7 +208,7 @@ class _Actuator:
         kind = int(model.actuator_dyntype[self.index])
         if not any(self.is_of("dyn", word) for word in ("NONE", "MUSCLE", "INTEGRATOR", "FILTER", "FILTEREXACT")):
             word = kinds(kind).name.removeprefix("mjDYN_").lower()
-            self.refuse(f"an actuator with dynamics of type {word} is not supported")
+            self.refuse(f"an actuator with dynamics of type {word} is not supported [E1915]")
             return ""
         control = next(iter(self.controls().values()))
         if kind == kinds.mjDYN_NONE:
@@ -211,7 +216,9 @@ class _Actuator:
         name = self.state("activation", 0)
         rate, times_of_change = control, [float(value) for value in model.actuator_dynprm[self.index][:2]]
         if kind != kinds.mjDYN_INTEGRATOR and min(times_of_change[: 2 if kind == kinds.mjDYN_MUSCLE else 1]) <= 0.0:
-            self.refuse("a time constant of 0 makes the rate of the activation infinite", "a time constant above 0")
+            self.refuse(
+                "a time constant of 0 makes the rate of the activation infinite [E2210]", "a time constant above 0"
+            )
             return ""
         if kind == kinds.mjDYN_MUSCLE:
             rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
@@ -243,7 +250,7 @@ class _Actuator:
         if not known or not (self.is_of("bias", "NONE") or self.is_of("bias", "AFFINE")):
             gain_kind, bias_kind = int(model.actuator_gaintype[self.index]), int(model.actuator_biastype[self.index])
             word = (gains(gain_kind) if not known else biases(bias_kind)).name.rpartition("_")[2].lower()
-            self.refuse(f"an actuator of type {word} is not supported")
+            self.refuse(f"an actuator of type {word} is not supported [E1916]")
             return ""
         driving = self.driving()
         if not driving:
@@ -267,7 +274,9 @@ class _Actuator:
         """Return the force of a PID controller or a DC motor; empty for a fault."""
         model, draft = self.model, self.draft
         if not hasattr(model, "actuator_ctrlspec"):
-            self.refuse("a pid or dcmotor of MuJoCo before 3.12 is not supported", "pip install -U 'eomgen[mujoco]'")
+            self.refuse(
+                "a pid or dcmotor of MuJoCo before 3.12 is not supported [E1917]", "pip install -U 'eomgen[mujoco]'"
+            )
             return ""
         count = 0
 
@@ -290,7 +299,9 @@ class _Actuator:
         if self.is_of("gain", "PID"):
             return self.limited(pid_force(plant, dynamics, gains, biases))
         if dynamics[5] > 0.0 and min(biases[3:5]) <= 0.0:
-            self.refuse("lugre: bristles without friction have an infinite rate", "kinetic and static friction above 0")
+            self.refuse(
+                "lugre: bristles without friction have an infinite rate [E2211]", "kinetic and static friction above 0"
+            )
             return ""
         return motor_force(plant, dynamics, gains, biases, self.limited)
 
@@ -309,7 +320,9 @@ class _Actuator:
             return force
         on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
         if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
-            self.refuse("actuatorfrcrange of a tendon with several actuators is not supported", "forcerange of each")
+            self.refuse(
+                "actuatorfrcrange of a tendon with several actuators is not supported [E1918]", "forcerange of each"
+            )
         return clipped(force, *map(float, model.tendon_actfrcrange[tendon]))
 
     def muscle_force(self) -> str:
@@ -322,7 +335,8 @@ class _Actuator:
         acceleration = float(model.actuator_acc0[self.output])
         if acceleration <= 0.0 and min(self.parameters(kind)[2] for kind in ("gain", "bias")) < 0.0:
             self.refuse(
-                "a muscle that accelerates no coordinate at the start has no force by its scale", "force of the muscle"
+                "a muscle that accelerates no coordinate at the start has no force by its scale [E2212]",
+                "force of the muscle",
             )
             return ""
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
@@ -335,7 +349,7 @@ class _Actuator:
         model, draft, (target, reference) = self.model, self.draft, drive.targets()
         self.refuse_limits_of_joints(drive)
         if reference >= 0:
-            self.refuse("an orientation actuator between sites is not supported", "one on a ball joint")
+            self.refuse("an orientation actuator between sites is not supported [E1919]", "one on a ball joint")
             return
         names = list(self.controls().values())
         if len(names) == 4:
@@ -346,7 +360,7 @@ class _Actuator:
         else:
             if not self.is_of("dyn", "NONE"):
                 if not self.is_of("dyn", "INTEGRATOR"):
-                    self.refuse("dynamics of an orientation actuator are not supported")
+                    self.refuse("dynamics of an orientation actuator are not supported [E1920]")
                     return
                 names = [self.state(f"activation_{'xyz'[k]}", k, name) for k, name in enumerate(names)]
             wanted = quaternions.exponential(draft, f"{self.name}_wanted", names)

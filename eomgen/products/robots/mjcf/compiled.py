@@ -100,7 +100,7 @@ def elements_of(text: str, file: str, path: Path | None) -> Elements:
     result = Elements()
     root = read_xml(text, file, _DEEPEST)
     if root.tag != "mujoco":
-        fault = f"the outermost element is {shown(root.tag)}, not 'mujoco'"
+        fault = f"the outermost element is {shown(root.tag)}, not 'mujoco' [E1921]"
         raise DescriptionError(Problem(f"{file}:{root.line}", fault, "the file that includes this one"))
     result.liberties += root.liberties
     if path is not None:
@@ -155,10 +155,10 @@ def mujoco_module() -> Any:
     try:
         import mujoco  # noqa: PLC0415  # an extra
     except ImportError:
-        fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed"
+        fault = "MJCF is compiled by MuJoCo, and the package mujoco is not installed [E1923]"
         raise UsageError(Problem("load", fault, "pip install 'eomgen[mujoco]'")) from None
     if not hasattr(mujoco.MjModel, "dof_dampingpoly"):
-        fault = f"mujoco {mujoco.__version__} is older than 3.7, whose models are read"
+        fault = f"mujoco {mujoco.__version__} is older than 3.7, whose models are read [E1922]"
         raise UsageError(Problem("load", fault, "pip install -U 'eomgen[mujoco]'"))
     return mujoco
 
@@ -213,7 +213,11 @@ def _check_assets(spec: Any, path: Path | None) -> None:
 def out_of_range(file: str, elements: Elements) -> DescriptionError:
     """Return the error for a file whose numbers cannot be multiplied or divided."""
     place, word = elements.extreme() or (Place(file, 1), "")
-    fault = f"the number {shown(word)} is too large or too small to calculate with" if word else "a number is too large"
+    fault = (
+        f"the number {shown(word)} is too large or too small to calculate with [E2166]"
+        if word
+        else "a number is too large [E2167]"
+    )
     return DescriptionError(Problem(str(place), fault, "masses, inertias and lengths between 1e-100 and 1e100"))
 
 
@@ -231,7 +235,7 @@ def _problem(message: str, file: str, elements: Elements) -> Problem:
     place = _place_of(message, file, elements)
     if not place and _LINE.search(message):
         words += " (in an included file)"
-    return Problem(place or file, f"MuJoCo refuses the file: {words}", _remedy(words, elements))
+    return Problem(place or file, f"MuJoCo refuses the file: {words} [E1924]", _remedy(words, elements))
 
 
 def _place_of(message: str, file: str, elements: Elements) -> str:

@@ -130,11 +130,13 @@ def _keyframe(draft: Draft, wanted: str, file: str) -> int:
     names = [draft.written("key", index) or str(index) for index in range(count)]
     if not wanted:
         if count:
-            draft.notes.append(f"the start is the configuration of the file; keyframe=... is one of {listed(names)}")
+            draft.notes.append(
+                f"the start is the configuration of the file; keyframe=... is one of {listed(names)} [W0162]"
+            )
         return -1
     if wanted not in names:
         raise OptionError(
-            "keyframe", f"{file} has no keyframe {shown(wanted)}", nearest(wanted, names) or "no keyframe"
+            "keyframe", f"{file} has no keyframe {shown(wanted)} [E1925]", nearest(wanted, names) or "no keyframe"
         )
     return names.index(wanted)
 
@@ -145,7 +147,7 @@ def _refuse_other_physics(draft: Draft) -> None:
     for count, tag, name in ((model.nflex, "flex", "flex (a soft body)"), (model.nplugin, "plugin", "plugin")):
         if count:
             place = elements.first(tag, draft.report.file)
-            draft.refuse(place, "", f"a {name} is not supported", "the file without it")
+            draft.refuse(place, "", f"a {name} is not supported [E1926]", "the file without it")
 
 
 def _add_sites(draft: Draft) -> None:
@@ -202,7 +204,7 @@ def _note_the_rest(draft: Draft) -> None:
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     if len(touching) > 1 and not draft.disabled("CONTACT"):
         draft.leave_out(
-            draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms)"
+            draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms) [W0151]"
         )
     if model.npair and not draft.disabled("CONTACT"):
-        draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs")
+        draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs [W0152]")

@@ -65,5 +65,5 @@ def note_unknown_attributes(draft: Draft) -> None:
         known = STATUSES.get(key_of_path(path), {})
         for name in element.unread_attributes:
             if name not in known:
-                note = f"not read: the attribute {name} of <{element.tag}>, which this version does not know"
+                note = f"not read: the attribute {name} of <{element.tag}>, which this version does not know [W0153]"
                 draft.leave_out(Place(file, element.line), note)

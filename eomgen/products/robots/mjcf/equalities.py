@@ -22,7 +22,7 @@ def convert_equalities(draft: Draft) -> None:
         name = draft.name("constraint", written, f"{word}_{index + 1}")
         draft.lines[f"constraints.{name}"] = str(place)
         if not model.eq_active0[index]:
-            draft.leave_out(place, f"not modelled: the equality {name}, which the file makes inactive")
+            draft.leave_out(place, f"not modelled: the equality {name}, which the file makes inactive [W0154]")
         elif kind == kinds.mjEQ_CONNECT:
             _connect(draft, index, name)
         elif kind == kinds.mjEQ_WELD:
@@ -38,7 +38,9 @@ def convert_equalities(draft: Draft) -> None:
             turning = all(int(model.jnt_type[joint]) == HINGE for joint in joints)
             _couple(draft, index, name, lengths, zeros, "rad" if turning else "m")
         else:
-            fault = f"an equality of {'a spatial tendon' if word == 'tendon' else f'type {word}'} is not supported"
+            fault = (
+                f"an equality of {'a spatial tendon' if word == 'tendon' else f'type {word}'} is not supported [E1927]"
+            )
             draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
 
 
@@ -90,7 +92,7 @@ def _weld(draft: Draft, index: int, name: str) -> None:
 def _constrain(draft: Draft, name: str, kind: str, places: list[LinkPlace], *, axes: bool) -> None:
     """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
     if places[0].body == places[1].body:
-        draft.notes.append(f"the equality {name} is left out: both ends are on one body")
+        draft.notes.append(f"the equality {name} is left out: both ends are on one body [W0270]")
         return
     first, second = (_frame(place, axes=axes) for place in places)
     draft.section("constraints")[name] = {"type": kind, "first": first, "second": second}

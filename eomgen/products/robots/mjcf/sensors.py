@@ -22,7 +22,7 @@ def convert_sensors(draft: Draft) -> None:
     model = draft.model
     if model.nsensor and draft.disabled("SENSOR"):
         place = draft.place("sensor", 0, model.nsensor)
-        draft.leave_out(place, f"not modelled: sensors ({model.nsensor}), which the file switches off")
+        draft.leave_out(place, f"not modelled: sensors ({model.nsensor}), which the file switches off [W0252]")
         return
     absent = []
     for index in range(model.nsensor):
@@ -40,7 +40,7 @@ def convert_sensors(draft: Draft) -> None:
         draft.lines[f"outputs.{name}"] = str(draft.place("sensor", index, model.nsensor))
     if absent:
         place = draft.place("sensor", 0, model.nsensor)
-        draft.leave_out(place, f"not modelled: sensors ({len(absent)}: {listed(absent)})")
+        draft.leave_out(place, f"not modelled: sensors ({len(absent)}: {listed(absent)}) [W0155]")
 
 
 def _is_plain(draft: Draft, index: int) -> bool:

@@ -50,7 +50,7 @@ def convert_geoms(draft: Draft) -> None:
             "opacity": opacity,
         }
     for reason, names in left_out.items():
-        draft.notes.append(f"geoms that pictures leave out ({len(names)}: {listed(names)}): {reason}")
+        draft.notes.append(f"geoms that pictures leave out ({len(names)}: {listed(names)}): {reason} [W0253]")
 
 
 def _color(draft: Draft, geom: int) -> tuple[float, ...]:

@@ -39,7 +39,9 @@ def convert_tendons(draft: Draft) -> None:
             if _acts(draft, index) or index in driven:
                 _spatial(draft, index, written)
             else:
-                draft.leave_out(place, f"not modelled: the spatial tendon {written or index + 1}, which has no force")
+                draft.leave_out(
+                    place, f"not modelled: the spatial tendon {written or index + 1}, which has no force [W0156]"
+                )
             continue
         name = draft.name("signal", "", f"length_of_{written or f'tendon_{index + 1}'}")
         draft.taken["signal"].add(f"{name}_rate")
@@ -55,13 +57,13 @@ def convert_tendons(draft: Draft) -> None:
 def _forces(draft: Draft, index: int, name: str) -> None:
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
     if not add_armature(draft, index, float(model.tendon_armature[index])):
-        fault = "armature of a tendon along several joints is not supported"
+        fault = "armature of a tendon along several joints is not supported [E1928]"
         draft.refuse(place, f"tendon {name}", fault, "armature of its joints")
     if model.tendon_springyield[index]:
         draft.refuse(
             place,
             f"tendon {name}",
-            "springyield makes the spring plastic, and no scene has such springs",
+            "springyield makes the spring plastic, and no scene has such springs [E1929]",
             "springyield 0",
         )
     if model.tendon_frictionloss[index] and not draft.disabled("FRICTIONLOSS"):
@@ -176,7 +178,7 @@ def _obstacle(draft: Draft, index: int, title: str, k: int) -> dict[str, Any] | 
     if side >= 0:
         away = site_place(draft, side)
         if away.body != at.body:
-            fault = f"the sidesite {draft.written('site', side)} is not on the body of its geom"
+            fault = f"the sidesite {draft.written('site', side)} is not on the body of its geom [E1930]"
             place = draft.place("tendon", index, model.ntendon)
             draft.refuse(place, f"tendon {title}", fault, "a site on the body of the geom")
             return None

@@ -53,7 +53,8 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
             merged.append(name)
             if model.body_mocapid[body] >= 0:
                 note = (
-                    f"not modelled: the motion of the mocap body {name}, which rests at its place; mocap=True moves it"
+                    f"not modelled: the motion of the mocap body {name}, which rests at its place; mocap=True moves"
+                    f" it [W0157]"
                 )
                 draft.leave_out(draft.place("body", body, model.nbody), note)
         place = draft.places[body]
@@ -67,7 +68,7 @@ def convert_tree(draft: Draft, *, limits: bool, friction: bool) -> None:
         _add_mass_of_moved(draft)
     if merged:
         draft.notes.append(
-            f"bodies without joints are parts of the ones that carry them, kept as frames: {listed(merged)}"
+            f"bodies without joints are parts of the ones that carry them, kept as frames: {listed(merged)} [W0163]"
         )
     _compensate_gravity(draft)
 
@@ -115,7 +116,9 @@ def _add_mass_of_moved(draft: Draft) -> None:
         name = draft.places[int(body)].body
         if not draft.section("bodies")[name].get("mass"):
             draft.section("bodies")[name] |= {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
-            draft.notes.append(f"the mocap body {name} has no mass in the file; its 1 kg here loads its drives alone")
+            draft.notes.append(
+                f"the mocap body {name} has no mass in the file; its 1 kg here loads its drives alone [W0164]"
+            )
 
 
 class _Chain:
@@ -216,7 +219,7 @@ class _Chain:
             draft.refuse(
                 line,
                 f"joints.{name}",
-                "springyield makes the spring plastic, and no scene has such springs",
+                "springyield makes the spring plastic, and no scene has such springs [E1929]",
                 "springyield 0",
             )
         self.friction_of(rate, kind, entry, name)
@@ -257,14 +260,14 @@ class _Chain:
         rate, line = int(model.jnt_dofadr[joint]), draft.place("joint", joint, model.njnt)
         damping = [float(model.dof_damping[rate]), *map(float, model.dof_dampingpoly[rate])]
         if any(damping[1:]):
-            fault = f"a {_WORDS[kind]} joint with damping of higher order is not supported"
+            fault = f"a {_WORDS[kind]} joint with damping of higher order is not supported [E1931]"
             draft.refuse(line, f"joints.{name}", fault, "one coefficient of damping")
         elif damping[0] and not draft.disabled("DAMPER"):
             for index in range(3 if kind == BALL else 6):
                 effort = {"joint": name, "index": index, "effort": f"-{damping[0]!r} * v.{name}[{index}]"}
                 draft.section("efforts")[draft.name("effort", "", f"{name}_damper_{index}")] = effort
         if any(model.jnt_stiffnesspoly[joint]):
-            fault = f"a {_WORDS[kind]} joint with stiffness of higher order is not supported"
+            fault = f"a {_WORDS[kind]} joint with stiffness of higher order is not supported [E1932]"
             draft.refuse(line, f"joints.{name}", fault, "one coefficient of stiffness")
         elif model.jnt_stiffness[joint] and not draft.disabled("SPRING"):
             self.add_bushing(joint, kind, entry, placed)
@@ -301,7 +304,7 @@ class _Chain:
         alone."""
         draft, name = self.draft, self.draft.joints[joint]
         if kind == BALL and entry["parent"] != BASE:
-            fault = "a ball joint with armature on a body that moves is not supported"
+            fault = "a ball joint with armature on a body that moves is not supported [E1933]"
             hint = "armature 0, and the inertia in the body"
             draft.refuse(draft.place("joint", joint, self.model.njnt), f"joints.{name}", fault, hint)
             return

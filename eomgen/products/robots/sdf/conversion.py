@@ -148,7 +148,7 @@ class _Converter:
         names = {self.called((path, name)): (path, name) for path, model in self.world.every() for name in model.joints}
         for written in lock:
             if written not in names:
-                fault = f"{self.file} has no joint {shown(written)} to lock"
+                fault = f"{self.file} has no joint {shown(written)} to lock [E1938]"
                 raise OptionError("lock", fault, nearest(written, names))
         held = {names[written] for written in lock}
         for path, model in self.world.every():
@@ -171,7 +171,7 @@ class _Converter:
             if ends[0] == WORLD_NODE:
                 self.reader.leftovers.count("joints of links that rest")
                 return
-            fault = f"the joint {shown(joint.name)} connects the link {shown(ends[0][1])} with itself"
+            fault = f"the joint {shown(joint.name)} connects the link {shown(ends[0][1])} with itself [E1939]"
             self.draft.refuse(joint.place, "", fault, "two links")
             return
         key = (path, joint.name)
@@ -184,7 +184,9 @@ class _Converter:
         place = Place(self.file, 1)
         if not self.frames.known(path, written, place, "") or written == WORLD_FRAME:
             every = [self.called((path, name)) for path, model in self.world.every() for name in model.names]
-            raise OptionError("weld", f"{self.file} has no link or frame {shown(written)}", nearest(written, every))
+            raise OptionError(
+                "weld", f"{self.file} has no link or frame {shown(written)} [E1940]", nearest(written, every)
+            )
         link = self.frames.link(path, written)
         joint = SdfJoint(f"{written}_weld", place, WrittenPose(place), "fixed", WORLD_FRAME, link[1])
         return Edge((path, joint.name), joint, WORLD_NODE, link, held=False)
@@ -349,7 +351,7 @@ class _Converter:
             own = own if part is first else self.draft.name("joint", "", own)  # noqa: PLW2901
             self.add_forces(own, None, part, [axis])
             self.draft.data["joints"][own] = part
-        note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place"
+        note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"
         self.draft.notes.append(note)
 
     @staticmethod
@@ -373,7 +375,7 @@ class _Converter:
         bounded = "position" in limited and kind != "continuous"
         for axis in axes:
             if axis.lower > axis.upper:
-                fault = f"the lower limit, {axis.lower:.9g}, is above the upper one, {axis.upper:.9g} {unit}"
+                fault = f"the lower limit, {axis.lower:.9g}, is above the upper one, {axis.upper:.9g} {unit} [E1696]"
                 self.draft.refuse(axis.place, f"joints.{name}", fault, "the smaller number as lower")
         stops = stops_of(axes, unit) if self.limits and bounded else None
         if stops is not None:
@@ -410,7 +412,7 @@ class _Converter:
         kind = "fixed" if edge.fixed else SCENE_TYPES[joint.type]
         axes = [] if edge.fixed else axes_in_world(self.frames, edge)
         if kind == "universal" and not are_perpendicular(axes):
-            fault = f"the axes of {shown(joint.name)}, which closes a loop, are not perpendicular"
+            fault = f"the axes of {shown(joint.name)}, which closes a loop, are not perpendicular [E1941]"
             self.draft.refuse(joint.place, f"joints.{name}", fault, "another joint of the loop with must_be_loop_joint")
             return
         turned = loop_frame(kind, axes)
@@ -432,7 +434,9 @@ class _Converter:
     def forces_of_loop(self, joint: SdfJoint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:
         """Add the damper of a joint that closes a loop as a bushing; refuse a spring."""
         if any(axis.stiffness or axis.mimic for axis in joint.axes):
-            fault = f"the joint {shown(joint.name)} closes a loop, so it has no coordinate for its spring or mimic"
+            fault = (
+                f"the joint {shown(joint.name)} closes a loop, so it has no coordinate for its spring or mimic [E1942]"
+            )
             self.draft.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
         damping = joint.axes[0].damping if len(joint.axes) == 1 else 0.0
         if damping and kind in ("revolute", "prismatic"):
@@ -440,7 +444,10 @@ class _Converter:
             bushing = {"first": dict(frames[0]), "second": dict(frames[1]), along: [0.0, 0.0, damping]}
             self.draft.section("bushings")[self.draft.name("force", "", f"{name}_damper")] = bushing
         elif any(axis.damping for axis in (*joint.axes, *([joint.around] if joint.around else ()))):
-            fault = f"the damper of the {joint.type} joint {shown(joint.name)}, which closes a loop, is not supported"
+            fault = (
+                f"the damper of the {joint.type} joint {shown(joint.name)}, which closes a loop, is not"
+                f" supported [E1943]"
+            )
             self.draft.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
         if joint.around is not None:
             self.leave_dynamics(joint.around, name, "joints that close loops", damped=True)
@@ -511,20 +518,25 @@ class _Converter:
 
     def _notes(self) -> Iterator[str]:
         if self.reader.gravity is None:
-            yield "the file has no <world>, which would give gravity: the scene has its own, 9.81 m/s^2"
+            yield "the file has no <world>, which would give gravity: the scene has its own, 9.81 m/s^2 [W0166]"
         if self.free:
             names = listed(self.free)
-            yield f"no joint holds these links, so they move freely: {names}; weld={self.free[:1]!r} fixes one"
+            yield f"no joint holds these links, so they move freely: {names}; weld={self.free[:1]!r} fixes one [W0167]"
         if self.reader.defaulted:
-            yield f"links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {listed(self.reader.defaulted)}"
+            yield (
+                f"links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {listed(self.reader.defaulted)} [W0168]"
+            )
         if self.merged:
-            yield f"links fixed to another are parts of its body, kept as frames: {listed(self.merged)}"
+            yield f"links fixed to another are parts of its body, kept as frames: {listed(self.merged)} [W0169]"
         if self.shifted:
-            yield f"links whose joints are not at their origins are frames of bodies NAME_body: {listed(self.shifted)}"
+            yield (
+                f"links whose joints are not at their origins are frames of bodies NAME_body:"
+                f" {listed(self.shifted)} [W0170]"
+            )
         if self.locked:
-            yield f"joints locked at zero: {listed(self.locked)}"
+            yield f"joints locked at zero: {listed(self.locked)} [W0171]"
         if any("::" in self.called(node) for node in self.links):
-            yield "names of models within one another are joined: arm::hand is arm__hand"
+            yield "names of models within one another are joined: arm::hand is arm__hand [W0172]"
 
 
 def _of(place: LinkPlace, inner: Pose) -> LinkPlace:

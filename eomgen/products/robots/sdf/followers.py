@@ -84,17 +84,17 @@ class _Followers:
             or not self.frames.known(path, mimic.joint, mimic.place, "")
             or (last not in self.frames.models[key[0]].joints)
         ):
-            fault = f"there is no joint {shown(mimic.joint)} to mimic"
+            fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
             self.draft.refuse(mimic.place, place, fault, nearest(mimic.joint, self.frames.models[path].joints))
             return
         place_of_axis = {"axis": 0, "axis2": 1}.get(mimic.axis, -1)
         leader = self.moving.get(key)
         if leader is None:
-            fault = f"the joint {shown(mimic.joint)}, which {shown(own)} mimics, has no coordinate of its own"
+            fault = f"the joint {shown(mimic.joint)}, which {shown(own)} mimics, has no coordinate of its own [E1944]"
             self.draft.refuse(mimic.place, place, fault, "a joint that moves and closes no loop")
             return
         if not 0 <= place_of_axis < len(leader.edge.joint.axes):
-            fault = f"the joint {shown(mimic.joint)} has no {shown(mimic.axis)} to mimic"
+            fault = f"the joint {shown(mimic.joint)} has no {shown(mimic.axis)} to mimic [E1945]"
             self.draft.refuse(mimic.place, place, fault, "axis, or axis2 of a joint with two")
             return
         offset = mimic.offset - mimic.multiplier * mimic.reference
@@ -129,7 +129,7 @@ class _Followers:
             angle = self.angle(body, self.places[link].body, axis)
             if angle is None:
                 end = "the world" if link == WORLD_NODE else shown(link[1])
-                fault = f"no revolute joint along the axis of the gearbox {shown(name)} connects {end}"
+                fault = f"no revolute joint along the axis of the gearbox {shown(name)} connects {end} [E1946]"
                 fault += f" with {shown(gear.reference)}"
                 self.draft.refuse(joint.place, f"joints.{name}", fault, "a revolute joint with a parallel axis")
                 return

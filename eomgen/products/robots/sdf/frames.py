@@ -174,10 +174,10 @@ class Frames:
         ):
             return True
         if attribute and (place, name) not in self._refused:
-            fault = f"{attribute}: there is no frame {shown(name)} in {self._called(path)}"
+            fault = f"{attribute}: there is no frame {shown(name)} in {self._called(path)} [E1721]"
             hint = nearest(name, self.models[path].names)
             if last == WORLD_FRAME and not outer:
-                fault = f"{attribute}: a model cannot name the frame 'world', which is the world's"
+                fault = f"{attribute}: a model cannot name the frame 'world', which is the world's [E1722]"
                 hint = "a frame of the model, or a fixed joint with the parent world"
             self._refuse(place, name, fault, hint)
         return False
@@ -223,7 +223,7 @@ class Frames:
                 outer, there = [*outer, there.merged[last]], there.models[there.merged[last]]
             if there is not None and last in there.links:
                 return (*path, *outer), last
-            fault = f"canonical_link: there is no link {shown(model.canonical)} in {self._called(path)}"
+            fault = f"canonical_link: there is no link {shown(model.canonical)} in {self._called(path)} [E1723]"
             self._refuse(model.place, model.canonical, fault, nearest(model.canonical, model.links))
             return WORLD_NODE
         if model.links:
@@ -247,7 +247,9 @@ class Frames:
             part[first].place for part in (owner.frames, owner.joints, owner.links, owner.models) if first in part
         )
         names = listed([name for _, name in [*circle, node]])
-        self._refuse(place, attribute, f"{attribute}: the frames name one another in a circle: {names}", "another one")
+        self._refuse(
+            place, attribute, f"{attribute}: the frames name one another in a circle: {names} [E1724]", "another one"
+        )
         return False
 
     def _refuse(self, place: Place, about: str, fault: str, hint: str) -> None:

@@ -88,12 +88,12 @@ class SdfReader:
             self.world_name = element.get("name").replace("default", "")
             reading.contents(element, "world", result)
         for element in worlds[1:]:
-            reading.values.refuse(element, "a file with several worlds is not read", "a file for each")
+            reading.values.refuse(element, "a file with several worlds is not read [E1947]", "a file for each")
         for element in root.named("model"):
             reading.add(result, "models", reading.model(element), element)
         self.leftovers.keep(root, "sdf", file, "")
         if not result.models and not result.joints:
-            reading.values.refuse(root, "the file has no <model>", '<model name="..."> with links')
+            reading.values.refuse(root, "the file has no <model> [E1948]", '<model name="..."> with links')
         self.report.raise_problems()
         return result
 
@@ -111,12 +111,14 @@ class _FileReader:
     def version(self, root: Element) -> int | None:
         """Return the minor version of the format; None for a fault."""
         if root.tag != "sdf":
-            self.values.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf'", "an SDF file")
+            self.values.refuse(root, f"the outermost element is {shown(root.tag)}, not 'sdf' [E1949]", "an SDF file")
             return None
         written = root.get("version")
         match = _VERSION.fullmatch(written)
         if match is None or not FIRST <= int(match[1]) <= NEWEST:
-            fault = f"version {shown(written)} of SDF is not read" if written else "<sdf> has no version"
+            fault = (
+                f"version {shown(written)} of SDF is not read [E1950]" if written else "<sdf> has no version [E1951]"
+            )
             self.values.refuse(root, fault, f'version="1.{FIRST}" to version="1.{NEWEST}"')
             return None
         return int(match[1])
@@ -139,13 +141,15 @@ class _FileReader:
         """Put a link, joint, frame or model into a model; its name may not be there yet."""
         name = item.name
         if not name:
-            self.values.refuse(element, f"the {element.tag} has no name", f'<{element.tag} name="...">')
+            self.values.refuse(element, f"the {element.tag} has no name [E1701]", f'<{element.tag} name="...">')
         elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
-            self.values.refuse(element, f"the name {shown(name)} is reserved in SDF", "another name")
+            self.values.refuse(element, f"the name {shown(name)} is reserved in SDF [E1952]", "another name")
         elif "::" in name and self.values.minor >= SINCE_FRAMES:
-            self.values.refuse(element, f"the name {shown(name)} has ::, which leads into a model", "another name")
+            self.values.refuse(
+                element, f"the name {shown(name)} has ::, which leads into a model [E1953]", "another name"
+            )
         elif model.has(name):
-            fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names"
+            fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names [E1954]"
             self.values.refuse(element, fault, "another name")
         else:
             getattr(model, kind)[name] = item
@@ -183,7 +187,9 @@ class _FileReader:
         if result.static:  # inertias of static links are not used
             del self.reader.defaulted[before:]
         if not result.links and not result.models and not result.static:
-            self.values.refuse(element, f"the model {shown(name)} has no link", "one link, or <static>true</static>")
+            self.values.refuse(
+                element, f"the model {shown(name)} has no link [E1955]", "one link, or <static>true</static>"
+            )
         return result
 
     def frame(self, element: Element) -> SdfFrame:
@@ -197,7 +203,7 @@ class _FileReader:
         name, values = element.get("name"), self.values
         inertia = self.inertia(element, name)
         if values.flag(element, "kinematic", default=False):
-            fault = f"the link {shown(name)} is kinematic: Gazebo moves it without forces"
+            fault = f"the link {shown(name)} is kinematic: Gazebo moves it without forces [E1956]"
             values.refuse(element, fault, "a prescribed motion (drive) in a scene that includes the file")
         for tag in ("enable_wind", "velocity_decay"):
             child = element.first(tag)
@@ -223,11 +229,13 @@ class _FileReader:
             self.reader.defaulted.append(name)
             return Inertia(1.0, np.zeros(3), np.eye(3))
         if values.flag_of(element, "auto"):
-            fault = f"inertial: auto lets Gazebo compute the inertia of {shown(name)} from its collision geometry"
+            fault = (
+                f"inertial: auto lets Gazebo compute the inertia of {shown(name)} from its collision geometry [E1957]"
+            )
             values.refuse(element, fault, "<mass> and <inertia> in numbers")
         mass = values.number(element, "mass", 1.0)
         if mass < 0.0:
-            values.refuse(element, f"the mass {mass:.6g} is negative", "a positive number of kg")
+            values.refuse(element, f"the mass {mass:.6g} is negative [E1709]", "a positive number of kg")
         inner = element.first("inertia")
         entries = [1.0 if k < 3 else 0.0 for k in range(6)]
         if inner is not None:
@@ -238,7 +246,7 @@ class _FileReader:
             sizes = [values.number(added, child.tag, 0.0) for child in list(added.children())]
             self.reader.leftovers.keep(added, "fluid_added_mass", self.file, name)
             if any(sizes):
-                values.refuse(added, "fluid_added_mass is not supported", "an inertia without the fluid")
+                values.refuse(added, "fluid_added_mass is not supported [E1958]", "an inertia without the fluid")
         pose = values.pose(element, name, framed=False)
         self.reader.leftovers.keep(element, "inertial", self.file, name)
         return Inertia(mass, np.zeros(3), tensor(entries)).moved(pose.orientation, pose.position)
@@ -247,17 +255,17 @@ class _FileReader:
         """Return a joint."""
         name, values, kind = element.get("name"), self.values, element.get("type")
         if kind not in TYPES:
-            values.refuse(element, f"the joint type {shown(kind)} is not known", nearest(kind, TYPES))
+            values.refuse(element, f"the joint type {shown(kind)} is not known [E1712]", nearest(kind, TYPES))
         parent, child = (values.text(element, tag) for tag in ("parent", "child"))
         for tag, text in (("parent", parent), ("child", child)):
             if not text:
-                values.refuse(element, f"the joint {shown(name)} has no <{tag}>", f"<{tag}>link</{tag}>")
+                values.refuse(element, f"the joint {shown(name)} has no <{tag}> [E1959]", f"<{tag}>link</{tag}>")
         if child == WORLD_FRAME:
-            values.refuse(element, f"the child of the joint {shown(name)} is the world", "the world as parent")
+            values.refuse(element, f"the child of the joint {shown(name)} is the world [E1960]", "the world as parent")
         axes = tuple(axis for tag in ("axis", "axis2") if (axis := self.axis(element, tag)) is not None)
         count = TYPES.get(kind, 0)
         if kind in TYPES and len(axes) < count:
-            fault = f"the {kind} joint {shown(name)} has {len(axes)} of {count} axes"
+            fault = f"the {kind} joint {shown(name)} has {len(axes)} of {count} axes [E1961]"
             values.refuse(element, fault, "<axis><xyz>0 0 1</xyz></axis>" if not axes else "<axis2> as well")
         gear = None
         if kind == "gearbox":
@@ -307,7 +315,9 @@ class _FileReader:
         else:
             travel = 1.0 / (2.0 * math.pi)
         if travel == 0.0:
-            values.refuse(element, "the thread pitch of a screw joint is not 0", "a revolute or a prismatic joint")
+            values.refuse(
+                element, "the thread pitch of a screw joint is not 0 [E1962]", "a revolute or a prismatic joint"
+            )
         return travel
 
     def is_cut(self, element: Element, owner: str) -> bool:
@@ -334,7 +344,7 @@ class _FileReader:
         if written is not None:
             self.reader.leftovers.keep(written, "xyz", self.file, name)
         if not any(vector):
-            values.refuse(element, f"the {tag} of the joint {shown(name)} has no direction", "<xyz>0 0 1</xyz>")
+            values.refuse(element, f"the {tag} of the joint {shown(name)} has no direction [E1963]", "<xyz>0 0 1</xyz>")
             vector = (0.0, 0.0, 1.0)
         if self.values.minor < SINCE_FRAMES:
             of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < _SINCE_JOINT_AXES)
@@ -404,7 +414,7 @@ class _FileReader:
             return
         twice = [one for one in inner.names if one in into.names]
         if twice:
-            fault = f"the included file has the name {shown(twice[0])}, which is there already"
+            fault = f"the included file has the name {shown(twice[0])}, which is there already [E1964]"
             values.refuse(element, fault, "the include without merge, or another name")
             return
         inner.name = f"_merged__{inner.name}__"
@@ -418,22 +428,24 @@ class _FileReader:
         """Return the model of an included file; None for a fault."""
         values = self.values
         if not address:
-            values.refuse(element, "the include has no <uri>", "<uri>model.sdf</uri>")
+            values.refuse(element, "the include has no <uri> [E1965]", "<uri>model.sdf</uri>")
             return None
         if is_remote(address):
-            values.refuse(element, f"{shown(address)} lies in a network, and only local files are read", "a local path")
+            values.refuse(
+                element, f"{shown(address)} lies in a network, and only local files are read [E1966]", "a local path"
+            )
             return None
         path = located(address, self.folder, self.reader.packages)
         path = _file_of_model(path) if is_there(path) and path.is_dir() else path
         if path.resolve() in self.chain or len(self.chain) >= _DEEPEST:
-            values.refuse(element, f"files include one another in a circle: {shown(address)}", "another file")
+            values.refuse(element, f"files include one another in a circle: {shown(address)} [E1590]", "another file")
             return None
         try:
             file = shown_file(path)
             root = read_xml(read_text(path), file)
         except FileError as error:
             hint = 'packages=["NAME=FOLDER"]' if "://" in address else f"a path from the folder of {self.file}"
-            values.refuse(element, f"{shown(address)} {error.problems[0].what}", hint)
+            values.refuse(element, f"{shown(address)} {error.problems[0].what} [E1594]", hint)
             return None
         except DescriptionError as error:
             self.reader.report.noted += [(element.line, problem) for problem in error.problems]
@@ -447,7 +459,9 @@ class _FileReader:
         models = list(root.named("model"))
         self.reader.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:
-            reading.values.refuse(root, f"an included file has one model, and this one has {len(models)}", "one model")
+            reading.values.refuse(
+                root, f"an included file has one model, and this one has {len(models)} [E1967]", "one model"
+            )
             return None
         return reading.model(models[0])
 

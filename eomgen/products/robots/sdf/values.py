@@ -68,7 +68,7 @@ class Values:
 
     def _boolean(self, element: Element, name: str, text: str) -> bool:
         if text.lower() not in _BOOLEANS:
-            self.refuse(element, f"{name}: true or false is needed here, not {shown(text)}", "true or false")
+            self.refuse(element, f"{name}: true or false is needed here, not {shown(text)} [E1968]", "true or false")
         return _BOOLEANS.get(text.lower(), False)
 
     def number(self, element: Element, tag: str, default: float, *, infinite: bool = False) -> float:
@@ -98,11 +98,11 @@ class Values:
         if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
             hint = "blanks between the numbers" if "," in text else ""
-            self.refuse(element, f"{name}: {count} needed here, not {shown(text)}", hint)
+            self.refuse(element, f"{name}: {count} needed here, not {shown(text)} [E1704]", hint)
             return default
         values = tuple(float(word) for word in words)
         if not all(math.isfinite(value) for value in values):
-            self.refuse(element, f"{name}: {shown(text)} is too large", "")
+            self.refuse(element, f"{name}: {shown(text)} is too large [E1705]", "")
             return default
         return values
 
@@ -115,20 +115,22 @@ class Values:
         naming, frame = "relative_to", child.get("relative_to")
         if self.minor < SINCE_FRAMES and child.get("frame") not in ("", frame):
             if frame:
-                fault = f"pose: relative_to {shown(frame)} and frame {shown(child.get('frame'))} differ"
+                fault = f"pose: relative_to {shown(frame)} and frame {shown(child.get('frame'))} differ [E2209]"
                 self.refuse(child, fault, "relative_to alone")
             naming, frame = "frame", child.get("frame")
         if frame and not framed:
-            self.refuse(child, f"pose: the pose of <{element.tag}> has no {naming}", "the pose in the link's frame")
+            self.refuse(
+                child, f"pose: the pose of <{element.tag}> has no {naming} [E1725]", "the pose in the link's frame"
+            )
         kind = child.get("rotation_format", "euler_rpy")
         degrees = self.flag_of(child, "degrees")
         if kind not in ("euler_rpy", "quat_xyzw"):
-            self.refuse(child, f"rotation_format: {shown(kind)} is not known", "euler_rpy or quat_xyzw")
+            self.refuse(child, f"rotation_format: {shown(kind)} is not known [E1726]", "euler_rpy or quat_xyzw")
         text = child.text()
         self.leftovers.keep(child, "pose", self.file, owner)
         size = 7 if kind == "quat_xyzw" else 6
         if kind == "quat_xyzw" and degrees:
-            self.refuse(child, "pose: a quaternion has no degrees", 'the pose without degrees="true"')
+            self.refuse(child, "pose: a quaternion has no degrees [E1727]", 'the pose without degrees="true"')
         neutral = (0.0,) * 6 + (1.0,) * (size == 7)
         values = self.numbers(child, "pose", text, neutral) if text else neutral
         turned = self._quaternion(child, values[3:]) if size == 7 else self._angles(values[3:], degrees, owner)
@@ -138,7 +140,9 @@ class Values:
         x, y, z, w = values
         length = math.hypot(x, y, z, w)
         if not abs(length - 1.0) <= UNIT_LENGTH:
-            self.refuse(element, f"pose: the quaternion has the length {length:.6g}, and a rotation has 1", "x y z w")
+            self.refuse(
+                element, f"pose: the quaternion has the length {length:.6g}, and a rotation has 1 [E1728]", "x y z w"
+            )
             return np.eye(3)
         return snapped_rotation(rotation_matrix(np.array([w, x, y, z]) / length))
 
@@ -198,11 +202,11 @@ class Leftovers:
     def warnings(self) -> list[tuple[Place, str]]:
         """Return one note for each kind of part that is not read or not modelled, with its first place."""
         result = []
-        for kinds, words in ((self.unread, "not read: {}"), (self.noted, "not modelled: <{}>")):
+        for kinds, words in ((self.unread, "not read: {} {} [W0193]"), (self.noted, "not modelled: <{}> {} [W0197]")):
             for kind, places in kinds.items():
                 owners = [name for name in dict.fromkeys(name for _, name in places) if name]
                 count = f"({len(places)}{': ' if owners else ''}{listed(owners)})"
-                result.append((places[0][0], f"{words.format(kind)} {count}"))
+                result.append((places[0][0], words.format(kind, count)))
         return result
 
     def notes(self) -> list[str]:
@@ -210,13 +214,13 @@ class Leftovers:
         result = []
         if self.idle:
             counts = [f"{count} {tag}" for tag, count in self.idle.items()]
-            result.append(f"without a part in the equations of motion: {', '.join(counts)}")
+            result.append(f"without a part in the equations of motion: {', '.join(counts)} [W0173]")
         if self.nearly_right:
             angles = [f"{name} ({angle})" for name, angle in list(self.nearly_right.items())[:8]]
             more = f" and {len(self.nearly_right) - 8} more" if len(self.nearly_right) > 8 else ""
             result.append(
                 f"angles near a right angle, but not exact, are kept in the poses of {', '.join(angles)}{more}: pi/2"
-                f" written in full, {math.pi / 2!r}, would be made exact and save operations"
+                f" written in full, {math.pi / 2!r}, would be made exact and save operations [W0174]"
             )
         return result
 

@@ -44,7 +44,7 @@ class VisualReader:
     def notes(self) -> list[str]:
         """Return notes on visuals that pictures do not show."""
         return [
-            f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason}"
+            f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason} [W0175]"
             for reason, names in self.left_out.items()
         ]
 

@@ -76,13 +76,13 @@ def held_and_following(
             continue
         key = f"joints.{joint.name}"
         if joint.mimic.joint not in by_written:
-            fault = f"there is no joint {shown(joint.mimic.joint)} to mimic"
+            fault = f"there is no joint {shown(joint.mimic.joint)} to mimic [E1688]"
             report.add_at(joint.mimic.line, key, fault, nearest(joint.mimic.joint, by_written))
             continue
         leader = robot.joints[by_written[joint.mimic.joint]]
         for role, one in (("mimic another", joint), ("be mimicked", leader)):
             if one.components > 1:
-                fault = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate"
+                fault = f"the {one.written_type} joint {one.name} cannot {role}: it has not one coordinate [E1689]"
                 *most, last = (name for name, kind in JOINT_TYPES.items() if JOINTS[kind].v_size == 1)
                 report.add_at(joint.mimic.line, key, fault, f"a {', '.join(most)} or {last} joint")
         leaders[joint.name] = leader.name
@@ -101,7 +101,7 @@ def _check_circles(robot: Robot, leaders: Mapping[str, str], report: Report) -> 
             path.append(leader)
         if leader == name and name not in reported:
             reported.update(path)
-            fault = f"the joints mimic one another in a circle: {listed([*path, name])}"
+            fault = f"the joints mimic one another in a circle: {listed([*path, name])} [E1690]"
             report.add_at(robot.joints[name].line, f"joints.{name}", fault, "one joint that leads")
 
 
@@ -173,9 +173,11 @@ def urdf_data(
         *notes_of_mimics(robot, locked, held, leaders),
     ]
     if transmissions and not gears.known and not gears.unknown:
-        notes.append("the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint")
+        notes.append(
+            "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
+        )
     if friction and not any(friction_of(joint) for joint in robot.joints.values()):
-        notes.append("friction=True changes nothing: no joint has <dynamics> with a friction above 0")
+        notes.append("friction=True changes nothing: no joint has <dynamics> with a friction above 0 [W0177]")
     notes += notes_of_what_has_no_effect(robot, held)
     notes += robot.visuals.notes()
     warnings = [*inertia_warnings(robot), *left_out(robot, set(held)), *motors.warnings]
@@ -195,7 +197,7 @@ def _locked_joints(robot: Robot, lock: Sequence[str], file: str) -> set[str]:
             hint = nearest(name, by_written)
             if len(several) > 1 and all(part in by_written for part in several):
                 hint = f"one name for each: lock={several!r}, or --lock {' --lock '.join(several)}"
-            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock", hint)
+            raise OptionError("lock", f"{file} has no joint {shown(name)} to lock [E1938]", hint)
     return {by_written[name] for name in lock}
 
 
@@ -205,20 +207,20 @@ def _tunable_links(robot: Robot, tunable: Sequence[str], file: str) -> set[str]:
     links = {robot.original.get(name, name): name for name in robot.links}
     for name in tunable:
         if name not in links:
-            raise OptionError("tunable", f"{file} has no link {shown(name)}", nearest(name, links))
+            raise OptionError("tunable", f"{file} has no link {shown(name)} [E1973]", nearest(name, links))
     return {links[name] for name in tunable}
 
 
 def _from_root(robot: Robot, report: Report) -> list[Joint]:
     """Return the joints with parents first, in the file's order otherwise; raise an error for faults of the tree."""
     if not robot.links:
-        report.add_at(1, "", "the robot has no link", "xacro first, if the file was meant for it")
+        report.add_at(1, "", "the robot has no link [E1691]", "xacro first, if the file was meant for it")
         report.raise_problems()
     carrier: dict[str, Joint] = {}
     children: dict[str, list[Joint]] = {name: [] for name in robot.links}
     for joint in robot.joints.values():
         if joint.child in carrier:
-            fault = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name}"
+            fault = f"the link {joint.child} is already carried by the joint {carrier[joint.child].name} [E1694]"
             report.add_at(
                 joint.line,
                 f"joints.{joint.name}",
@@ -230,9 +232,9 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
     roots = [name for name in robot.links if name not in carrier]
     if len(roots) != 1:
         fault = (
-            f"there are {len(roots)} root links: {listed(roots)}"
+            f"there are {len(roots)} root links: {listed(roots)} [E1692]"
             if roots
-            else "no link is the root: the joints run in a circle"
+            else "no link is the root: the joints run in a circle [E1693]"
         )
         report.add_at(1, "", fault, "one link that is not a joint's child")
     report.raise_problems()
@@ -248,7 +250,7 @@ def _from_root(robot: Robot, report: Report) -> list[Joint]:
         report.add_at(
             robot.joints[lost[0]].line,
             "",
-            f"the joints {listed(lost)} run in a circle, away from the root {roots[0]}",
+            f"the joints {listed(lost)} run in a circle, away from the root {roots[0]} [E1695]",
             "",
         )
     report.raise_problems()
@@ -305,10 +307,12 @@ class _Merger:
             self.data["joints"][joint_name] = {"type": kind, "parent": BASE, "child": self.places[root_link].body}
         self.add_part(root_link)
         if robot.implied_world:
-            self.notes.append("joints name the link world, which the file lacks: it is a link without mass")
+            self.notes.append("joints name the link world, which the file lacks: it is a link without mass [W0271]")
         if root == "fixed":
             self.data["frames"][root_link] = {"body": BASE}
-            self.notes.append(f"the root link {root_link} is fixed to the base, and so are the links fixed to it")
+            self.notes.append(
+                f"the root link {root_link} is fixed to the base, and so are the links fixed to it [W0178]"
+            )
         for joint in order:
             self.attach(joint)
         for loop in robot.loops.values():
@@ -322,7 +326,9 @@ class _Merger:
         name = f"{link}_link" if f"{link}_link" not in self.robot.links else f"{link}_body"
         while name in self.robot.links:
             name += "_"
-        self.notes.append(f"the link {link} is the body {name}, because {link} is the name of {_RESERVED[link]}")
+        self.notes.append(
+            f"the link {link} is the body {name}, because {link} is the name of {_RESERVED[link]} [W0179]"
+        )
         return name
 
     def add_part(self, link: str) -> None:
@@ -330,7 +336,7 @@ class _Merger:
         inertia = self.robot.links[link].inertia
         self.parts.setdefault(place.body, {})[link] = inertia.moved(place.orientation, place.position)
         if place.body == BASE and link in self.tunable:
-            fault = f"the link {link} is fixed to the base, so its mass and inertia move nothing"
+            fault = f"the link {link} is fixed to the base, so its mass and inertia move nothing [E1975]"
             raise OptionError("tunable", fault, "a link that a joint moves")
         self.lines.setdefault(f"bodies.{place.body}", self.robot.links[link].line)
 
@@ -422,9 +428,13 @@ class _Merger:
         turned = about.get(loop.type, first.T @ second - np.eye(3))
         size = float(max(np.linalg.norm(start), np.linalg.norm(end)))
         if np.linalg.norm(apart) <= _MET * size and np.max(np.abs(turned)) <= _MET:
-            self.notes.append(f"the loop {loop.name} is left out: held joints make one body of its ends, which meet")
+            self.notes.append(
+                f"the loop {loop.name} is left out: held joints make one body of its ends, which meet [W0272]"
+            )
             return
-        fault = f"held joints make one body of the ends of {loop.name}, with a gap of {np.linalg.norm(apart):.3g} m"
+        fault = (
+            f"held joints make one body of the ends of {loop.name}, with a gap of {np.linalg.norm(apart):.3g} m [E2207]"
+        )
         angle = float(np.degrees(np.arcsin(min(1.0, float(np.max(np.abs(turned)))))))
         fault += f" and turned by {angle:.3g} degrees" if angle > np.degrees(_MET) else ""
         self.report.add_at(loop.line, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
@@ -455,7 +465,7 @@ class _Merger:
                 if one
                 else f"{len(merged)} links are merged into the bodies they are"
             )
-            self.notes.append(f"{many} fixed to and kept as {'a frame' if one else 'frames'}: {listed(merged)}")
+            self.notes.append(f"{many} fixed to and kept as {'a frame' if one else 'frames'}: {listed(merged)} [W0180]")
         for body, parts in self.parts.items():
             own = next((link for link in parts if link in self.tunable), "")
             if body == BASE:
@@ -470,7 +480,7 @@ class _Merger:
                 name = f"{body}_others"
                 self.data["bodies"][name] = body_entry(others)
                 self.data["joints"][name] = {"type": "fixed", "parent": body, "child": name}
-                self.notes.append(f"links fixed to the tunable link {own} become the body {name}")
+                self.notes.append(f"links fixed to the tunable link {own} become the body {name} [W0181]")
 
     def make_shapes(self) -> None:
         """Make shapes of the visuals, named by their links."""
@@ -509,5 +519,7 @@ def check_ranges(robot: Robot, report: Report) -> None:
         if limit is None or joint.unit not in GIVE or joint.written_type == "continuous":
             continue
         if limit.lower > limit.upper:
-            fault = f"the lower limit, {limit.lower:.9g}, is above the upper one, {limit.upper:.9g} {joint.unit}"
+            fault = (
+                f"the lower limit, {limit.lower:.9g}, is above the upper one, {limit.upper:.9g} {joint.unit} [E1696]"
+            )
             report.add_at(joint.line, f"joints.{joint.name}.limit", fault, "the smaller number as lower")

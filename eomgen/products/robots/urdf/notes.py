@@ -36,14 +36,14 @@ def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[st
     notes = []
     counts = [f"{count} <{kind}>" for kind, count in robot.geometry.items() if count]
     if counts:
-        notes.append(f"geometry and colours have no part in the equations of motion: {', '.join(counts)}")
+        notes.append(f"geometry and colours have no part in the equations of motion: {', '.join(counts)} [W0182]")
     idle = dict(robot.without_effect)
     for tag in _OF_MOVING_JOINTS:
         if names := [name for name in robot.left_out.get(tag, ()) if name in still]:
             idle[tag] = names
     if idle:
         named = [f"<{tag}> ({len(names)}: {listed(names)})" for tag, names in idle.items()]
-        notes.append(f"without effect on the joints that have it: {', '.join(named)}")
+        notes.append(f"without effect on the joints that have it: {', '.join(named)} [W0183]")
     return notes
 
 
@@ -51,23 +51,23 @@ def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
     """Return notes on locked joints, changed names, and angles made exact or not."""
     notes = []
     if locked:
-        notes.append(f"joints locked at zero: {listed(sorted(locked))}")
+        notes.append(f"joints locked at zero: {listed(sorted(locked))} [W0171]")
     if robot.original:
         pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
         notes.append(
-            f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''}"
+            f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''} [W0184]"
         )
     if robot.several_turns:
         note = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
-        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
     if robot.snapped:
-        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)}")
+        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)} [W0186]")
     if robot.nearly_right:
         angles = [f"{name} ({angle})" for name, angle in list(robot.nearly_right.items())[:8]]
         more = f" and {len(robot.nearly_right) - 8} more" if len(robot.nearly_right) > 8 else ""
         notes.append(
             f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
-            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations"
+            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations [W0187]"
         )
     return notes
 
@@ -80,7 +80,7 @@ def notes_of_sizes(robot: Robot) -> list[str]:
     wide = [name for name, limit in ranges.items() if max(abs(limit.lower), abs(limit.upper)) > _TURN]
     if wide:
         note = f"limits of more than a turn at {listed(wide)}"
-        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r}")
+        notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
     lengths = [float(np.linalg.norm(joint.position)) for joint in robot.joints.values()]
     offsets = [float(np.linalg.norm(link.inertia.center)) for link in robot.links.values()]
     size = sum(lengths) + max(offsets, default=0.0)
@@ -91,7 +91,7 @@ def notes_of_sizes(robot: Robot) -> list[str]:
         radius = math.sqrt(moment / link.inertia.mass)
         if radius >= _ABSURD * size:
             note = f"link {link.name}: the radius of gyration {radius:.3g} m is large for the robot, {size:.3g} m"
-            notes.append(f"{note}; moments of inertia of URDF are in kg m^2")
+            notes.append(f"{note}; moments of inertia of URDF are in kg m^2 [W0188]")
     return notes
 
 
@@ -100,11 +100,11 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
     resting = [name for name in held if name not in locked and robot.joints[name].components]
     notes = []
     if resting:
-        notes.append(f"joints held because their leaders are held: {listed(resting)}")
+        notes.append(f"joints held because their leaders are held: {listed(resting)} [W0189]")
     if leaders:
         pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
         more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
-        notes.append(f"joints that mimic others are not independent coordinates: {', '.join(pairs)}{more}")
+        notes.append(f"joints that mimic others are not independent coordinates: {', '.join(pairs)}{more} [W0190]")
     return notes
 
 
@@ -131,22 +131,28 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
     result = []
     for kind, places in robot.unread.items():
         owners = [name for name in dict.fromkeys(name for _, name in places) if name]
-        result.append((places[0][0], f"not read: {kind} ({len(places)}{': ' if owners else ''}{listed(owners)})"))
+        result.append(
+            (places[0][0], f"not read: {kind} ({len(places)}{': ' if owners else ''}{listed(owners)}) [W0193]")
+        )
     if robot.minor > NEWEST:
-        result.append((1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known"))
+        result.append(
+            (1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]")
+        )
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
         note = (
             f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"
             f" 1.{robot.minor}"
         )
         names = [name for _, name in robot.quaternions]
-        result.append((robot.quaternions[0][0], f"{note} ({len(names)}: {listed(names)})"))
+        result.append((robot.quaternions[0][0], f"{note} ({len(names)}: {listed(names)}) [W0195]"))
     for tag, names in robot.left_out.items():
         concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
         if concerned:
             meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
             named = [name for name in dict.fromkeys(concerned) if name]
-            result.append((1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)})"))
+            result.append(
+                (1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)}) [W0197]")
+            )
     return result
 
 

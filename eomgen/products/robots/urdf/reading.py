@@ -189,10 +189,10 @@ def read_robot(root: Element, report: Report) -> Robot:
     Children of the root that a further reader has requested before count as read.
     """
     if root.tag != "robot":
-        report.add_at(root.line, "", f"the outermost element is {shown(root.tag)}, not 'robot'", "a URDF file")
+        report.add_at(root.line, "", f"the outermost element is {shown(root.tag)}, not 'robot' [E1697]", "a URDF file")
         report.raise_problems()
     if any(element.tag.startswith("xacro:") for element in root.everything()):
-        report.add_at(root.line, "", "the file holds xacro macros", "xacro first, to make a URDF of it")
+        report.add_at(root.line, "", "the file holds xacro macros [E1698]", "xacro first, to make a URDF of it")
         report.raise_problems()
     return _UrdfReader(report).robot(root)
 
@@ -254,19 +254,21 @@ class _UrdfReader:
         written = root.get("version", "1.0")
         version = _VERSION.fullmatch(written)
         if version is None:
-            self.report.add_at(root.line, "", f"version: {shown(written)} is not a version of URDF", 'version="1.0"')
+            self.report.add_at(
+                root.line, "", f"version: {shown(written)} is not a version of URDF [E1699]", 'version="1.0"'
+            )
         elif int(version[1]) != 1:
             hint = f"a file of version 1.0 to 1.{NEWEST}"
-            self.report.add_at(root.line, "", f"version {shown(written)} of URDF is not known", hint)
+            self.report.add_at(root.line, "", f"version {shown(written)} of URDF is not known [E1700]", hint)
         return int(version[2] or 0) if version else 0
 
     def name(self, element: Element, kind: str, taken: dict[str, str]) -> str:
         """Return the legal name of a link or joint; empty for a fault."""
         written = element.get("name")
         if not written:
-            self.report.add_at(element.line, "", f"the {kind} has no name", f'<{kind} name="...">')
+            self.report.add_at(element.line, "", f"the {kind} has no name [E1701]", f'<{kind} name="...">')
         elif written in taken:
-            self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice", "another name")
+            self.report.add_at(element.line, "", f"the {kind} {shown(written)} is there twice [E1702]", "another name")
         else:
             taken[written] = legal_name(written, self.used[kind], self.kept)
             self.used[kind].add(taken[written])
@@ -281,7 +283,7 @@ class _UrdfReader:
             self.out.geometry[kind] = self.out.geometry.get(kind, 0) + sum(1 for _ in element.named(kind))
         for attribute in element.unread_attributes:
             if attribute in ("unit", "units"):
-                fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only"
+                fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only [E1703]"
                 self.report.add_at(element.line, "", fault, f"the value in SI units, without {attribute}")
                 continue
             meant = nearest(attribute, element.asked)
@@ -319,7 +321,7 @@ class _UrdfReader:
         words = written.split()
         if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
             count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
-            fault = f"{attribute}: {count} needed here, not {shown(written)}"
+            fault = f"{attribute}: {count} needed here, not {shown(written)} [E1704]"
             hint = "numbers alone: the units of URDF are SI units" if re.search(r"\d\s*[A-Za-z]", written) else ""
             if "," in written:
                 hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
@@ -327,7 +329,7 @@ class _UrdfReader:
             return default
         values = tuple(float(word) for word in words)
         if not all(math.isfinite(value) for value in values):
-            self.report.add_at(element.line, key, f"{attribute}: {shown(written)} is too large", "")
+            self.report.add_at(element.line, key, f"{attribute}: {shown(written)} is too large [E1705]", "")
             return default
         return values
 
@@ -352,12 +354,14 @@ class _UrdfReader:
         if origin is None or not origin.has("quat_xyzw"):
             return None
         if origin.has("rpy"):
-            fault = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned"
+            fault = "the origin has rpy and quat_xyzw, and only one of them can say how it is turned [E1707]"
             self.report.add_at(origin.line, key, fault, "one of them")
         x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
         length = math.hypot(x, y, z, w)
         if not abs(length - 1.0) <= UNIT_LENGTH:
-            fault = f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1"
+            fault = (
+                f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1 [E1708]"
+            )
             self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
             return None
         self.out.quaternions.append((origin.line, name))
@@ -370,7 +374,9 @@ class _UrdfReader:
             return UrdfLink(name, element.line, NOTHING)
         (mass,) = self.required(inertial, "mass", ("value",), key)
         if mass < 0.0:
-            self.report.add_at(inertial.line, key, f"the mass {mass:.6g} is negative", "a positive number of kg")
+            self.report.add_at(
+                inertial.line, key, f"the mass {mass:.6g} is negative [E1709]", "a positive number of kg"
+            )
         entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
         return UrdfLink(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
@@ -379,10 +385,12 @@ class _UrdfReader:
         """Return numbers that mass properties need; zeros if missing, which is reported."""
         element = inertial.first(tag)
         if element is None:
-            self.report.add_at(inertial.line, key, f"<inertial> has no <{tag}>", f"<{tag} .../> or no <inertial>")
+            self.report.add_at(
+                inertial.line, key, f"<inertial> has no <{tag}> [E1710]", f"<{tag} .../> or no <inertial>"
+            )
             return [0.0] * len(attributes)
         for missing in [attribute for attribute in attributes if not element.has(attribute)]:
-            self.report.add_at(element.line, key, f"<{tag}> has no {missing}", f'<{tag} {missing}="...">')
+            self.report.add_at(element.line, key, f"<{tag}> has no {missing} [E1711]", f'<{tag} {missing}="...">')
         return [self.numbers(element, attribute, key, (0.0,))[0] for attribute in attributes]
 
     def joint(self, name: str, element: Element) -> Joint:
@@ -391,7 +399,7 @@ class _UrdfReader:
         types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES
         if written not in types:
             self.report.add_at(
-                element.line, key, f"the joint type {shown(written)} is not known", nearest(written, types)
+                element.line, key, f"the joint type {shown(written)} is not known [E1712]", nearest(written, types)
             )
         orientation, position, was_snapped, nearly = self.placement(element, key, name)
         if nearly:
@@ -428,17 +436,19 @@ class _UrdfReader:
         (travel,) = self.numbers(element.first("drake:screw_thread_pitch"), "value", key, (0.0,))
         if not travel:
             hint = '<drake:screw_thread_pitch value="..."/>'
-            self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0", hint)
+            self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0 [E1962]", hint)
         return travel / (2.0 * math.pi)
 
     def loop(self, name: str, element: Element) -> LoopJoint:
         key, written = f"loop_joints.{name}", element.get("type")
         if written not in LOOP_TYPES:
-            fault = f"the type {shown(written)} of a loop joint is not known"
+            fault = f"the type {shown(written)} of a loop joint is not known [E1713]"
             self.report.add_at(element.line, key, fault, nearest(written, LOOP_TYPES))
         axis = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
         if not any(axis):
-            self.report.add_at(element.line, key, "the axis of the loop joint has no direction", '<axis xyz="0 0 1"/>')
+            self.report.add_at(
+                element.line, key, "the axis of the loop joint has no direction [E1714]", '<axis xyz="0 0 1"/>'
+            )
         first, second = (
             self.loop_end("loop joint", element, tag, element.first(tag), axis, key) for tag in ("link1", "link2")
         )
@@ -448,13 +458,13 @@ class _UrdfReader:
         key, written = f"constraints.{name}", element.get("type")
         types = {**LOOP_TYPES, "universal": "universal"}
         if written not in types:
-            fault = f"the type {shown(written)} of a constraint is not known"
+            fault = f"the type {shown(written)} of a constraint is not known [E1715]"
             self.report.add_at(element.line, key, fault, nearest(written, types))
         ends = []
         for side in ("parent", "child"):
             axis = self.numbers(element.first(f"{side}_axis"), "xyz", key, (1.0, 0.0, 0.0))
             if not any(axis):
-                fault = f"the {side}_axis of the constraint has no direction"
+                fault = f"the {side}_axis of the constraint has no direction [E1716]"
                 self.report.add_at(element.line, key, fault, f'<{side}_axis xyz="0 0 1"/>')
             origin = element.first(f"{side}_origin")
             ends.append(self.loop_end("constraint", element, side, origin, axis, key))
@@ -467,10 +477,12 @@ class _UrdfReader:
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
-            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...>", "")
+            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...> [E1717]", "")
         elif written not in self.link_names:
             hint = nearest(written, self.link_names)
-            self.report.add_at(end.line if end else element.line, key, f"there is no link {shown(written)}", hint)
+            self.report.add_at(
+                end.line if end else element.line, key, f"there is no link {shown(written)} [E1718]", hint
+            )
         exact = self.quaternion(origin, key, element.get("name"))
         exact = roll_pitch_yaw(*self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))) if exact is None else exact
         position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
@@ -501,12 +513,12 @@ class _UrdfReader:
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
-            self.report.add_at(element.line, key, f"the joint has no <{tag} link=...>", "")
+            self.report.add_at(element.line, key, f"the joint has no <{tag} link=...> [E1976]", "")
         elif written not in self.link_names:
             self.report.add_at(
                 end.line if end else element.line,
                 key,
-                f"there is no link {shown(written)}",
+                f"there is no link {shown(written)} [E1718]",
                 nearest(written, self.link_names),
             )
         return self.link_names.get(written, "")

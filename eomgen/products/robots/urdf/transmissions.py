@@ -96,7 +96,7 @@ def _read(element: Element, name: str, kind: str, report: Report) -> Transmissio
         parts = _by_role(tuple(element.named(tag)), tag)
         if len(parts) != size or not all(child.get("name") for child in parts):
             count = f"{size} <{tag} name=...>{'s' if size > 1 else ''}"
-            report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(parts)}", count)
+            report.add_at(element.line, key, f"a {kind} has {count}, and there are {len(parts)} [E1719]", count)
             return None
         sides[tag] = parts
     common = _reduction(element, key, report)
@@ -133,7 +133,7 @@ def _reduction(element: Element, key: str, report: Report) -> float:
     text, line = written[0]
     value = float(text) if NUMBER.fullmatch(text) else math.nan
     if not math.isfinite(value) or value == 0.0:
-        fault = f"the mechanical reduction {shown(text)} is not a number other than 0"
+        fault = f"the mechanical reduction {shown(text)} is not a number other than 0 [E1720]"
         report.add_at(line, key, fault, "efforts of the joint over efforts of the actuator, e.g. 50")
         return 1.0
     return value
@@ -193,7 +193,7 @@ def actuation(
     notes = [f"inputs are efforts of actuators with transmissions: {listed(list(inputs))}"] if inputs else []
     if idle:
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
-        notes.append(f"{note}: {listed(list(idle))}")
+        notes.append(f"{note}: {listed(list(idle))} [W0198]")
     return Actuation(inputs, efforts, sums.keys(), notes, _not_modelled(transmissions, missing, by_written))
 
 
@@ -202,15 +202,18 @@ def _not_modelled(
 ) -> list[tuple[int, str]]:
     """Return line and warning for transmissions of unknown types, and to joints that the file lacks."""
     warnings = [
-        (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)})")
+        (1, f"not modelled: transmissions of the type {shown(kind)} ({len(those)}: {listed(those)}) [W0197]")
         for kind, those in transmissions.unknown.items()
     ]
     if missing:
         import difflib  # noqa: PLC0415  # for a mistake only
 
-        note = f"not modelled: transmissions to joints that are not there ({len(missing)}: {listed(list(missing))})"
         close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
-        note += f", perhaps {listed(dict.fromkeys(close))}" if close else ""
+        perhaps = f", perhaps {listed(dict.fromkeys(close))}" if close else ""
+        note = (
+            f"not modelled: transmissions to joints that are not there ({len(missing)}:"
+            f" {listed(list(missing))}){perhaps} [W0199]"
+        )
         warnings.append((next(iter(missing.values())), note))
     return warnings
 

@@ -60,9 +60,9 @@ class Visuals:
         """Return notes on visuals that pictures do not show, or show in another colour."""
         result = []
         for reasons, effect in (
-            (self.substituted, "pictures show collision geometry in place of visuals"),
-            (self.left_out, "visuals that pictures leave out"),
-            (self.limited, "colours that pictures limit to parts from 0 to 1"),
+            (self.substituted, "pictures show collision geometry in place of visuals [W0200]"),
+            (self.left_out, "visuals that pictures leave out [W0175]"),
+            (self.limited, "colours that pictures limit to parts from 0 to 1 [W0201]"),
         ):
             for reason, links in reasons.items():
                 names = list(dict.fromkeys(links))

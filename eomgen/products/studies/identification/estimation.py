@@ -240,7 +240,7 @@ def fit(
     """
     first = predict(x)
     if first is None:
-        fault = f"the run fails at the initial guess: {predict.failures[0]}"
+        fault = f"the run fails at the initial guess: {predict.failures[0]} [E1053]"
         raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
     count = int(columns.max()) + 1
     ranges = np.array([float(np.ptp(data[columns == k])) or 1.0 for k in range(count)])
@@ -289,7 +289,7 @@ def _weighed(
 def _found(predict: Predictions, x: Array) -> tuple[Array, Array]:
     result = predict(x)
     if result is None:
-        raise NumericalError(Problem("identify", f"the run fails: {predict.failures[-1]}", "a smaller step"))
+        raise NumericalError(Problem("identify", f"the run fails: {predict.failures[-1]} [E1054]", "a smaller step"))
     return result
 
 

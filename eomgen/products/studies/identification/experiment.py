@@ -102,7 +102,7 @@ class Experiment:
         self.model, self.data, self.states = model, data, tuple(states)
         self._start = float(data.t[0]) if start is None else start
         if data.t[0] < self._start - _ROUNDED * step:
-            fault = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s"
+            fault = f"{data.name} begins at t = {data.t[0]:.9g} s, before the run at {self._start:.9g} s [E1055]"
             raise UsageError(Problem("t_start", fault, f"t_start = {data.t[0]:.9g}, or none"))
         self.step, self._initial, self._given = step, initial.state, initial.given
         self._rows = CubicInterpolation.of(data.t, self._start, step)
@@ -111,7 +111,7 @@ class Experiment:
         for name in states:
             if name not in known:
                 hint = " or ".join(difflib.get_close_matches(str(name), known, n=3)) or f"one of {', '.join(known[:8])}"
-                fault = f"there is no component {shown(name)} of the initial state"
+                fault = f"there is no component {shown(name)} of the initial state [E1056]"
                 raise UsageError(Problem("states", fault, hint))
         self._places = [known.index(name) for name in states]
         self._by = (*parameters, *self._directions(known))
@@ -313,7 +313,7 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
     names, x = unknowns.names, unknowns.start
     low, high = np.full(len(names), -np.inf), np.full(len(names), np.inf)
     if bounds is not None and not isinstance(bounds, Mapping):
-        fault = f"bounds by name are needed, not {shown(bounds)}"
+        fault = f"bounds by name are needed, not {shown(bounds)} [E1057]"
         raise UsageError(Problem("bounds", fault, f'bounds={{"{names[0]}": (0.1, 10.0)}}'))
     for name, given in (bounds or {}).items():
         places = [k for k, known in enumerate(names) if name == known or known.startswith(f"{name} of ")]
@@ -322,12 +322,14 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
         try:
             first, last = (float(one) for one in given)
         except (TypeError, ValueError):
-            raise UsageError(Problem(f"bounds of {name}", f"{given!r} are not two numbers", "(0.1, 10.0)")) from None
+            raise UsageError(
+                Problem(f"bounds of {name}", f"{given!r} are not two numbers [E1061]", "(0.1, 10.0)")
+            ) from None
         if np.isnan([first, last]).any():
-            fault = f"({first:.6g}, {last:.6g}) has a bound that is not a number"
+            fault = f"({first:.6g}, {last:.6g}) has a bound that is not a number [E1058]"
             raise UsageError(Problem(f"bounds of {name}", fault, "-inf or inf for none"))
         if not first < last:
-            fault = f"{first:.6g} is not below {last:.6g}"
+            fault = f"{first:.6g} is not below {last:.6g} [E1059]"
             hint = (
                 f"({last:.6g}, {first:.6g})"
                 if last < first
@@ -336,7 +338,7 @@ def bounds_of(unknowns: ExperimentUnknowns, bounds: Mapping[str, tuple[float, fl
             raise UsageError(Problem(f"bounds of {name}", fault, hint))
         for k in places:
             if not first <= x[k] <= last:
-                fault = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g}"
+                fault = f"the search starts at {x[k]:.6g}, outside {first:.6g} to {last:.6g} [E1060]"
                 raise UsageError(Problem(f"bounds of {name}", fault, _within(unknowns, name, k, first, last)))
             low[k], high[k] = first, last
     return low, high
@@ -366,12 +368,12 @@ def deviations_of(labels: Sequence[str], given: Mapping[str, float] | float | No
             check_name("measured column", name, labels)
     absent = [label for label, value in every.items() if value is None]
     if absent:
-        fault = f"the deviation of {', '.join(absent)} is missing"
+        fault = f"the deviation of {', '.join(absent)} is missing [E1062]"
         raise UsageError(Problem("deviations", fault, "deviations of all columns, or of none: then they are estimated"))
     kind = "number"
     result = np.array([number_of(f"deviations of {label}", value, kind) for label, value in every.items()])
     if not (np.isfinite(result).all() and (result > 0.0).all()):
-        fault = "standard deviations are positive numbers"
+        fault = "standard deviations are positive numbers [E1063]"
         raise UsageError(Problem("deviations", fault, f'deviations={{"{labels[0]}": 0.01}}'))
     return result
 
@@ -389,5 +391,5 @@ def check_effect(
     effect = np.linalg.norm(first[1] / weights[:, np.newaxis], axis=0) * np.where(x != 0.0, np.abs(x), 1.0)
     lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < _EFFECT * np.sqrt(len(columns))]
     if lost:
-        fault = f"no measurement depends on {', '.join(lost)} at the initial guess"
+        fault = f"no measurement depends on {', '.join(lost)} at the initial guess [E1064]"
         raise UsageError(Problem("parameters", fault, "other outputs, other start values, or without them"))

@@ -9,7 +9,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.errors import EomgenError
+from eomgen.errors import EomgenError, Message
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
@@ -107,7 +107,7 @@ class Judgement:
             freedom,
             self.predict.runs,
             len(self.predict.failures),
-            tuple(self._notes(estimates, combinations, columns, float(left @ left), freedom)),
+            tuple(map(Message, self._notes(estimates, combinations, columns, float(left @ left), freedom))),
         )
 
     def _bias(self, weighted: Array, sigma: Array) -> Array:
@@ -201,14 +201,14 @@ class Judgement:
         named = {name for one in combinations for name in one.members}
         lost = [one.name for one in estimates if one.state == "undetermined" and one.name not in named]
         if lost:
-            yield f"without effect on the measurements: {', '.join(lost)}"
+            yield f"without effect on the measurements: {', '.join(lost)} [W0078]"
         bound = [one.name for one in estimates if one.state == "on its bound"]
         if bound:
-            yield f"on a bound: {', '.join(bound)}; the other intervals hold at this bound"
+            yield f"on a bound: {', '.join(bound)}; the other intervals hold at this bound [W0079]"
         parameters = [one for one in estimates if one.state == "determined" and one.name in self.unknowns.parameters]
         wide = [one.name for one in parameters if one.high - one.low > 2.0 * abs(one.value)]
         if wide:
-            yield f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)}"
+            yield f"intervals wider than the value: {', '.join(wide)}{self._least_determined(estimates)} [W0080]"
 
     def _notes_of_steps(self, estimates: Sequence[Estimate]) -> Iterator[str]:
         """Yield a note if the errors of steps move an estimate by a considerable part of the standard deviation."""
@@ -219,7 +219,7 @@ class Judgement:
             step = self.unknowns.experiments[0].step
             yield (
                 f"the step of {step:.3g} s moves estimates, {worst.name} by {times:.2g} standard deviations: a step of"
-                f" {step * (_BIASED / times) ** 0.5:.2g} s would leave a quarter of one"
+                f" {step * (_BIASED / times) ** 0.5:.2g} s would leave a quarter of one [W0081]"
             )
 
     def _least_determined(self, estimates: Sequence[Estimate]) -> str:
@@ -242,9 +242,9 @@ def _notes_of_combinations(combinations: Sequence[Combination]) -> Iterator[str]
     for one in combinations[:_NAMED]:
         if len(one.members) <= _NAMED:
             to_first = ", to first order" if one.form == "first order" else ""
-            yield f"only {one.text} is determined{to_first}"
+            yield f"only {one.text} is determined{to_first} [W0076]"
         else:
-            yield f"{one.members[0]} cannot be distinguished from {len(one.members) - 1} others"
+            yield f"{one.members[0]} cannot be distinguished from {len(one.members) - 1} others [W0077]"
     if len(combinations) > _NAMED:
         yield f"{len(combinations) - _NAMED} more combinations"
 
@@ -255,10 +255,10 @@ def _notes_of_deviations(squares: float, freedom: int) -> Iterator[str]:
     if special.chdtrc(freedom, squares) < _DOUBT:
         yield (
             f"residuals are {ratio:.3g} times the deviations given: the model misses something, or these are"
-            " too small; intervals are too narrow"
+            " too small; intervals are too narrow [W0082]"
         )
     elif special.chdtr(freedom, squares) < _DOUBT:
-        yield f"residuals are {ratio:.3g} times the deviations given, which are too large"
+        yield f"residuals are {ratio:.3g} times the deviations given, which are too large [W0083]"
 
 
 def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
@@ -268,7 +268,7 @@ def _notes_of_correlation(columns: Sequence[Column]) -> Iterator[str]:
         listed = ", ".join(f"{one.name} {one.autocorrelation:.2f}" for one in coloured)
         yield (
             f"residuals are not white noise (correlation at lag 1: {listed}): the model misses something, or"
-            " the noise is filtered; intervals are too narrow"
+            " the noise is filtered; intervals are too narrow [W0084]"
         )
 
 

@@ -56,7 +56,7 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
         names, table = read_table(path)
         return path.stem, dict(zip(names, table.T, strict=True))
     if not isinstance(data, Mapping):
-        fault = f"a file or columns by name are needed, not {type(data).__name__}"
+        fault = f"a file or columns by name are needed, not {type(data).__name__} [E1065]"
         hint = '"run.csv", or {"t": times, "angle": values}'
         if hasattr(data, "t") and hasattr(data, "outputs"):
             hint = '{"t": run.t, "angle": run.outputs["angle"]}, the columns of a solution of simulate'
@@ -69,16 +69,17 @@ def columns_of(data: Data, number: int) -> tuple[str, dict[str, Array]]:
             columns[str(name)] = np.array(values, dtype=float)
         except (TypeError, ValueError):
             kind = "complex" if np.iscomplexobj(values) else type(values).__name__
-            fault = f"the column {name} is {kind}, no array of numbers"
+            fault = f"the column {name} is {kind}, no array of numbers [E1068]"
             raise UsageError(Problem("data", fault, "one number for each time")) from None
         if columns[str(name)].ndim != 1:
             fault = (
-                f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is needed"
+                f"the column {name} has the shape {columns[str(name)].shape}, and one number for each time is"
+                f" needed [E1067]"
             )
             raise UsageError(Problem("data", fault, f"{name}[0], {name}[1] as columns of their own"))
     lengths = {name: len(values) for name, values in columns.items()}
     if len(set(lengths.values())) > 1:
-        fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())}"
+        fault = f"columns differ in length: {', '.join(f'{name} {length}' for name, length in lengths.items())} [E1066]"
         raise UsageError(Problem("data", fault, "one number for each time, nan for missing ones"))
     return f"run{number + 1}", columns
 
@@ -115,14 +116,14 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
         else:
             hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
             where = f"{name}, column {shown(column)}"
-            raise UsageError(Problem(where, "it is neither an output nor an input of the scene", hint))
+            raise UsageError(Problem(where, "it is neither an output nor an input of the scene [E1069]", hint))
     if not outputs:
-        fault = f"no column is an output of the scene: {listed(columns)}"
+        fault = f"no column is an output of the scene: {listed(columns)} [E1070]"
         hint = f"columns named {listed_plain(known)}" if known else '[outputs.angle] formula = "q.hinge" in the scene'
         raise UsageError(Problem(name, fault, hint))
     absent = [item for item in wanted or () if item not in outputs]
     if absent:
-        raise UsageError(Problem(name, f"there is no column {absent[0]}", f"outputs among {listed(columns)}"))
+        raise UsageError(Problem(name, f"there is no column {absent[0]} [E0669]", f"outputs among {listed(columns)}"))
     return _without_gaps(name, t, outputs, inputs, tuple(ignored), missing)
 
 
@@ -130,18 +131,18 @@ def times_of(name: str, columns: Mapping[str, Array]) -> Array:
     """Return the column of times, (n,) in s, which increase. Raises UsageError."""
     if "t" not in columns:
         hint = nearest("t", columns) if any(key.lower() in ("t", "time") for key in columns) else listed(columns)
-        raise UsageError(Problem(name, "there is no column t of times in s", f"t in place of one of {hint}"))
+        raise UsageError(Problem(name, "there is no column t of times in s [E1071]", f"t in place of one of {hint}"))
     t = columns["t"]
     bad = np.flatnonzero(~np.isfinite(t))
     if len(bad):
-        fault = f"{len(bad)} of {len(t)} times are not numbers, the first in row {bad[0] + 1}"
+        fault = f"{len(bad)} of {len(t)} times are not numbers, the first in row {bad[0] + 1} [E1072]"
         raise UsageError(Problem(name, fault, "rows with their times"))
     if len(t) < 2:
-        raise UsageError(Problem(name, f"there are {len(t)} rows, and a run has two at least", "more data"))
+        raise UsageError(Problem(name, f"there are {len(t)} rows, and a run has two at least [E1074]", "more data"))
     back = np.flatnonzero(np.diff(t) <= 0.0)
     if len(back):
         row = int(back[0])
-        fault = f"time does not increase: {t[row + 1]:.9g} s in row {row + 2} follows {t[row]:.9g} s"
+        fault = f"time does not increase: {t[row + 1]:.9g} s in row {row + 2} follows {t[row]:.9g} s [E1073]"
         raise UsageError(Problem(name, fault, "rows in the order of their times; several runs as several files"))
     return t
 
@@ -169,15 +170,17 @@ def _components(model: Model) -> list[str]:
 def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     """Return the components of outputs that are chosen. Raises UsageError for one that is none."""
     if isinstance(chosen, str):
-        raise UsageError(Problem("outputs", f"a list of names is needed, not the text {chosen!r}", f'["{chosen}"]'))
+        raise UsageError(
+            Problem("outputs", f"a list of names is needed, not the text {chosen!r} [E1075]", f'["{chosen}"]')
+        )
     if not isinstance(chosen, Iterable):
-        fault = f"a list of names is needed, not {shown(chosen)}"
+        fault = f"a list of names is needed, not {shown(chosen)} [E1076]"
         raise UsageError(Problem("outputs", fault, f'outputs=["{known[0]}"]' if known else "without it"))
     result = []
     for name in chosen:
         labels = [label for label in known if label == name or label.partition("[")[0] == name]
         if not labels:
-            raise UsageError(Problem("outputs", f"there is no output {shown(name)}", _near(str(name), known)))
+            raise UsageError(Problem("outputs", f"there is no output {shown(name)} [E0204]", _near(str(name), known)))
         result += labels
     return result
 
@@ -191,7 +194,7 @@ def _of_solution(model: Model, column: str) -> bool:
 def check_missing(missing: str) -> None:
     """Raise UsageError for a value that is none of ``MISSING``."""
     if missing not in MISSING:
-        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices", " or ".join(MISSING)))
+        raise UsageError(Problem("missing", f"{shown(missing)} is none of the choices [E1077]", " or ".join(MISSING)))
 
 
 def _without_gaps(
@@ -201,7 +204,7 @@ def _without_gaps(
     for column, values in (outputs | inputs).items():
         largest = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
         if largest > _LARGEST:
-            fault = f"{largest:.3g} is too large a value: squares of differences to it overflow"
+            fault = f"{largest:.3g} is too large a value: squares of differences to it overflow [E1079]"
             hint = "values in the unit of the column, and empty cells for missing ones"
             raise UsageError(Problem(f"{name}, column {column}", fault, hint))
     gaps = {column: int(np.count_nonzero(~np.isfinite(values))) for column, values in (outputs | inputs).items()}
@@ -211,13 +214,15 @@ def _without_gaps(
         named = ", ".join(f"{column} {gap}" for column, gap in gaps.items() if gap)
         every = np.concatenate([*outputs.values(), *inputs.values()])
         kinds = [kind for kind, some in (("missing", np.isnan(every)), ("infinite", np.isinf(every))) if some.any()]
-        fault = f"{np.count_nonzero(rows)} of {len(t)} rows have {' or '.join(kinds)} values ({named})"
+        fault = f"{np.count_nonzero(rows)} of {len(t)} rows have {' or '.join(kinds)} values ({named}) [E1078]"
         raise UsageError(Problem(name, fault, 'missing="drop", --missing drop: those values are left out'))
     filled = {}
     for column, values in inputs.items():
         there = np.isfinite(values)
         if not there.any():
-            raise UsageError(Problem(f"{name}, column {column}", "it has no value", "without it: the scene's input"))
+            raise UsageError(
+                Problem(f"{name}, column {column}", "it has no value [E1080]", "without it: the scene's input")
+            )
         filled[column] = np.interp(t, t[there], values[there])
     outputs = {column: np.where(np.isfinite(values), values, np.nan) for column, values in outputs.items()}
     return Measurements(name, t, outputs, filled, count, ignored)

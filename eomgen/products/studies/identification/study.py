@@ -135,7 +135,7 @@ def identify(
     _check_lists(parameters=parameters, states=states)
     check_missing(missing)
     if by not in _WAYS:
-        raise UsageError(Problem("by", f"{by!r} is none of the choices", " or ".join(_WAYS)))
+        raise UsageError(Problem("by", f"{by!r} is none of the choices [E1077]", " or ".join(_WAYS)))
     if by == "torque":
         of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
         _check_unused({**of_runs, "step": step, "t_start": t_start, **options})
@@ -151,7 +151,7 @@ def identify(
     size = model.description.simulation.step if step is None else number_of("step", step)
     begins = None if t_start is None else number_of("t_start", t_start)
     if not size > 0.0:
-        raise UsageError(Problem("step", f"{size:.6g} s is not a step", "a positive time"))
+        raise UsageError(Problem("step", f"{size:.6g} s is not a step [E1081]", "a positive time"))
     p = model.evaluator.one_set({**held} or None, "one set of values")
     starts = _starts(initial, len(runs))
     for one in starts:
@@ -171,7 +171,7 @@ def identify(
         hint = (
             f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
         )
-        raise UsageError(Problem("parameters", "nothing is unknown", hint))
+        raise UsageError(Problem("parameters", "nothing is unknown [E1082]", hint))
     return _identified(unknowns, at(0.5 * size), bounds, deviations, share)
 
 
@@ -184,7 +184,7 @@ def _identified(
 ) -> Identification:
     names, x = unknowns.names, unknowns.start
     if len(unknowns.data) < len(names):
-        fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns"
+        fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns [E1083]"
         raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
     limits = bounds_of(unknowns, bounds)
     sigma = deviations_of(unknowns.labels, deviations)
@@ -201,10 +201,10 @@ def _check_start(
     if not states:
         return
     if not initial and model.library.layout["defaults"]["start"] == "equilibrium":
-        fault = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown as well"
+        fault = f"the scene starts at static equilibrium, and {states[0]} cannot be unknown as well [E1084]"
         raise UsageError(Problem("states", fault, "initial=model.equilibrium().initial, or no states"))
     if parameters and model.initial_at is not None and not {"q", "v"} <= set(initial or {}):
-        fault = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown as well"
+        fault = f"the scene's initial state follows from parameters, and {states[0]} cannot be unknown as well [E1085]"
         raise UsageError(Problem("states", fault, 'initial={"q": ..., "v": ...}, or no states'))
 
 
@@ -213,7 +213,7 @@ def _several(data: Data | Sequence[Data]) -> list[Data]:
     several = isinstance(data, list | tuple)
     given: list[Data] = list(data) if several else [data]  # type: ignore[arg-type, list-item]  # a single one is checked
     if not given:
-        raise UsageError(Problem("data", "there are no measured runs", '"run.csv"'))
+        raise UsageError(Problem("data", "there are no measured runs [E1086]", '"run.csv"'))
     return given
 
 
@@ -222,7 +222,7 @@ def _check_unused(options: Mapping[str, object]) -> None:
     given = [name for name, value in options.items() if value is not None]
     if given:
         raise UsageError(
-            Problem(given[0], "by torque no run is made that it could belong to", 'by="run", or without it')
+            Problem(given[0], "by torque no run is made that it could belong to [E1087]", 'by="run", or without it')
         )
 
 
@@ -230,15 +230,15 @@ def _check_lists(**lists: object) -> None:
     for name, given in lists.items():
         if isinstance(given, str) or not isinstance(given, Sequence) or not all(isinstance(one, str) for one in given):
             hint = f"{name}={[given] if isinstance(given, str) else ['...']!r}".replace("'", '"')
-            raise UsageError(Problem(name, f"a list of names is needed, not {shown(given)}", hint))
+            raise UsageError(Problem(name, f"a list of names is needed, not {shown(given)} [E1076]", hint))
         if len(set(given)) < len(given):
-            raise UsageError(Problem(name, "a name is given twice", "each of them once"))
+            raise UsageError(Problem(name, "a name is given twice [E0589]", "each of them once"))
 
 
 def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
     """Return values of tunable parameters, with texts converted to the units of parameters. Raises UsageError."""
     if not (values is None or isinstance(values, Mapping)):
-        fault = f"values by name are needed, not {shown(values)}"
+        fault = f"values by name are needed, not {shown(values)} [E1036]"
         raise UsageError(Problem("values", fault, 'values={"mass": 1.5}'))
     p = model.evaluator.one_set(values, "one set of values")
     names = list(model.parameters)
@@ -247,7 +247,7 @@ def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
 
 def _share(confidence: float) -> float:
     if not 0.0 < number_of("confidence", confidence, "probability") < 1.0:
-        raise UsageError(Problem("confidence", f"{confidence!r} is not a probability", "confidence=0.95"))
+        raise UsageError(Problem("confidence", f"{confidence!r} is not a probability [E1088]", "confidence=0.95"))
     return float(confidence)
 
 
@@ -255,7 +255,7 @@ def _named_apart(runs: list[Measurements]) -> list[Measurements]:
     names = [one.name for one in runs]
     twice = next((name for name in names if names.count(name) > 1), None)
     if twice is not None:
-        raise UsageError(Problem("data", f"two runs are named {twice}", "files of different names"))
+        raise UsageError(Problem("data", f"two runs are named {twice} [E1089]", "files of different names"))
     return runs
 
 
@@ -265,12 +265,12 @@ def _starts(
     if initial is None or isinstance(initial, Mapping):
         return [initial] * count
     if not isinstance(initial, str | Sequence):
-        fault = f"a mapping is needed, or a list of them, not {shown(initial)}"
+        fault = f"a mapping is needed, or a list of them, not {shown(initial)} [E1090]"
         raise UsageError(Problem("initial", fault, 'initial={"hinge": 0.3}'))
     if isinstance(initial, str) or any(isinstance(one, str) for one in initial):
-        fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r}"
+        fault = f"the state that runs start at is needed, not the name {next(iter(initial))!r} [E1091]"
         raise UsageError(Problem("initial", fault, 'states=["q.hinge"] for components that are unknown'))
     if len(initial) != count:
-        fault = f"there are {len(initial)} initial states for {count} runs"
+        fault = f"there are {len(initial)} initial states for {count} runs [E1092]"
         raise UsageError(Problem("initial", fault, "one for all, or one for each"))
     return list(initial)

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
 from eomgen.compiled.arguments import check_name
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Message, Problem, UsageError
 from eomgen.products.studies.identification.estimation import (
     Combination,
     DependentColumns,
@@ -99,7 +99,7 @@ def identified_by_torque(
     right = tau - known - Y @ held
     sigma = deviations_of(efforts_of(model), deviations)
     if right.size < len(names):
-        fault = f"there are {right.size} samples for {len(names)} unknowns"
+        fault = f"there are {right.size} samples for {len(names)} unknowns [E1083]"
         raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
     solution = _solved(A, right, start, sigma)
     times = interval(confidence, solution.freedom, given=sigma is not None)
@@ -117,7 +117,7 @@ def identified_by_torque(
         solution.freedom,
         0,
         0,
-        tuple(_notes(A / solution.deviations[:, np.newaxis], solution.parts, names, combinations)),
+        tuple(map(Message, _notes(A / solution.deviations[:, np.newaxis], solution.parts, names, combinations))),
     )
 
 
@@ -237,10 +237,10 @@ def _notes(
     mixed = {name for one in combinations for name in one.members}
     lost = [names[k] for k in parts.others if names[k] not in mixed]
     if lost:
-        notes.append(f"these motions need nothing of {listed_plain(lost)}")
+        notes.append(f"these motions need nothing of {listed_plain(lost)} [W0085]")
     condition = float(np.linalg.cond(whole / np.linalg.norm(whole, axis=0))) if whole.size else 1.0
     if condition > _CONDITION:
-        notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g}")
+        notes.append(f"motions excite the parameters unevenly: the condition number is {condition:.3g} [W0086]")
     return notes
 
 
@@ -267,19 +267,19 @@ def _check_columns(
     """
     absent = [label for label in needed if label not in columns]
     if absent:
-        fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a"
+        fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a [E1093]"
         raise UsageError(Problem(name, fault, f"columns named {listed_plain(needed)}"))
     torques = [label for label in efforts if label in columns]
     if not torques and not driven:
-        fault = "there is neither a column of efforts nor one of an input"
+        fault = "there is neither a column of efforts nor one of an input [E1094]"
         raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *inputs])}"))
     if torques and len(torques) < len(efforts):
         lost = [label for label in efforts if label not in columns]
-        raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing", "0 without one"))
+        raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing [E1095]", "0 without one"))
     strange = next((label for label in columns if label.startswith("tau.") and label not in efforts), None)
     if strange is not None:
         hint = nearest(strange, efforts) or listed_plain(efforts)
-        raise UsageError(Problem(f"{name}, column {shown(strange)}", "no joint has this effort", hint))
+        raise UsageError(Problem(f"{name}, column {shown(strange)}", "no joint has this effort [E1096]", hint))
 
 
 def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMotion:
@@ -296,7 +296,7 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMoti
     table = np.stack([*(columns[label] for label in (*needed, *torques)), *driven.values()])
     finite = np.all(np.isfinite(table), axis=0)
     if missing == "refuse" and not finite.all():
-        fault = f"{np.count_nonzero(~finite)} of {len(t)} rows have missing values"
+        fault = f"{np.count_nonzero(~finite)} of {len(t)} rows have missing values [E1097]"
         raise UsageError(Problem(name, fault, 'missing="drop", --missing drop: those rows are left out'))
     rows = np.flatnonzero(finite)
     q, v, a = (

@@ -262,7 +262,7 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     try:
         figure.savefig(path)
     except OSError as error:
-        fault = f"cannot be written: {error.strerror or error}"
+        fault = f"cannot be written: {error.strerror or error} [E0143]"
         raise FileError(Problem(str(path), fault, "a folder that may be written to")) from None
     return path
 

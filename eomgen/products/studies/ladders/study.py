@@ -310,7 +310,9 @@ def extremes(
     began = time.perf_counter()
     for name in ladders:
         if name not in BY_NAME:
-            raise UsageError(Problem("ladders", f"there is no ladder {shown(name)}", nearest(name, list(BY_NAME))))
+            raise UsageError(
+                Problem("ladders", f"there is no ladder {shown(name)} [E1098]", nearest(name, list(BY_NAME)))
+            )
     for method in (*methods, *(method for _, _, method in map(_cell_of, cells) if method)):
         if method != AUTO:
             canonical_name(method)
@@ -336,11 +338,13 @@ def _cell_of(text: str) -> tuple[Ladder, float, str]:
     name, _, rest = text.partition(":")
     value, _, method = rest.partition(":")
     if name not in BY_NAME:
-        raise UsageError(Problem(f"--cell {text}", f"there is no ladder {shown(name)}", nearest(name, list(BY_NAME))))
+        raise UsageError(
+            Problem(f"--cell {text}", f"there is no ladder {shown(name)} [E1098]", nearest(name, list(BY_NAME)))
+        )
     try:
         return BY_NAME[name], float(value), method
     except ValueError:
-        fault = f"{value!r} is not a value of the ladder {name}"
+        fault = f"{value!r} is not a value of the ladder {name} [E1099]"
         raise UsageError(Problem(f"--cell {text}", fault, f"--cell {name}:{BY_NAME[name].values[0]:g}")) from None
 
 

@@ -96,7 +96,9 @@ class Subject:
 
     def _with_factors(self) -> tuple[Scene, tuple[str, ...]]:
         if self.data is None:
-            raise EomgenError("the scene is given as a Scene, whose numbers have no text", "the path of its file")
+            raise EomgenError(
+                "the scene is given as a Scene, whose numbers have no text [E1100]", "the path of its file"
+            )
         failures: list[EomgenError] = []
         for wanted in _SETS:
             try:
@@ -106,7 +108,7 @@ class Subject:
             except EomgenError as error:
                 failures.append(error)
             except (TypeError, ValueError, KeyError) as error:
-                failures.append(EomgenError(f"its numbers cannot be scaled: {error}", "numbers and formulas"))
+                failures.append(EomgenError(f"its numbers cannot be scaled: {error} [E1101]", "numbers and formulas"))
         raise failures[0]
 
     def read(self, data: Mapping[str, Any]) -> Scene:

@@ -263,13 +263,16 @@ class Judge:
         if best is None:
             slow = dict.fromkeys((one.row.name for one in self.candidates), took_longer(self.seconds))
             reasons = "; ".join(f"{name}: {why}" for name, why in list((slow | self.tried).items())[:3])
-            fault = f"no method gives a reference for this scene: {reasons}"
+            fault = f"no method gives a reference for this scene: {reasons} [E1111]"
             raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
         check_moves(self.runner, best.observation)
         if best.error > LARGEST_UNCERTAINTY:
             hold(f"{best.described} and the same at half its accuracy", best.error)
         if best.error > LEAST_KNOWN * self.demand.error:
-            fault = f"the best reference, {best.described}, is known to {best.error:.2g} only: {self.demand.error:g}"
+            fault = (
+                f"the best reference, {best.described}, is known to {best.error:.2g} only:"
+                f" {self.demand.error:g} [E1112]"
+            )
             hint = "a larger demand, a shorter run, or a larger budget"
             raise NumericalError(Problem("error", f"{fault} is unknown", hint))
         if not condition.label:
@@ -279,7 +282,7 @@ class Judge:
     def _order(self) -> list[Candidate]:
         """Return the candidates, most recently successful first."""
         if not self.candidates:
-            raise ModelError(Problem("methods", "no method runs on this scene", "other methods"))
+            raise ModelError(Problem("methods", "no method runs on this scene [E1115]", "other methods"))
         order = sorted(self.candidates, key=lambda c: rank(self.runner, c))
         if self._served is not None:
             order = [self._served[0], *(c for c in order if c is not self._served[0])]

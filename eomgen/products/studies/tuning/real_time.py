@@ -80,7 +80,7 @@ class RealTime:
             f"{100.0 * PART:g} % of the cycles take less than {1e6 * self.late:.4g} us of {1e6 * self.cycle:.6g} us, "
             f"the longest {1e6 * self.longest:.4g} us; error {self.error:.1e} of {self.quantity} at ends of cycles, "
             f"over the first {self.span:.4g} s; "
-            f"measured on {self.machine['processor']}, {self.machine['compiler']}"
+            f"measured on {self.machine['processor']}, {self.machine['compiler']} [E0103]"
         )
 
     def to_dict(self) -> dict[str, Any]:
@@ -143,7 +143,9 @@ def real_time(
     defaults = formulations.simulation
     end = defaults.duration if t_end is None else t_end
     if not (math.isfinite(cycle) and 0.0 < cycle <= end):
-        raise UsageError(Problem("real_time", f"a cycle lies within the run of {end:g} s, not {cycle:g} s", "1e-3"))
+        raise UsageError(
+            Problem("real_time", f"a cycle lies within the run of {end:g} s, not {cycle:g} s [E1116]", "1e-3")
+        )
     rows = min(math.floor(end / cycle + 1e-9), MOST_ROWS)
     runner = Runner(formulations, Grid(cycle, rows), parameters, inputs, limit=max(1.0, 0.3 * budget))
     name = formulations.own
@@ -153,7 +155,7 @@ def real_time(
     every = candidates(name, model, methods, refused)
     fixed = [c for c in one_of_each(every) if not c.method.chooses_steps]
     if not fixed:
-        fault = "no method with steps of equal work runs on this scene"
+        fault = "no method with steps of equal work runs on this scene [E1117]"
         raise ModelError(Problem("real_time", fault, "methods that do not choose their steps"))
     held = reference(runner, every, REFERENCE_SHARE * budget, say, settled=KNOWN, count=1, first_steps=1)
     work = _Work(runner, held, output, measure, iterations, refused, say, time.perf_counter() + budget)
@@ -299,8 +301,10 @@ def _nothing(bought: Sequence[_Bought], refused: Mapping[str, str], cycle: float
         first = min(bought, key=lambda one: one.late)
         fault = (
             f"nothing ends in time: the fastest, {first.configuration.label}, takes {1e6 * first.late:.3g} us of "
-            f"{1e6 * cycle:.3g} us"
+            f"{1e6 * cycle:.3g} us [E1118]"
         )
         return Problem("real_time", fault, "a longer cycle, another formulation, or a faster processor")
     reasons = "; ".join(f"{name}: {why}" for name, why in list(refused.items())[:4])
-    return Problem("real_time", f"nothing runs in bounded time: {reasons}", "more iterations, or a shorter cycle")
+    return Problem(
+        "real_time", f"nothing runs in bounded time: {reasons} [E1119]", "more iterations, or a shorter cycle"
+    )

@@ -43,11 +43,15 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
     keys = ", ".join(f"{name} = {_value(value)}" for name, value in simulation.items())
     hint = f"[simulation] {keys}" + (f", and coordinates = {_value(coordinates)}" if coordinates else "")
     if path is None or path.suffix.lower() != ".toml":
-        raise UsageError(Problem(str(path or "scene"), "settings can be written into .toml scene files only", hint))
+        raise UsageError(
+            Problem(str(path or "scene"), "settings can be written into .toml scene files only [E1120]", hint)
+        )
     try:
         lines = read_file(path).decode().split("\n")
     except OSError as error:
-        raise FileError(Problem(str(path), f"cannot be read: {error.strerror or error}", "another path")) from None
+        raise FileError(
+            Problem(str(path), f"cannot be read: {error.strerror or error} [E0115]", "another path")
+        ) from None
     lines = _with_section(lines, "simulation", simulation, _OF_METHODS)
     if coordinates:
         lines = _with_key(lines, "", "coordinates", coordinates)
@@ -57,7 +61,9 @@ def with_settings(path: Path | None, simulation: Mapping[str, Any], coordinates:
                 lines = _with_key(lines, section, "group", group)
     text = "\n".join(lines)
     if not _holds(text, simulation, coordinates):
-        raise UsageError(Problem(str(path), "its [simulation] is written in a way that cannot be changed here", hint))
+        raise UsageError(
+            Problem(str(path), "its [simulation] is written in a way that cannot be changed here [E1121]", hint)
+        )
     return text
 
 
@@ -206,7 +212,7 @@ class Tuned:
             parts.append(f"{first.label} {how} {first.seconds / self.seconds:.3g} x")
         if self.next_digit > 0.0:
             parts.append(f"one digit more costs {self.next_digit:.3g} x")
-        return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']}"
+        return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']} [E0104]"
 
     def to_dict(self) -> dict[str, Any]:
         """Return all attributes as JSON data.
@@ -266,7 +272,7 @@ class Tuned:
         FileError
         """
         if self.simplified:
-            fault = f"the chosen scene has less fidelity, {self.simplified}, which is not written into files"
+            fault = f"the chosen scene has less fidelity, {self.simplified}, which is not written into files [E1122]"
             raise UsageError(Problem(str(path), fault, "fewer modes, order or stiffening in [beams]; or other axes"))
         text = with_settings(self.source, self.simulation, self.coordinates, self.group)
         write_text(Path(path), text)

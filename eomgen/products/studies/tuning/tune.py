@@ -103,13 +103,17 @@ def tune(
         in time, or none converges within the bound.
     """
     if (error is None) is (real_time is None):
-        raise UsageError(Problem("tune", "either an error is demanded or a cycle of real time", "error=1e-4"))
+        raise UsageError(Problem("tune", "either an error is demanded or a cycle of real time [E1123]", "error=1e-4"))
     if iterations is not None and (real_time is None or iterations < 1):
-        raise UsageError(Problem("iterations", "a bound of 1 or more goes with a cycle of real time", "real_time=1e-3"))
+        raise UsageError(
+            Problem("iterations", "a bound of 1 or more goes with a cycle of real time [E1124]", "real_time=1e-3")
+        )
     if error is not None and not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
-        raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r}", "1e-4"))
+        raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r} [E1125]", "1e-4"))
     if measure not in MEASURES:
-        raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
+        raise UsageError(
+            Problem("measure", f"there is no measure {shown(measure)} [E1126]", f"one of {', '.join(MEASURES)}")
+        )
     chosen = checked_axes(axes)
     others = formulated and real_time is None and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity=real_time is None and "fidelity" in chosen)
@@ -151,7 +155,7 @@ class _Tuning:
         self.defaults = formulations.simulation
         end = self.defaults.duration if t_end is None else t_end
         if not (math.isfinite(end) and end > 0.0):
-            raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s", "10"))
+            raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s [E1127]", "10"))
         self.formulations, self.methods, self.axes, self.budget, self.say = formulations, methods, axes, budget, say
         grid = tuning_grid(end, self.defaults.step, self.defaults.step * self.defaults.record_every)
         self.runner = Runner(formulations, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
@@ -166,7 +170,7 @@ class _Tuning:
         own = candidates(self.own, model, self.methods, self.left_out)
         if not own:
             why = "; ".join(self.left_out.values())
-            raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
+            raise ModelError(Problem("methods", f"no method runs on this scene: {why} [E1128]", "other methods"))
         if self.methods:  # a demand is judged by the best, also from methods that do not race
             every = candidates(self.own, model, (), {})
             judges = (*own, *(c for c in every if c.row.name not in {one.row.name for one in own}))
@@ -206,7 +210,7 @@ class _Tuning:
     def _enough(self, contenders: Sequence[Contender], demand: Demand) -> None:
         if not any(c.best(demand.error) for c in contenders):
             closest = min((run.error for c in contenders for run in c.runs), default=math.inf)
-            fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g}"
+            fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g} [E1129]"
             raise NumericalError(Problem("error", fault, "a larger demand, a larger budget, or other methods"))
 
     def _verified(

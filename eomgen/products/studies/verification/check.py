@@ -278,9 +278,11 @@ def check(
     True
     """
     if states < 1:
-        raise UsageError(Problem("states", f"a check needs at least one state, not {states}", f"{CHECK_STATES}"))
+        raise UsageError(
+            Problem("states", f"a check needs at least one state, not {states} [E1130]", f"{CHECK_STATES}")
+        )
     if seed < 0:
-        raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is", f"{CHECK_SEED}"))
+        raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is [E1131]", f"{CHECK_SEED}"))
     described = pipeline.as_document(scene)[0]
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)
@@ -368,7 +370,7 @@ def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:
             raise UsageError(
                 Problem(
                     "only",
-                    f"no closed form of this scene is called {shown(name)}",
+                    f"no closed form of this scene is called {shown(name)} [E1132]",
                     meant if (meant := meant_term(name)) in known else nearest(name, known),
                 )
             )

@@ -264,7 +264,9 @@ def make(folder: Path) -> None:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise FileError(Problem(str(folder), f"cannot be made ({error.strerror or error})", "another folder")) from None
+        raise FileError(
+            Problem(str(folder), f"cannot be made ({error.strerror or error}) [E1133]", "another folder")
+        ) from None
 
 
 def _table(report: CheckReport) -> Iterator[list[str]]:

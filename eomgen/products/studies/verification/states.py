@@ -7,7 +7,7 @@ import numpy as np
 from eomgen.base.data import dataclass
 from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.coordinates import coordinate_names, reaches
-from eomgen.errors import EomgenError, NumericalError
+from eomgen.errors import EomgenError, Message, NumericalError
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification.claims.claim import FEW, Array, Engine, Space, directions
@@ -44,7 +44,9 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
     completed = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, completed, strict=True) if state is not None]
     outside = [name for name, state in zip(names, completed, strict=True) if state is None]
-    notes += [f"left out: {', '.join(outside)}, where the equations of motion are not finite"] if outside else []
+    notes += (
+        [f"left out: {', '.join(outside)}, where the equations of motion are not finite [W0087]"] if outside else []
+    )
     missing = 0
     for number in range(count - len(motion)):
         state = _random(model, motion, scales, rng)
@@ -54,10 +56,11 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
             kept.append((f"random state {number}", state))
     if missing:
         notes.append(
-            f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent ones"
+            f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent"
+            f" ones [W0088]"
         )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
-    return CheckedStates(blocks, tuple(name for name, _ in kept), tuple(notes)), _space(
+    return CheckedStates(blocks, tuple(name for name, _ in kept), tuple(map(Message, notes))), _space(
         model, {**scales, "a": np.abs(blocks["a"]).max(axis=0) if kept else scales["v"]}, length, rng
     )
 
@@ -73,10 +76,10 @@ def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, 
         end = min(every * (count - 1) * settings.step, settings.duration)
         run = model.simulate(end, record_every=every, error_estimate=False)
     except EomgenError as error:
-        notes.append(f"no motion to take states from: {'; '.join(problem.what for problem in error.problems)}")
+        notes.append(f"no motion to take states from: {'; '.join(problem.what for problem in error.problems)} [W0089]")
         return [initial], ["initial state"]
     if not run.success:
-        notes.append(f"the motion to take states from ended early: {run.message}")
+        notes.append(f"the motion to take states from ended early: {run.message} [W0090]")
     rows = [k for k in range(len(run.t)) if np.isfinite(run.q[k]).all() and np.isfinite(run.v[k]).all()][:count]
     states = [{"q": run.q[k], "v": run.v[k], "z": run.z[k], "t": run.t[k : k + 1]} for k in rows]
     names = ["initial state" if k == 0 else f"t = {run.t[k]:.6g} s" for k in rows]

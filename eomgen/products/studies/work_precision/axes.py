@@ -139,7 +139,7 @@ def checked_axes(names: Sequence[str]) -> tuple[str, ...]:
     """Return the requested axes; if none are named all but ``NAMED``. Raises UsageError."""
     for name in names:
         if name not in AXES:
-            raise UsageError(Problem("axes", f"there is no axis {shown(name)}", nearest(name, AXES)))
+            raise UsageError(Problem("axes", f"there is no axis {shown(name)} [E0735]", nearest(name, AXES)))
     return tuple(names) or tuple(name for name in AXES if name not in NAMED)
 
 

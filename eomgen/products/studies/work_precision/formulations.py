@@ -59,7 +59,10 @@ def same_start(
     size = 1.0 + max(float(np.abs(pose[4:]).max()) for pose in poses.values())
     if np.abs(apart).max() > MET * size:
         off = np.abs(apart).max()
-        fault = f"{other.name} cannot begin at the start of the scene's own formulation: bodies are off by {off:.2g}"
+        fault = (
+            f"{other.name} cannot begin at the start of the scene's own formulation: bodies are off by"
+            f" {off:.2g} [E1134]"
+        )
         raise NumericalError(Problem("formulation", fault, "the scene's own formulation"))
     columns, rest = _per_velocity(other, bodies, here, t, parameters)
     twists = np.concatenate([own.twist(name, q, v, t, parameters=parameters) for name in bodies])

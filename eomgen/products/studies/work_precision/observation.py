@@ -124,7 +124,7 @@ def check_output(argument: str, name: str, model: Model) -> None:
     own = tuple(name for name in OWN if {MULTIPLIERS: model.multipliers, Z: model.nz}.get(name, True))
     known = (*own, *(output.name for output in model.description.outputs))
     if name not in known:
-        raise UsageError(Problem(argument, f"the scene has no output {shown(name)}", nearest(name, known)))
+        raise UsageError(Problem(argument, f"the scene has no output {shown(name)} [E1135]", nearest(name, known)))
 
 
 def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:

@@ -136,7 +136,10 @@ def reference(
         if len(solved) == count:
             break
     if not solved:
-        fault = f"no method gives a reference for this scene: {'; '.join(tried[:3]) or 'there is none that runs on it'}"
+        fault = (
+            f"no method gives a reference for this scene:"
+            f" {'; '.join(tried[:3]) or 'there is none that runs on it'} [E1111]"
+        )
         raise NumericalError(Problem("reference", fault, "a shorter run, or a scene whose motion is smooth"))
     first = solved[0]
     check_moves(runner, first.observation)
@@ -152,7 +155,7 @@ def reference(
 def hold(both: str, part: float) -> None:
     """Raise NumericalError if two references, in words, differ by too large a part of the motion."""
     if not part <= LARGEST_UNCERTAINTY:
-        fault = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be computed from them"
+        fault = f"{both} differ by {100.0 * part:.3g} % of the motion: no error can be computed from them [E1136]"
         hint = "a shorter run, before motions that start side by side part, or a larger budget for the references"
         raise NumericalError(Problem("reference", fault, hint))
 
@@ -162,7 +165,7 @@ def check_moves(runner: Runner, observation: Observation) -> None:
     model = runner.model(next(iter(runner.formulations.scenes)))
     if model.nz or not all(np.array_equal(one, one[:1].repeat(len(one), 0)) for one in (observation.q, observation.v)):
         return
-    fault = "nothing moves in this run, so that all methods give the same at any step"
+    fault = "nothing moves in this run, so that all methods give the same at any step [E1137]"
     raise NumericalError(Problem("reference", fault, "an initial state off balance, an input, or a later end"))
 
 

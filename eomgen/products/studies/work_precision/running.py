@@ -372,7 +372,7 @@ def ladder_grid(start: float, end: float, step: float, interval: float, steps: S
         row = step * 2.0 ** min(doublings, MOST_DOUBLINGS)
     rows = math.floor((end - start) / row * (1.0 + 1e-12) + 1e-9)
     if rows < 1:
-        fault = f"the coarsest step, {row:.4g} s, does not fit into a run of {end - start:.4g} s"
+        fault = f"the coarsest step, {row:.4g} s, does not fit into a run of {end - start:.4g} s [E1138]"
         raise UsageError(Problem("steps", fault, "smaller steps, or a later end"))
     coarse = Grid(row, rows, start)
     parts = 1
@@ -398,7 +398,7 @@ def tuning_grid(end: float, step: float, interval: float) -> Grid:
         The run is shorter than one step.
     """
     if end < step * (1.0 - _ROUNDING):
-        fault = f"a step of {step:.4g} s does not fit into a run of {end:.4g} s"
+        fault = f"a step of {step:.4g} s does not fit into a run of {end:.4g} s [E1139]"
         raise UsageError(Problem("t_end", fault, f"{10.0 * step:.4g}"))
     row = min(interval, end)
     while end / row < LEAST_TIMES:
@@ -432,7 +432,7 @@ def per_coarsest(coarse: Grid, steps: Sequence[float]) -> tuple[int, ...]:
     for step in sorted(set(steps), reverse=True):
         count = round(coarse.row / step)
         if abs(coarse.row / step - count) > _ROUNDING * count:
-            fault = f"the step {step:.6g} s is not a whole part of the coarsest, {coarse.row:.6g} s"
+            fault = f"the step {step:.6g} s is not a whole part of the coarsest, {coarse.row:.6g} s [E1140]"
             hint = f"{coarse.row / math.ceil(coarse.row / step):.6g}, or steps each half of the one before"
             raise UsageError(Problem("steps", fault, hint))
         result.append(count)

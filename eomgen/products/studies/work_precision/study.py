@@ -245,14 +245,20 @@ def tradeoff(
     began = time.perf_counter()
     chosen = checked_axes(axes)
     if measure not in MEASURES:
-        raise UsageError(Problem("measure", f"there is no measure {shown(measure)}", f"one of {', '.join(MEASURES)}"))
+        raise UsageError(
+            Problem("measure", f"there is no measure {shown(measure)} [E1126]", f"one of {', '.join(MEASURES)}")
+        )
     if not budget > 0.0 or not math.isfinite(budget):
-        raise UsageError(Problem("budget", f"a study takes a positive number of seconds, not {budget:g}", "120"))
+        raise UsageError(
+            Problem("budget", f"a study takes a positive number of seconds, not {budget:g} [E1141]", "120")
+        )
     if repeats < 1:
-        raise UsageError(Problem("repeats", f"a median is of one time at least, not of {repeats}", "20"))
+        raise UsageError(Problem("repeats", f"a median is of one time at least, not of {repeats} [E1142]", "20"))
     for step in steps:
         if not (math.isfinite(step) and step > 0.0):
-            raise UsageError(Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not", "1e-3"))
+            raise UsageError(
+                Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not [E1143]", "1e-3")
+            )
     variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
     study = _WorkPrecisionStudy(
         variants, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress
@@ -293,7 +299,7 @@ class _WorkPrecisionStudy:
         self.defaults = formulations.simulation
         end = self.defaults.duration if t_end is None else t_end
         if not (math.isfinite(end) and end > 0.0):
-            raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s", "10"))
+            raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
         interval = self.defaults.step * self.defaults.record_every
         grid = ladder_grid(0.0, end, self.defaults.step, interval, steps)
         #: The coarsest step, s, and the number of each step in the coarsest.
@@ -328,7 +334,7 @@ class _WorkPrecisionStudy:
             journal.keep_reference(held)
         self.reference = held
         if self.quantity not in held.uncertainty:
-            fault = f"errors in {self.quantity} is unknown: the two references have no such quantity in common"
+            fault = f"errors in {self.quantity} is unknown: the two references have no such quantity in common [E1145]"
             raise NumericalError(Problem("reference", fault, "state, or an output of the scene"))
         self.began = time.perf_counter()
         self._sweep(ladders)
@@ -379,7 +385,7 @@ class _WorkPrecisionStudy:
             every += candidates(name, model, methods, self.left_out)
         if not every:
             why = "; ".join(text for name, text in self.left_out.items() if name not in self.formulations.refused)
-            raise ModelError(Problem("methods", f"no method runs on this scene: {why}", "other methods"))
+            raise ModelError(Problem("methods", f"no method runs on this scene: {why} [E1128]", "other methods"))
         return tuple(every)
 
     def _own(self) -> _Ladder:

@@ -113,14 +113,14 @@ def _too_long(*numbers: Numbers) -> Flags:
 
 def _told_too_long(*numbers: float) -> str:
     *ends, wet = numbers
-    return f"{wet:.6g} m of it move water, and it is {_length(*ends):.6g} m long"
+    return f"{wet:.6g} m of it move water, and it is {_length(*ends):.6g} m long [E1163]"
 
 
 #: Of a hull's ends, and of the length that moves water.
 _APART = Row(
     ("hulls.end",),
     _at_one_place,
-    "both ends are at the same place, so it has no axis",
+    "both ends are at the same place, so it has no axis [E1162]",
     "ends at two places",
 )
 _WITHIN = Row(("hulls.wet",), _too_long, _told_too_long, "the distance of its ends or less")
@@ -131,9 +131,9 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
     key, values, report = key_of("hulls", name), site.values, site.values.report
     if entry.body in (BASE, WORLD):
         why = "its motion is prescribed" if entry.body == BASE else "it rests"
-        report.add(f"{key}.body", f"water moves nothing of the {entry.body}: {why}", "a body")
+        report.add(f"{key}.body", f"water moves nothing of the {entry.body}: {why} [E1164]", "a body")
     elif entry.body in site.beams:
-        fault = f"{entry.body} is a beam, and a hull is a part of a rigid body"
+        fault = f"{entry.body} is a beam, and a hull is a part of a rigid body [E1165]"
         report.add(f"{key}.body", fault, "a distributed load by water_velocity.NAME(...) and velocity.here")
     else:
         check_reference(f"{key}.body", entry.body, site.bodies, "body", report)
@@ -144,7 +144,7 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
             waves = known[entry.waves]
         values.mentioned.add(("waves", entry.waves))
         if entry.level != 0.0:
-            report.add(f"{key}.level", "the waves have a level of their own", f"level of [waves.{entry.waves}]")
+            report.add(f"{key}.level", "the waves have a level of their own [E1166]", f"level of [waves.{entry.waves}]")
     start, end = (values.vector(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in ("start", "end"))
     area = values.formula(f"{key}.area", entry.area, PARAMETERS) if entry.area is not None else None
     wet = values.formula(f"{key}.wet", entry.wet, PARAMETERS) if entry.wet is not None else None
@@ -172,14 +172,14 @@ _BOUNDS = {
     "start": None,
     "end": None,
     "level": None,
-    "diameter": above_zero("the diameter of a hull"),
-    "area": above_zero("the area of a hull"),
-    "density": above_zero("the density of water"),
-    "wet": above_zero("the length that moves water"),
-    "added_mass": not_below_zero("the coefficient of added mass"),
-    "drag": not_below_zero("the coefficient of drag"),
-    "axial_added_mass": not_below_zero("the added mass along the axis"),
-    "axial_drag": not_below_zero("the drag along the axis"),
+    "diameter": above_zero("the diameter of a hull [E1730]"),
+    "area": above_zero("the area of a hull [E1731]"),
+    "density": above_zero("the density of water [E1732]"),
+    "wet": above_zero("the length that moves water [E1733]"),
+    "added_mass": not_below_zero("the coefficient of added mass [E1757]"),
+    "drag": not_below_zero("the coefficient of drag [E1758]"),
+    "axial_added_mass": not_below_zero("the added mass along the axis [E1759]"),
+    "axial_drag": not_below_zero("the drag along the axis [E1760]"),
 }
 SECTION = ElementSection(
     key="hulls",

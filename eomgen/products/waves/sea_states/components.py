@@ -86,7 +86,7 @@ class DiscreteSpectrum:
         k = float(np.hypot(*self.vectors[np.argmax(self.energy)]))
         if k * self.depth < math.pi:
             fault = f"closed forms are of deep water, and waves of {2.0 * math.pi / k:.4g} m feel the bottom at"
-            raise UsageError(Problem(where, f"{fault} {self.depth:.6g} m", hint))
+            raise UsageError(Problem(where, f"{fault} {self.depth:.6g} m [E1167]", hint))
 
     @property
     def height(self) -> float:
@@ -114,7 +114,9 @@ class DiscreteSpectrum:
             With the wave vectors of the spectrum.
         """
         if amplitudes not in ("gaussian", "fixed"):
-            raise UsageError(Problem("realisation: amplitudes", f"there is no {amplitudes!r}", "gaussian, or fixed"))
+            raise UsageError(
+                Problem("realisation: amplitudes", f"there is no {amplitudes!r} [E1168]", "gaussian, or fixed")
+            )
         check_whole("realisation: seed", seed, 0, 2**63)
         n = len(self.energy)
         normal = standard_normals(seed, 2 * n, WAVES).reshape(n, 2)
@@ -189,9 +191,9 @@ def discretized(
     1.99
     """
     if not 0.0 < band[0] < band[1]:
-        raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0", f"{BAND}"))
+        raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0 [E1169]", f"{BAND}"))
     if not depth > 0.0:
-        fault = f"{depth:.6g} m is not above 0"
+        fault = f"{depth:.6g} m is not above 0 [E1170]"
         raise UsageError(Problem("discretized: depth", fault, "math.inf for water without a bottom"))
     _check_scales("discretized", gravity, heading, height)
     if length is not None:
@@ -200,16 +202,18 @@ def discretized(
     step = wave_number(spectrum.peak, depth, gravity) / REPEATED_AFTER if length is None else 2.0 * math.pi / length
     first, last = math.floor(low / step * (1.0 + 1e-12)) + 1, math.ceil(high / step * (1.0 - 1e-12)) - 1
     if last < first:
-        fault = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m"
+        fault = f"no wave number 2 pi j/length is from {low:.6g} to {high:.6g} rad/m [E1171]"
         raise UsageError(Problem("discretized: length", fault, f"a length above {2.0 * math.pi / (high - low):.6g} m"))
     if last - first >= MOST_WAVES:
-        fault = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES}"
+        fault = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES} [E1172]"
         raise UsageError(Problem("discretized: length", fault, "a shorter length"))
     k = step * np.arange(first, last + 1)
     w, group = frequency_and_group_velocity(np.asarray(k), depth, gravity)
     energy = spectrum.density(w) * group * step
     if not energy.sum() > 0.0:
-        raise UsageError(Problem("discretized: band", f"the spectrum is zero from {w[0]:.6g} to {w[-1]:.6g} rad/s"))
+        raise UsageError(
+            Problem("discretized: band", f"the spectrum is zero from {w[0]:.6g} to {w[-1]:.6g} rad/s [E1173]")
+        )
     if height is not None:
         energy *= height**2 / (16.0 * energy.sum())
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
@@ -263,7 +267,7 @@ def wave_number(frequency: float, depth: float = math.inf, gravity: float = STAN
     check_number("wave_number: frequency", frequency, "rad/s", above_zero=True)
     check_number("wave_number: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
     if not depth > 0.0:
-        fault = f"{depth:.6g} m is not above 0"
+        fault = f"{depth:.6g} m is not above 0 [E1170]"
         raise UsageError(Problem("wave_number: depth", fault, "math.inf for water without a bottom"))
     deep = frequency**2 / gravity
     if math.isinf(depth):
@@ -321,9 +325,9 @@ def divided(
         A band without energy.
     """
     if not 0.0 < band[0] < band[1]:
-        raise UsageError(Problem("divided: band", f"{band} does not increase from above 0", f"{BAND}"))
+        raise UsageError(Problem("divided: band", f"{band} does not increase from above 0 [E1169]", f"{BAND}"))
     if not depth > 0.0:
-        fault = f"{depth:.6g} m is not above 0"
+        fault = f"{depth:.6g} m is not above 0 [E1170]"
         raise UsageError(Problem("divided: depth", fault, "math.inf for water without a bottom"))
     _check_scales("divided", gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
@@ -341,7 +345,9 @@ def divided(
     starts = np.searchsorted(fine, edges[:-1])
     energy, first = (np.add.reduceat(part.sum(axis=1), starts) for part in (pieces, pieces * w))
     if not energy.sum() > 0.0:
-        raise UsageError(Problem("divided: band", f"the spectrum is zero from {edges[0]:.6g} to {edges[-1]:.6g} rad/s"))
+        raise UsageError(
+            Problem("divided: band", f"the spectrum is zero from {edges[0]:.6g} to {edges[-1]:.6g} rad/s [E1173]")
+        )
     kept = energy > 0.0
     frequencies, energy = first[kept] / energy[kept], energy[kept]
     if height is not None:

@@ -52,9 +52,11 @@ def too_steep_together(k: Array, amplitude: Array, depth: float, *, alone: bool,
     most = _STEEPEST * math.pi
     if (alone and len(k) < 2) or not slope > most:
         return ""
-    message = f"at meeting crests the slope comes to {slope:.3g}" if alone else f"the significant slope is {slope:.3g}"
-    message += f", and waves break from {most:.3g} on: forces there are not physical"
-    return message if alone else f"{message}. A lower sea, or a band that ends before its shortest waves"
+    doubt = f"and waves break from {most:.3g} on: forces there are not physical"
+    if alone:
+        return f"at meeting crests the slope comes to {slope:.3g}, {doubt} [W0092]"
+    hint = "A lower sea, or a band that ends before its shortest waves"
+    return f"the significant slope is {slope:.3g}, {doubt}. {hint} [W0093]"
 
 
 def low_crest_of_first_order(k: float, amplitude: float, depth: float) -> str:
@@ -85,7 +87,7 @@ def beyond_second_order(vectors: Array, amplitude: Array, depth: float) -> str:
     if not ursell > MOST_URSELL:
         return ""
     message = f"A / (k^2 h^3) = {ursell:.3g} for the largest wave, k = {k:.4g} rad/m; an expansion of second order"
-    return f"{message} holds below {MOST_URSELL:g}. Lower waves or deeper water"
+    return f"{message} holds below {MOST_URSELL:g}. Lower waves or deeper water [E1234]"
 
 
 def _pairs(n: int) -> list[tuple[float, NDArray[np.int64], NDArray[np.int64]]]:

@@ -22,12 +22,12 @@ def check_number(where: str, value: Any, unit: str = "", hint: str = "", *, abov
     try:
         number = float(value)
     except (TypeError, ValueError):
-        raise UsageError(Problem(where, f"a number is needed, not {type(value).__name__}", hint)) from None
+        raise UsageError(Problem(where, f"a number is needed, not {type(value).__name__} [E0852]", hint)) from None
     said = f"{number:.6g} {unit}".strip()
     if not math.isfinite(number):
-        raise UsageError(Problem(where, f"{said} is not a finite number", hint))
+        raise UsageError(Problem(where, f"{said} is not a finite number [E1040]", hint))
     if above_zero and not number > 0.0:
-        raise UsageError(Problem(where, f"{said} is not above 0", hint))
+        raise UsageError(Problem(where, f"{said} is not above 0 [E1174]", hint))
 
 
 def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -> None:
@@ -35,9 +35,9 @@ def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -
     if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
         said = f"{value:.6g}" if isinstance(value, float) else f"{value!r}"
         fault = (
-            f"{said} is not a whole number from {least} on"
+            f"{said} is not a whole number from {least} on [E1175]"
             if most > 10**15
-            else f"{said} is not from {least} to {most}"
+            else f"{said} is not from {least} to {most} [E1176]"
         )
         raise UsageError(Problem(where, fault, hint or f"{least}"))
 
@@ -72,9 +72,9 @@ class Jonswap:
     def __post_init__(self) -> None:
         for name, value in (("height", self.height), ("period", self.period)):
             if not value > 0.0 or not math.isfinite(value):
-                raise UsageError(Problem(f"Jonswap: {name}", f"{value:.6g} is not above 0"))
+                raise UsageError(Problem(f"Jonswap: {name}", f"{value:.6g} is not above 0 [E1174]"))
         if not 1.0 <= self.peakedness <= 20.0:
-            fault = f"{self.peakedness:.6g} is not from 1 to 20"
+            fault = f"{self.peakedness:.6g} is not from 1 to 20 [E1177]"
             raise UsageError(Problem("Jonswap: peakedness", fault, "3.3, or 1 for a fully developed sea"))
 
     @property
@@ -133,7 +133,7 @@ class PiersonMoskowitz:
 
     def __post_init__(self) -> None:
         if not self.wind > 0.0 or not math.isfinite(self.wind):
-            raise UsageError(Problem("PiersonMoskowitz: wind", f"{self.wind:.6g} m/s is not above 0"))
+            raise UsageError(Problem("PiersonMoskowitz: wind", f"{self.wind:.6g} m/s is not above 0 [E1178]"))
 
     @property
     def peak(self) -> float:
@@ -175,14 +175,16 @@ class SpectrumTable:
         self.densities = np.asarray(densities, dtype=float)
         where = "SpectrumTable"
         if self.frequencies.ndim != 1 or len(self.frequencies) < 2 or self.densities.shape != self.frequencies.shape:
-            fault = f"shapes {self.frequencies.shape} and {self.densities.shape}"
+            fault = f"shapes {self.frequencies.shape} and {self.densities.shape} [E1179]"
             raise UsageError(Problem(where, fault, "as many densities as frequencies, two at least"))
         if not np.all(np.diff(self.frequencies) > 0.0) or not self.frequencies[0] > 0.0:
-            raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0"))
+            raise UsageError(Problem(f"{where}: frequencies", "they have to increase from above 0 [E1183]"))
         if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
-            raise UsageError(Problem(where, "a frequency or a density is not a finite number"))
+            raise UsageError(Problem(where, "a frequency or a density is not a finite number [E1184]"))
         if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
-            fault = f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g}"
+            fault = (
+                f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g} [E1182]"
+            )
             raise UsageError(Problem(f"{where}: densities", fault, "none below 0, one above 0"))
 
     @property
@@ -217,13 +219,13 @@ class Spreading:
 
     def __post_init__(self) -> None:
         if not self.exponent > 0.0 or not math.isfinite(self.exponent):
-            raise UsageError(Problem("Spreading: exponent", f"{self.exponent:.6g} is not above 0"))
+            raise UsageError(Problem("Spreading: exponent", f"{self.exponent:.6g} is not above 0 [E1174]"))
         if self.exponent > MOST_EXPONENT:
-            fault = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g}"
+            fault = f"{self.exponent:.6g} is above {MOST_EXPONENT:.6g} [E1185]"
             raise UsageError(Problem("Spreading: exponent", fault, "no spreading at all for one direction"))
         check_number("Spreading: heading", self.heading, "rad")
         if self.directions < 2:
-            fault = f"{self.directions} is less than two"
+            fault = f"{self.directions} is less than two [E1186]"
             raise UsageError(Problem("Spreading: directions", fault, "no spreading at all for one direction"))
         check_whole("Spreading: directions", self.directions, 2, MOST_WAVES)
 

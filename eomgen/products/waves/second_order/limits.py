@@ -26,7 +26,7 @@ def check_points(where: str, points: ArrayLike) -> None:
     array = np.asarray(points, dtype=float)
     if array.ndim != 2 or array.shape[1] != 2 or not np.all(np.isfinite(array)):
         finite = "" if np.all(np.isfinite(array)) else ", with numbers that are not finite"
-        fault = f"an array of shape {array.shape}{finite}"
+        fault = f"an array of shape {array.shape}{finite} [E1187]"
         raise UsageError(Problem(where, fault, "finite numbers of shape (points, 2)"))
 
 
@@ -34,14 +34,21 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     """Raise UsageError for an impossible sea."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
-        raise UsageError(Problem(_COMPONENTS, f"wave vectors have the shape {vectors.shape}", "(n, 2), at least one"))
+        raise UsageError(
+            Problem(_COMPONENTS, f"wave vectors have the shape {vectors.shape} [E1188]", "(n, 2), at least one")
+        )
     if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
-        fault = f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
+        fault = (
+            f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of"
+            f" {phase.shape} [E1189]"
+        )
         raise UsageError(Problem(_COMPONENTS, fault, f"({len(vectors)},) each"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
-        raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is not a finite number"))
+        raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is not a finite number [E1190]"))
     if np.any(amplitude < 0.0):
-        raise UsageError(Problem(_COMPONENTS, f"the amplitude {amplitude.min():.6g} m is negative", "the phase + pi"))
+        raise UsageError(
+            Problem(_COMPONENTS, f"the amplitude {amplitude.min():.6g} m is negative [E1191]", "the phase + pi")
+        )
     _check_setting(depth, order, gravity)
     k = np.hypot(*vectors.T)
     _check_waves(vectors, amplitude, k, depth)
@@ -52,11 +59,13 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
 def _check_setting(depth: float, order: int, gravity: float) -> None:
     """Raise UsageError for an impossible order, gravity or depth."""
     if order not in (1, 2):
-        raise UsageError(Problem("Sea: order", f"there is no order {order}", "1 or 2"))
+        raise UsageError(Problem("Sea: order", f"there is no order {order} [E1192]", "1 or 2"))
     if not gravity > 0.0 or not math.isfinite(gravity):
-        raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0", f"{STANDARD_GRAVITY}"))
+        raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0 [E1193]", f"{STANDARD_GRAVITY}"))
     if not depth > 0.0:
-        raise UsageError(Problem("Sea: depth", f"{depth:.6g} m is not above 0", "math.inf for water without a bottom"))
+        raise UsageError(
+            Problem("Sea: depth", f"{depth:.6g} m is not above 0 [E1170]", "math.inf for water without a bottom")
+        )
 
 
 def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> None:
@@ -68,14 +77,18 @@ def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> No
     """
     if not np.all(k > 0.0):
         number = int(np.argmin(k))
-        fault = f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave"
+        fault = (
+            f"component {number} has the wave vector (0, 0), which is a change of the water's level and no wave [E1194]"
+        )
         raise UsageError(Problem(_COMPONENTS, fault, "components with a wave number above 0"))
     if len(np.unique(vectors, axis=0)) < len(vectors):
-        raise UsageError(Problem(_COMPONENTS, "two components have the same wave vector", "one with the sum of both"))
+        raise UsageError(
+            Problem(_COMPONENTS, "two components have the same wave vector [E1196]", "one with the sum of both")
+        )
     steep = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
     if np.any(steep >= 1.0):
         number = int(np.argmax(steep))
-        fault = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself"
+        fault = f"component {number} has k A coth(k h) = {steep[number]:.4g}; from 1 on a wave crosses itself [E1195]"
         raise UsageError(Problem(_COMPONENTS, fault, f"an amplitude below {amplitude[number] / steep[number]:.4g} m"))
 
 
@@ -89,13 +102,13 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
     highest = np.array([0.5 * breaking_height(float(one), depth) for one in k])
     if np.any(amplitude > highest):
         number = int(np.argmax(amplitude / highest))
-        fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
-        fault = f"{fault} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m"
+        fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of [E1197]"
+        fault = f"{fault} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
         raise UsageError(
             Problem(_COMPONENTS, fault, "a smaller amplitude, or order = 1: Gerstner's waves do not break")
         )
     if 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
-        fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes"
+        fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes [E1201]"
         need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"
         raise UsageError(Problem(_COMPONENTS, f"{fault} {need:.3g} GB", hint))

@@ -92,7 +92,7 @@ def multiples(k: Array) -> tuple[float, NDArray[np.int64]]:
         unit = float(rest[rest > _CLOSE * k].min())
     number = np.rint(k / unit).astype(np.int64)
     if np.any(np.abs(number * unit - k) > _CLOSE * k) or number.max() > 100_000:
-        fault = "the wave numbers are not multiples of one that is not far smaller than all of them"
+        fault = "the wave numbers are not multiples of one that is not far smaller than all of them [E1205]"
         raise UsageError(Problem("Sea.profile", fault, "components by discretized(...), or surface(labels, time)"))
     return float(np.mean(k / number)), number
 
@@ -257,7 +257,7 @@ def statistics_of(spectrum: DiscreteSpectrum) -> SeaStatistics:
     k = np.hypot(*spectrum.vectors.T)
     along = spectrum.vectors @ spectrum.vectors[0] / k[0]
     if np.any(np.abs(along - k) > 1e-12 * k):
-        fault = "there are closed forms for waves of one direction alone, and these have several"
+        fault = "there are closed forms for waves of one direction alone, and these have several [E1206]"
         raise UsageError(Problem("statistics_of", fault, "a spectrum without spreading, or realisations"))
     spectrum.check_deep("statistics_of", "realisations, and their means")
     return SeaStatistics(k, spectrum.energy)

@@ -48,9 +48,9 @@ class Radar:
 
     def __post_init__(self) -> None:
         if not self.range_to_velocity >= 0.0 or not math.isfinite(self.range_to_velocity):
-            raise UsageError(Problem("Radar: range_to_velocity", f"{self.range_to_velocity:.6g} s is below 0"))
+            raise UsageError(Problem("Radar: range_to_velocity", f"{self.range_to_velocity:.6g} s is below 0 [E1207]"))
         if not 0.0 <= self.incidence < 0.5 * math.pi:
-            fault = f"{self.incidence:.6g} rad is not from 0 to below pi/2"
+            fault = f"{self.incidence:.6g} rad is not from 0 to below pi/2 [E1208]"
             raise UsageError(Problem("Radar: incidence", fault, "the angle from the vertical, 0.4 for 23 degrees"))
 
     @property
@@ -130,7 +130,8 @@ class Radar:
         count = np.prod((np.array([np.ptp(x), np.ptp(y)]) + 2.0 * reach) / apart)
         if count > _MOST_LABELS:
             fault = (
-                f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}: facets move by up to {reach[0]:.4g} m"
+                f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}: facets move by up to {reach[0]:.4g}"
+                f" m [E1209]"
             )
             raise UsageError(Problem("Radar.image", fault, "larger cells, fewer labels_per_cell, or a smaller R/V"))
         a, b = (
@@ -278,7 +279,7 @@ class Radar:
         check_whole("Radar.intensity_spectrum: count", count, 1, _MOST_CELLS, "100")
         multiple = k * length / (2.0 * math.pi)
         if np.any(np.abs(multiple - np.rint(multiple)) > 1e-6):
-            fault = f"the waves do not repeat themselves after {length:.6g} m"
+            fault = f"the waves do not repeat themselves after {length:.6g} m [E1210]"
             hint = "the length that discretized(spectrum, length=...) had; 2 pi over the distance of two wave numbers"
             raise UsageError(Problem("Radar.intensity_spectrum: length", fault, hint))
         wanted = 2.0 * math.pi / length * np.arange(1, count + 1)
@@ -287,7 +288,7 @@ class Radar:
         finest = max(4.0 * wanted[-1], 4.0 * float(k.max()) * (1.0 + float(wanted[-1]) * moved))
         points = 2 ** math.ceil(math.log2(max(16.0, finest * length / math.pi)))
         if points * count > _MOST_TERMS:
-            fault = f"{count} wave numbers need {points} lags each"
+            fault = f"{count} wave numbers need {points} lags each [E1211]"
             raise UsageError(Problem("Radar.intensity_spectrum: count", fault, "fewer, or a shorter length"))
         lag = length / points * np.arange(points)
         V, S, G = np.zeros(points), np.zeros(points), np.zeros(points)
@@ -327,7 +328,7 @@ class Radar:
         """Return wave numbers, and the multiple of each amplitude by which a facet is moved along the waves."""
         k = np.hypot(*spectrum.vectors.T)
         if np.any(np.abs(spectrum.vectors[:, 1]) > 1e-12 * k):
-            fault = "waves run across the flight; there is a closed form for those along x alone"
+            fault = "waves run across the flight; there is a closed form for those along x alone [E1212]"
             raise UsageError(Problem(f"Radar.{name}", fault, "bunching(sea, labels, time), or heading = 0"))
         spectrum.check_deep(f"Radar.{name}", "bunching(sea, labels, time) of realisations")
         return k, self._change(np.sqrt(gravity * k), np.sign(spectrum.vectors[:, 0]))
@@ -353,7 +354,7 @@ class Radar:
         """
         for name, value in (("slope_density", slope_density), ("reflectivity", reflectivity)):
             if not value >= 0.0:
-                raise UsageError(Problem(f"Radar.backscatter: {name}", f"{value:.6g} is below 0"))
+                raise UsageError(Problem(f"Radar.backscatter: {name}", f"{value:.6g} is below 0 [E1213]"))
         return math.pi * reflectivity * slope_density / math.cos(self.incidence) ** 4
 
 
@@ -414,10 +415,10 @@ def _cubic(y0: Array, y1: Array, d0: Array, d1: Array, part: Array) -> Array:
 def _edges(name: str, edges: ArrayLike) -> Array:
     result = np.asarray(edges, dtype=float)
     if result.ndim != 1 or len(result) < 2 or not np.all(np.diff(result) > 0.0):
-        raise UsageError(Problem(f"Radar.image: {name}", "edges have to increase, two at least"))
+        raise UsageError(Problem(f"Radar.image: {name}", "edges have to increase, two at least [E1214]"))
     widths = np.diff(result)
     if not np.all(np.isfinite(result)) or np.ptp(widths) > 1e-6 * widths.mean():
-        fault = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide"
+        fault = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide [E1215]"
         raise UsageError(
             Problem(f"Radar.image: {name}", fault, "edges that are equally spaced, np.linspace(0, 800, 81)")
         )
@@ -426,5 +427,5 @@ def _edges(name: str, edges: ArrayLike) -> Array:
 
 def _check_direction(where: str, direction: int) -> None:
     if direction not in (1, -1):
-        fault = f"{direction!r} is none"
+        fault = f"{direction!r} is none [E0829]"
         raise UsageError(Problem(f"{where}: direction", fault, "1 with the flight, -1 against it"))

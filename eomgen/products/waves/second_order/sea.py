@@ -72,7 +72,7 @@ class Sea:
     ) -> None:
         check_sea(components, depth, order, gravity)
         if vorticity not in ("none", "gerstner"):
-            raise UsageError(Problem("Sea: vorticity", f"there is no {vorticity!r}", "none, or gerstner"))
+            raise UsageError(Problem("Sea: vorticity", f"there is no {vorticity!r} [E1168]", "none, or gerstner"))
         self.depth, self.order, self.gravity = float(depth), order, float(gravity)
         self.vorticity: Vorticity = vorticity
         self.dispersion = dispersion
@@ -160,13 +160,16 @@ class Sea:
         if np.any(doppler):
             current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
             if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
-                fault = "the part that is odd in the wave vector is not linear in it, so no uniform current gives it"
+                fault = (
+                    "the part that is odd in the wave vector is not linear in it, so no uniform current gives"
+                    " it [E1217]"
+                )
                 raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
         restoring = row["w"] ** 2 * row["C"] / row["k"]
         if np.ptp(restoring) > 1e-9 * restoring.max():
             fault = (
                 f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
-                " surface is the same everywhere only if it is the same for all waves"
+                " surface is the same everywhere only if it is the same for all waves [E1216]"
             )
             raise UsageError(
                 Problem("Sea: dispersion", fault, "w.gravity_waves, with terms that are linear in kx and ky")
@@ -180,7 +183,7 @@ class Sea:
     def _tables(self, c: float) -> tuple[Array, Array, Array | None, Array]:
         """Return columns, self-interactions of components, the table of pairs and the levels at a depth."""
         if not -self.depth <= c <= HIGHEST / float(np.hypot(*self.vectors.T).max()):
-            fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0"
+            fault = f"labels at c = {c:.6g} m are outside of the water, which is from {-self.depth:.6g} m to 0 [E1218]"
             raise UsageError(Problem("Sea: c", fault, "0 for the surface, negative below"))
         made, p = self._of(surface=c == 0.0), self._numbers(c)
         given = np.array([self.gravity, p[1], p[2]])
@@ -268,14 +271,16 @@ class Sea:
             Waves of several directions, wave numbers that are not multiples of one, or too few labels.
         """
         if self.spread:
-            fault = "the waves have several directions"
+            fault = "the waves have several directions [E1219]"
             raise UsageError(Problem("Sea.profile", fault, "surface(labels, time), or waves of one direction"))
         check_number("Sea: time", time, "s")
         columns, own, table, level = self._surface_tables
         unit, number = multiples(np.hypot(*self.vectors.T))
         least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
         if count <= least:
-            raise UsageError(Problem("Sea.profile: count", f"{count} labels are too few", f"{least + 1} or more"))
+            raise UsageError(
+                Problem("Sea.profile: count", f"{count} labels are too few [E1220]", f"{least + 1} or more")
+            )
         crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
         named = None if table is None else dict(zip(self._entries, table, strict=True))
         by_name, (drift, lift) = harmonics(number, columns, crest, own, named, level)
@@ -336,7 +341,7 @@ class Sea:
         """
         columns, own, table, level = self._surface_tables
         if table is None:
-            raise UsageError(Problem("Sea.bound_waves", "a sea of order 1 has no pairs", "order = 2"))
+            raise UsageError(Problem("Sea.bound_waves", "a sea of order 1 has no pairs [E1221]", "order = 2"))
         crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
         named, alone = dict(zip(self._entries, table, strict=True)), dict(zip(OWN, own, strict=True))
         w, all_of = columns[COLUMNS.index("w")], np.arange(len(crest))
@@ -386,7 +391,7 @@ class Sea:
         check_sea(components, self.depth, self.order, self.gravity)
         vectors = np.asarray(components.vectors, dtype=float)
         if vectors.shape != self.vectors.shape or np.any(vectors[self._order] != self.vectors):
-            raise UsageError(Problem("Sea.with_waves", "the wave vectors are others", "a Sea of its own"))
+            raise UsageError(Problem("Sea.with_waves", "the wave vectors are others [E1222]", "a Sea of its own"))
         other = copy.copy(self)
         other.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[self._order])
         other.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[self._order])
@@ -509,7 +514,10 @@ class Sea:
                 factor[worse] *= 0.5
             labels[open_], off[open_] = tried, distance
         bad = wanted[np.argmax(np.hypot(*off.T))]
-        fault = f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
+        fault = (
+            f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g}"
+            f" s [E1223]"
+        )
         hint = "waves that are less steep: water folds over with a negative Jacobian of surface(labels, t)"
         raise NumericalError(Problem("Sea.labels_at", fault, hint))
 
@@ -591,7 +599,7 @@ class Sea:
         try:
             x, y = np.broadcast_arrays(np.asarray(x, dtype=float), np.asarray(y, dtype=float))
         except ValueError:
-            fault = f"shapes {np.shape(x)} and {np.shape(y)} do not go together"
+            fault = f"shapes {np.shape(x)} and {np.shape(y)} do not go together [E1224]"
             raise UsageError(Problem("Sea: x and y", fault, "as many y as x, or one for all")) from None
         result = getattr(self.at(np.column_stack((x.ravel(), y.ravel())), time), quantity)
         return np.asarray(result).reshape(*x.shape, 3)

@@ -52,7 +52,7 @@ class Ramp:
     def __post_init__(self) -> None:
         for name, value in (("time", self.time), ("power", self.power)):
             if not value > 0.0:
-                raise UsageError(Problem(f"Ramp: {name}", f"{value:.6g} is not above 0"))
+                raise UsageError(Problem(f"Ramp: {name}", f"{value:.6g} is not above 0 [E1174]"))
 
     def __call__(self, elapsed: float) -> float:
         return -math.expm1(-((max(elapsed, 0.0) / self.time) ** self.power))
@@ -146,10 +146,10 @@ class SteppedSea:
         ramp: Ramp | None = None,
     ) -> None:
         if min(lengths) <= 0.0 or min(counts) < 1:
-            fault = f"lengths {lengths} m and {counts} labels are not above 0"
+            fault = f"lengths {lengths} m and {counts} labels are not above 0 [E1225]"
             raise UsageError(Problem("SteppedSea", fault, "along x and y; any length with one label along y"))
         if sea.vorticity != "none":
-            fault = f"particles of a sea with vorticity = {sea.vorticity!r} do not drift, and stepped ones do"
+            fault = f"particles of a sea with vorticity = {sea.vorticity!r} do not drift, and stepped ones do [E1226]"
             raise UsageError(Problem("SteppedSea: sea", fault, 'vorticity = "none"'))
         self.composition: Composition = composition_named(method, first=first)
         self._sea, self.time, self._start, self._ramp = sea, float(time), float(time), ramp
@@ -275,12 +275,15 @@ class SteppedSea:
         off = np.abs(multiples - index) > _CLOSE * np.hypot(*multiples.T)[:, None] + 1e-12
         if np.any(off | np.isnan(multiples)):
             number = int(np.argmax(np.any(off | np.isnan(multiples), axis=1)))
-            fault = f"component {number} is ({multiples[number, 0]:.6g}, {multiples[number, 1]:.6g}) times 2 pi/length"
+            fault = (
+                f"component {number} is ({multiples[number, 0]:.6g}, {multiples[number, 1]:.6g}) times 2"
+                f" pi/length [E1227]"
+            )
             raise UsageError(Problem("SteppedSea: lengths", fault, "lengths that all components divide"))
         highest = np.abs(index).max(axis=0)
         for axis, name in enumerate("xy"):
             if self._counts[axis] <= 4 * highest[axis]:
-                fault = f"{self._counts[axis]} labels along {name} take sums of waves for others"
+                fault = f"{self._counts[axis]} labels along {name} take sums of waves for others [E1228]"
                 raise UsageError(Problem("SteppedSea: counts", fault, f"{int(4 * highest[axis]) + 1} or more"))
         whole: NDArray[np.int64] = index.astype(np.int64)
         return whole

@@ -56,7 +56,7 @@ class UnbrokenSea:
         fault = (
             f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on, and the significant height"
         )
-        return f"{fault} is {numbers[0]:.4g} m", "a smaller height, or a longer period"
+        return f"{fault} is {numbers[0]:.4g} m [E1799]", "a smaller height, or a longer period"
 
 
 #: By type of spectrum: required keys, and optional keys.
@@ -85,11 +85,11 @@ def _depth_and_ramp(key: str, entry: written.SeaWaves, values: Values) -> tuple[
     """Return the depth of the water, m, infinite without a bottom, and the time over which waves grow, s."""
     depth = math.inf if entry.depth is None else values.constant(f"{key}.depth", entry.depth)
     if depth <= 0.0:
-        fault = f"the depth {depth:.6g} m is not positive"
+        fault = f"the depth {depth:.6g} m is not positive [E1229]"
         values.report.add(f"{key}.depth", fault, "no depth for water without a bottom")
     ramp = values.constant(f"{key}.ramp", entry.ramp)
     if ramp < 0.0:
-        values.report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative", "ramp = 20")
+        values.report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative [E1230]", "ramp = 20")
     return depth, ramp
 
 
@@ -104,11 +104,13 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
     before = len(report.noted)
     if (entry.spectrum is None) == (entry.regular is None):
         both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
-        report.add(key, f"{both} which waves there are", 'spectrum = { type = "jonswap", height = 3, period = 9 }')
+        report.add(
+            key, f"{both} which waves there are [E1231]", 'spectrum = { type = "jonswap", height = 3, period = 9 }'
+        )
     depth, ramp = _depth_and_ramp(key, entry, values)
     level = values.constant(f"{key}.level", entry.level)
     if not gravity > 0.0:
-        report.add(key, "waves need gravity, and the scene has none", "gravity = [0, 0, -9.81]")
+        report.add(key, "waves need gravity, and the scene has none [E1232]", "gravity = [0, 0, -9.81]")
     components: Sequence[WaveComponent] = ()
     factor: Formula | None = None
     if len(report.noted) == before and not math.isnan(depth + ramp + level + gravity):
@@ -157,13 +159,17 @@ def _bound(
 ) -> list[WaveComponent]:
     """Return the waves of second order that belong to free waves."""
     if len(components) > MOST_WITH_PAIRS:
-        fault = f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2}"
+        fault = (
+            f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2} [E1233]"
+        )
         values.report.add(f"{key}.order", fault, "fewer components or directions, or order = 1")
         return []
     kx, ky, w, amplitude, phase, _ = np.array(components).T
     vectors = np.stack((kx, ky), axis=1)
     if len(np.unique(vectors, axis=0)) < len(vectors):
-        values.report.add(f"{key}.regular", "two waves have the same period and heading", "one with the sum of both")
+        values.report.add(
+            f"{key}.regular", "two waves have the same period and heading [E1235]", "one with the sum of both"
+        )
         return []
     if fault := beyond_second_order(vectors, amplitude, depth):
         values.note([f"{key}: {fault}, or order = 1"])
@@ -176,9 +182,11 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     report, result = values.report, []
     for word in _OF_SPECTRA:
         if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
-            report.add(f"{key}.{word}", f"{word} is of a spectrum, and these waves are given one by one", "without it")
+            report.add(
+                f"{key}.{word}", f"{word} is of a spectrum, and these waves are given one by one [E1236]", "without it"
+            )
     if not entry.regular:
-        report.add(f"{key}.regular", "there are no waves", "regular = [{ amplitude = 1, period = 8 }]")
+        report.add(f"{key}.regular", "there are no waves [E1237]", "regular = [{ amplitude = 1, period = 8 }]")
     for number, wave in enumerate(entry.regular or ()):
         place = f"{key}.regular[{number}]"
         amplitude, period, heading, phase = (
@@ -186,9 +194,9 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
             for word in ("amplitude", "period", "heading", "phase")
         )
         if amplitude < 0.0:
-            report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative", "the phase + pi")
+            report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
         if period <= 0.0:
-            report.add(f"{place}.period", f"the period {period:.6g} s is not positive", "period = 8")
+            report.add(f"{place}.period", f"the period {period:.6g} s is not positive [E1238]", "period = 8")
         elif not _of_water(f"{place}.period", period, report):
             continue
         if not amplitude >= 0.0 or not period > 0.0 or math.isnan(heading + phase):
@@ -198,7 +206,9 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
         most = 0.5 * breaking_height(k, depth)
         if amplitude > most:
             fault = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
-            report.add(f"{place}.amplitude", f"{fault} {amplitude:.4g} m", "a smaller amplitude, or a longer period")
+            report.add(
+                f"{place}.amplitude", f"{fault} {amplitude:.4g} m [E1239]", "a smaller amplitude, or a longer period"
+            )
         vector = k * math.cos(heading), k * math.sin(heading)
         result.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
     return result
@@ -208,9 +218,9 @@ def _spreading(key: str, entry: written.Spread, heading: float, values: Values) 
     """Return the spreading over directions; None if it has a fault, which is reported."""
     exponent = values.constant(f"{key}.exponent", entry.exponent)
     if not exponent > 0.0:
-        values.report.add(f"{key}.exponent", f"the exponent {exponent:.6g} is not positive", "exponent = 10")
+        values.report.add(f"{key}.exponent", f"the exponent {exponent:.6g} is not positive [E1240]", "exponent = 10")
     elif exponent > MOST_EXPONENT:
-        fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way"
+        fault = f"with the exponent {exponent:.6g}, above {MOST_EXPONENT:.6g}, all waves run one way [E1241]"
         values.report.add(f"{key}.exponent", fault, "no spreading")
     else:
         return Spreading(exponent, heading, entry.directions)
@@ -220,12 +230,12 @@ def _spreading(key: str, entry: written.Spread, heading: float, values: Values) 
 def _can_have_variables(key: str, entry: written.SeaWaves, report: Report) -> bool:
     """Return whether amplitudes and phases can follow from variables; a fault is reported."""
     if entry.amplitudes == "fixed":
-        fault = "amplitudes are fixed, and variables make amplitudes and phases"
+        fault = "amplitudes are fixed, and variables make amplitudes and phases [E1242]"
         report.add(key, fault, 'amplitudes = "gaussian"')
         return False
     count = entry.components * (1 if entry.spreading is None else entry.spreading.directions)
     if count > MOST_WITH_VARIABLES:
-        fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES}"
+        fault = f"{count} waves have {2 * count} variables, more than {2 * MOST_WITH_VARIABLES} [E1243]"
         report.add(key, fault, "fewer components or directions")
         return False
     return True
@@ -243,7 +253,7 @@ def _irregular(
     heading = values.constant(f"{key}.heading", entry.heading)
     low, high = values.constants(f"{key}.band", entry.band)
     if not 0.0 < low < high:
-        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is none", "band = [0.5, 3]")
+        report.add(f"{key}.band", f"the band from {low:.6g} to {high:.6g} is none [E1244]", "band = [0.5, 3]")
     spreading = None if entry.spreading is None else _spreading(f"{key}.spreading", entry.spreading, heading, values)
     if spectrum is None or not 0.0 < low < high or report.concerns(f"{key}.spreading") or math.isnan(heading):
         return [], None
@@ -286,8 +296,8 @@ def _of_water(key: str, period: float, report: Report) -> bool:
     shortest, longest = _PERIODS
     if math.isnan(period) or shortest <= period <= longest:
         return True
-    fault = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s"
-    report.add(key, fault if key.endswith("period") else f"at the peak {fault}", "period = 8")
+    fault = f"the period {period:.6g} s is not from {shortest:g} to {longest:g} s [E1245]"
+    report.add(key, fault if key.endswith("period") else f"at the peak {fault} [E1246]", "period = 8")
     return False
 
 
@@ -299,10 +309,10 @@ def _spectrum(
     needed, allowed = _KEYS[entry.type]
     for word in needed:
         if getattr(entry, word) is None:
-            report.add(key, f"{entry.type} needs {word}", f"{word} = {_EXAMPLES[word]}")
+            report.add(key, f"{entry.type} needs {word} [E1247]", f"{word} = {_EXAMPLES[word]}")
     for word in ("height", "period", "peakedness", "wind", "points"):
         if getattr(entry, word) is not None and word not in needed and word not in allowed:
-            report.add(f"{key}.{word}", f"{entry.type} takes no {word}", " and ".join((*needed, *allowed)))
+            report.add(f"{key}.{word}", f"{entry.type} takes no {word} [E0351]", " and ".join((*needed, *allowed)))
     number: dict[str, float] = {}
     height = None
     if entry.height is not None:
@@ -314,10 +324,12 @@ def _spectrum(
             number[word] = values.constant(f"{key}.{word}", value)
             if number[word] <= 0.0:  # NaN was reported
                 report.add(
-                    f"{key}.{word}", f"the {word} {number[word]:.6g} is not positive", _EXAMPLES.get(word, "3.3")
+                    f"{key}.{word}",
+                    f"the {word} {number[word]:.6g} is not positive [E1255]",
+                    _EXAMPLES.get(word, "3.3"),
                 )
     if not 1.0 <= number.get("peakedness", 1.0) <= 20.0:
-        fault = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20"
+        fault = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20 [E1256]"
         report.add(f"{key}.peakedness", fault, "3.3, or 1 for a fully developed sea")
     if report.concerns(key) or any(map(math.isnan, number.values())):
         return None, None
@@ -327,7 +339,9 @@ def _spectrum(
         return PiersonMoskowitz(number["wind"], gravity), height
     points = [values.constants(f"{key}.points[{place}]", pair) for place, pair in enumerate(entry.points or ())]
     if len(points) < 2:
-        report.add(f"{key}.points", f"a spectrum needs two points or more, not {len(points)}", _EXAMPLES["points"])
+        report.add(
+            f"{key}.points", f"a spectrum needs two points or more, not {len(points)} [E1257]", _EXAMPLES["points"]
+        )
         return None, None
     try:
         return SpectrumTable(*np.array(points).T), height

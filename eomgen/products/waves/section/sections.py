@@ -35,7 +35,7 @@ class LevelWater:
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         x, y, z = numbers
-        fault = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}]"
+        fault = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}] [E1800]"
         return fault, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards"
 
 
@@ -45,7 +45,7 @@ class _Waves(Section):
         if name not in entries or not entries[name].variables:
             return "", ""
         if name in document.section("random"):
-            fault = f"the name {name} is both a random process and waves with variables of their own"
+            fault = f"the name {name} is both a random process and waves with variables of their own [E1461]"
             return fault, "another name for one of them"
         sea = entries[name]
         count = 2 * sea.components * (1 if sea.spreading is None else sea.spreading.directions)
@@ -98,7 +98,7 @@ WAVES = _Waves(
     key="waves",
     entry="eomgen.products.waves.section.schema:SeaWaves",
     method="waves",
-    bounds={"spectrum.height": (_no_height, "the height {0} is not positive", "3")},
+    bounds={"spectrum.height": (_no_height, "the height {0} is not positive [E1258]", "3")},
     after=("random",),
     before=("bodies",),
     documentation="""
