@@ -93,6 +93,7 @@ lint: $(VENV)/installed-test
 
 types: $(VENV)/installed-test
 	$(BIN)/mypy
+	$(BIN)/python -m tests.users_scripts
 
 # Live pages of the examples that docs/live.md lists.
 live: $(VENV)/installed

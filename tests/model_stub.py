@@ -1,11 +1,14 @@
-"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, so that type checkers
-and editors read signatures and docstrings at the functions: ``python -m tests.model_stub``."""
+"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, and of public modules
+whose files are elsewhere, so that type checkers and editors read signatures and docstrings at the functions:
+``python -m tests.model_stub``."""
 
 from __future__ import annotations
 
+from importlib import import_module
 from pathlib import Path
 
 import eomgen
+from eomgen.base.products import OF_THE_CORE, public_modules
 from eomgen.base.verbs import methods_of, own
 
 COMMAND = "python -m tests.model_stub"
@@ -26,6 +29,24 @@ def stub(owner: str) -> str:
     return "".join([_HEAD.format(owner), *sorted(imports), f"\nclass {owner}Methods:\n", *methods])
 
 
+def module_stubs() -> dict[Path, str]:
+    """Return the texts of the stubs of public modules by file."""
+    modules = OF_THE_CORE | public_modules()
+    head = f'"""{{}}, for type checkers and editors: by ``{COMMAND}``."""\n\n{{}}'
+    return {_PACKAGE / f"{name}.pyi": head.format(module, _imports(module)) for name, module in modules.items()}
+
+
+def _imports(module: str) -> str:
+    """Return the statements by which a stub offers the names of a module."""
+    places = getattr(import_module(module), "PLACES", None)
+    if places is None:
+        return f"from {module} import *\n"
+    lines = [f"from eomgen.{home} import {attribute} as {name}\n" for name, (home, attribute) in places.items()]
+    return "".join(sorted(lines))
+
+
 if __name__ == "__main__":
+    for file, text in module_stubs().items():
+        file.write_text(text, encoding="utf-8")
     for class_name, path in STUBS.items():
         path.write_text(stub(class_name), encoding="utf-8")

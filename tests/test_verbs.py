@@ -23,7 +23,7 @@ from eomgen.cli.options import FunctionOption, argument_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.verbs import OWNERS, Verb, methods, methods_of, others, own
 from tests.messages.answers import plain
-from tests.model_stub import COMMAND, STUBS, stub
+from tests.model_stub import COMMAND, STUBS, module_stubs, stub
 from tests.models.cache import shared_cache
 from tests.models.scenes import pendulum
 
@@ -85,6 +85,11 @@ def test_help_of_the_class_has_every_method(owner: str) -> None:
 @pytest.mark.parametrize("owner", OWNERS)
 def test_the_stub_is_up_to_date(owner: str) -> None:
     assert STUBS[owner].read_text(encoding="utf-8") == stub(owner), f"out of date: {COMMAND}"
+
+
+def test_the_stubs_of_public_modules_are_up_to_date() -> None:
+    for file, text in module_stubs().items():
+        assert file.read_text(encoding="utf-8") == text, f"out of date: {COMMAND}"
 
 
 @pytest.mark.slow

@@ -48,16 +48,17 @@ _HOMES = {
 }
 #: Names that two modules have, under another one here: vectors of formulas, and of numbers on the tape.
 _RENAMED = {"FormulaVector": ("formula.nodes", "Vector"), "Vector": ("symbolic.scalar", "Vector")}
-_PLACES = {name: (module, name) for module, names in _HOMES.items() for name in names} | _RENAMED
+#: Module below ``eomgen`` and name there, by name.
+PLACES = {name: (module, name) for module, names in _HOMES.items() for name in names} | _RENAMED
 
-__all__ = sorted(_PLACES)  # noqa: PLE0605  # one list of the names
+__all__ = sorted(PLACES)  # noqa: PLE0605  # one list of the names
 
 
 def __getattr__(name: str) -> Any:
     """Import a name from its module."""
-    if name not in _PLACES:
+    if name not in PLACES:
         raise AttributeError(f"module 'eomgen.extending' has no attribute {name!r}")
-    module, attribute = _PLACES[name]
+    module, attribute = PLACES[name]
     value = getattr(import_module(f"eomgen.{module}"), attribute)
     globals()[name] = value
     return value

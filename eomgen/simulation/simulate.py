@@ -117,8 +117,8 @@ def own_steps(counts: Mapping[str, int | float]) -> float:
 @by_one_library
 def simulate(
     model: CompiledModel,
-    t_end: float | None = None,
-    step: float | None = None,
+    t_end: float | str | None = None,
+    step: float | str | None = None,
     *,
     method: str | None = None,
     rho_inf: float | None = None,
@@ -132,7 +132,7 @@ def simulate(
     inputs: Mapping[str, Signal] | None = None,
     controllers: Mapping[str, Controller] | None = None,
     record_every: int | None = None,
-    t_start: float = 0.0,
+    t_start: float | str = 0.0,
     settings: Mapping[str, float] | None = None,
     progress: Progress | bool | None = None,
     checkpoint: str | os.PathLike[str] | None = None,
@@ -148,11 +148,11 @@ def simulate(
 
     Parameters
     ----------
-    t_end : float
-        End of the run, s. A last step that would pass it is shortened to end there; tables of inputs have a point
-        for its whole.
-    step : float
-        Step size, s.
+    t_end : float or str
+        End of the run, s, or with its unit: ``"2 min"``. A last step that would pass it is shortened to end there;
+        tables of inputs have a point for its whole.
+    step : float or str
+        Step size, s, or with its unit: ``"5 ms"``.
     method : str
         The model's own by default. ``auto``: chosen once, before the run, from the eigenvalues of the equations at the
         start, the constraints, and whether forces are smooth; the message and ``metadata["method"]`` name the
@@ -257,8 +257,8 @@ def simulate(
     """
     defaults = model.functions.library.layout["defaults"]
     step = positive("step", defaults["step"] if step is None else step)
-    end = number_of("t_end", t_start + defaults["duration"] if t_end is None else t_end)
     t_first = number_of("t_start", t_start)
+    end = number_of("t_end", t_first + defaults["duration"] if t_end is None else t_end)
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.evaluator.one_set(parameters, "one run for each")
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": order, "tolerance": tolerance}

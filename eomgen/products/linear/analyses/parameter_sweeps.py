@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 def root_locus(
     model: CompiledModel,
     parameter: str,
-    values: Sequence[float],
+    values: ArrayLike,
     *,
     parameters: Mapping[str, float] | None = None,
     at: str | EquilibriumState | None = None,
@@ -130,7 +130,7 @@ _SPEED = "rad/s"
 def campbell(
     model: CompiledModel,
     speed: str,
-    values: Sequence[float],
+    values: ArrayLike,
     *,
     orders: Sequence[float] | None = None,
     whirl: Sequence[tuple[str, str]] = (),
@@ -250,7 +250,7 @@ def campbell(
         return diagram(speed, unit, array.tolist(), of_oscillations, orders, whirl, report, numbered)
 
 
-def _increasing(values: Sequence[float]) -> Array:
+def _increasing(values: ArrayLike) -> Array:
     """Return the values as an array (n,); raise UsageError unless there are two or more, finite and increasing."""
     array = numbers("values", values)
     if array.ndim != 1 or len(array) < 2:
