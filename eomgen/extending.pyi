@@ -10,13 +10,14 @@ from eomgen.errors import UsageError as UsageError
 from eomgen.formula.nodes import Formula as Formula
 from eomgen.formula.nodes import Number as Number
 from eomgen.formula.nodes import Symbol as Symbol
+from eomgen.formula.nodes import Vector as _FormulaVector
 from eomgen.formula.words import Signature as Signature
 from eomgen.formula.words import Word as Word
 from eomgen.integrators.families.family import BAD_ARGUMENT as BAD_ARGUMENT
-from eomgen.integrators.families.family import NOT_FINITE as NOT_FINITE
 from eomgen.integrators.families.family import Family as Family
 from eomgen.integrators.families.family import Field as Field
 from eomgen.integrators.families.family import MethodName as MethodName
+from eomgen.integrators.families.family import NOT_FINITE as NOT_FINITE
 from eomgen.integrators.families.family import Setting as Setting
 from eomgen.integrators.families.family import Sizes as Sizes
 from eomgen.integrators.families.family import Status as Status
@@ -61,3 +62,5 @@ from eomgen.symbolic.scalar import minus as minus
 from eomgen.symbolic.scalar import scaled as scaled
 from eomgen.symbolic.scalar import transpose as transpose
 from eomgen.system.system import System as System
+
+FormulaVector = _FormulaVector

@@ -41,8 +41,10 @@ def _imports(module: str) -> str:
     places = getattr(import_module(module), "PLACES", None)
     if places is None:
         return f"from {module} import *\n"
-    lines = [f"from eomgen.{home} import {attribute} as {name}\n" for name, (home, attribute) in places.items()]
-    return "".join(sorted(lines))
+    own = {name: name if name == attribute else f"_{name}" for name, (_, attribute) in places.items()}
+    lines = [f"from eomgen.{home} import {attribute} as {own[name]}\n" for name, (home, attribute) in places.items()]
+    renamed = [f"\n{name} = {own[name]}\n" for name in sorted(places) if name != own[name]]  # "as" offers no other name
+    return "".join([*sorted(lines), *renamed])
 
 
 if __name__ == "__main__":

@@ -600,7 +600,8 @@ class Kind(Enum):
 @cache
 def _modules() -> tuple[tuple[str, Path], ...]:
     found = []
-    for path in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")]):
+    stubs = set(PACKAGE.rglob("*.pyi")) - set(PACKAGE.glob("*.pyi"))  # the latter are public names of modules elsewhere
+    for path in sorted([*PACKAGE.rglob("*.py"), *stubs]):
         parts = path.relative_to(PACKAGE).with_suffix("").parts
         found.append((".".join(parts[:-1] if parts[-1] == "__init__" else parts), path))
     return tuple(found)

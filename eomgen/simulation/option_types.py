@@ -39,7 +39,7 @@ class EnsembleOptions(TypedDict, total=False):
     inputs: Mapping[str, Signal] | None
     controllers: Mapping[str, Controller] | None
     record_every: int | None
-    t_start: float
+    t_start: float | str
     settings: Mapping[str, float] | None
     start: str | None
 

@@ -1,4 +1,4 @@
-"""Names of attributes in other programs, and the remedy, by class, for messages."""
+"""Names of attributes of the product linear in other programs, and the remedy, by class, for messages."""
 
 from __future__ import annotations
 
