@@ -589,6 +589,28 @@ SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.pages", "products.sympy
 NO_PICKLE_NO_EVAL = {"pickle", "marshal", "shelve", "dill", "cloudpickle"}
 
 
+def _is_present(room: str) -> bool:
+    """Return whether a room is of the core, or of a product that was not removed."""
+    path = PACKAGE.joinpath(*room.split(".")[:2])
+    return (
+        not room.startswith("products.")
+        or path.is_dir()
+        or path.with_suffix(".pyi").is_file()
+        or path.with_suffix(".py").is_file()
+    )
+
+
+# a product is removed by its files alone (``tests.product_parts``): rows of absent products are left out
+PRODUCT_WORDS = {room: words for room, words in PRODUCT_WORDS.items() if _is_present(room)}
+DOORS = {room: {*filter(_is_present, doors)} for room, doors in DOORS.items() if _is_present(room)}
+ORDER = {room: parts for room, parts in ORDER.items() if _is_present(room)}
+LATE = {
+    user: {name: reason for name, reason in reasons.items() if _is_present(name)}
+    for user, reasons in LATE.items()
+    if _is_present(user)
+}
+
+
 class Kind(Enum):
     """When an import happens: with its module, within a function, or for type checkers only."""
 

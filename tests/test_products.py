@@ -7,7 +7,7 @@ import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import pytest
@@ -17,124 +17,32 @@ from eomgen.base.files import template_folder
 from eomgen.base.products import products
 from tests.models.scenes import PENDULUM_TOML
 from tests.product_names import COMMAND, text_of
+from tests.product_parts import facts_of
 
 PACKAGE = Path(eomgen.__file__).parent
 #: Deleted in the first tier.
 FIRST = "studies"
-#: Uses of each product: Python, which has the pendulum's ``scene`` and its ``model``, and command lines; place and name
-#: of each message.
-USES: Mapping[str, tuple[tuple[str, str], ...]] = {
-    "comparison": (
-        ("eomgen.compare", "module 'eomgen' has no attribute 'compare'"),
-        ("cli('compare', 'pendulum.toml', 'pendulum.toml')", "eomgen: there is no verb 'compare'"),
-    ),
-    "derivatives": (("model.sensitivities", "a Model has no 'sensitivities'"),),
-    "doubts": (),
-    "ensembles": (
-        ("model.simulate_many", "a Model has no 'simulate_many'"),
-        ("cli('ensemble', 'pendulum.toml')", "eomgen: there is no verb 'ensemble'"),
-    ),
-    "fields": (
-        ("eomgen.sampling", "module 'eomgen' has no attribute 'sampling'"),
-        ("cli('sample', 'field.toml')", "eomgen: there is no verb 'sample'"),
-        ("eomgen.load('hamiltonian.toml')", "hamiltonian.toml:2 (kind): there is no kind of file 'hamiltonian'"),
-    ),
-    "fmu": (
-        ("eomgen.fmu", "module 'eomgen' has no attribute 'fmu'"),
-        ("cli('fmu', 'pendulum.toml')", "eomgen: there is no verb 'fmu'"),
-    ),
-    "laws": (
-        ("cli('info', 'laws.toml')", "laws.toml:51 (laws): the section 'laws' is unknown"),
-        ("cli('info', 'law.toml')", "law.toml:52 (outputs.height.formula[0]): unknown quantity 'law'"),
-    ),
-    "linear": (
-        ("eomgen.control", "module 'eomgen' has no attribute 'control'"),
-        ("eomgen.with_controller", "module 'eomgen' has no attribute 'with_controller'"),
-        ("model.linearize", "a Model has no 'linearize'"),
-        ("run.psd", "a Solution has no 'psd'"),
-        ("cli('linearize', 'pendulum.toml')", "eomgen: there is no verb 'linearize'"),
-        ("eomgen.build('calibration.toml')", "controllers.hold.calibration: "),
-    ),
-    "maps": (
-        ("cli('info', 'maps.toml')", "maps.toml:51 (maps): the section 'maps' is unknown"),
-        ("cli('info', 'map.toml')", "map.toml:52 (outputs.height.formula[0]): unknown quantity 'map'"),
-    ),
-    "optimisers": (
-        ("eomgen.casadi", "module 'eomgen' has no attribute 'casadi'"),
-        ("eomgen.generate('pendulum.toml', 'c', target='casadi')", "target: there is no target 'casadi'"),
-    ),
-    "pictures": (
-        ("run.animate", "a Solution has no 'animate'"),
-        ("run.plot_sections", "a Solution has no 'plot_sections'"),
-        ("run.rainflow", "a Solution has no 'rainflow'"),
-        ("cli('animate', 'pendulum.toml')", "eomgen: there is no verb 'animate'"),
-        ("cli('equilibrium', 'pendulum.toml', '--plot', 'rest.png')", "no such option '--plot'"),
-    ),
-    "pages": (
-        ("model.live", "a Model has no 'live'"),
-        ("cli('live', 'pendulum.toml')", "eomgen: there is no verb 'live'"),
-        ("cli('report', 'pendulum.toml')", "eomgen: there is no verb 'report'"),
-        ("cli('latex', 'pendulum.toml')", "eomgen: there is no verb 'latex'"),
-    ),
-    "robots": (
-        (
-            "eomgen.load('robot.urdf')",
-            "'robot.urdf' cannot be read: it is part of the product robots of eomgen, which is not installed",
-        ),
-        ("cli('info', 'robot.sdf')", "'robot.sdf' cannot be read: it is part of the product robots of eomgen"),
-    ),
-    "sympy_mechanics": (("eomgen.from_sympy", "module 'eomgen' has no attribute 'from_sympy'"),),
-    "reliability": (
-        ("eomgen.random_vibration", "module 'eomgen' has no attribute 'random_vibration'"),
-        ("cli('random', 'pendulum.toml')", "eomgen: there is no verb 'random'"),
-        ("cli('info', 'random.toml')", "random.toml:51 (random): the section 'random' is unknown"),
-    ),
-    "statics": (
-        ("model.equilibrium_path", "a Model has no 'equilibrium_path'"),
-        ("model.steady_motion", "a Model has no 'steady_motion'"),
-        ("model.buckling_loads", "a Model has no 'buckling_loads'"),
-        ("cli('equilibrium', 'pendulum.toml', '--path', 'length=1:2')", "no such option '--path'"),
-        ("cli('equilibrium', 'pendulum.toml', '--buckling', 'length')", "no such option '--buckling'"),
-    ),
-    "studies": (
-        ("eomgen.tune", "module 'eomgen' has no attribute 'tune'"),
-        ("cli('check', 'pendulum.toml')", "eomgen: there is no verb 'check'"),
-    ),
-    "testing": (("eomgen.testing", "module 'eomgen' has no attribute 'testing'"),),
-    "waves": (
-        ("eomgen.waves", "module 'eomgen' has no attribute 'waves'"),
-        ("cli('info', 'waves.toml')", "waves.toml:51 (waves): the section 'waves' is unknown"),
-        ("cli('info', 'hulls.toml')", "hulls.toml:51 (hulls): the section 'hulls' is unknown"),
-        ("cli('info', 'word.toml')", "word.toml:52 (outputs.height.formula[0]): unknown quantity 'elevation'"),
-        ("cli('info', 'slope.toml')", "slope.toml:52 (outputs.height.formula[0]): unknown quantity 'slope'"),
-        ("cli('info', 'key.toml')", "key.toml:16 (base.follow): the key 'follow' is unknown here"),
-    ),
-}
-#: A scene with gains from its own linear model.
-CALIBRATION_TOML = f"""{PENDULUM_TOML}
-[controllers.hold]
-type = "state_feedback"
-coordinates = ["hinge"]
-calibration = {{ method = "lqr", position_weights = {{ hinge = 1 }}, effort_weights = 1 }}
+#: Facts of each product from its folder of tests: ``uses`` of the product, in Python with ``model`` and ``run`` of a
+#: pendulum, and command lines, with place and name of each message; and ``scenes`` that need the product.
+FACTS = {name: facts_of(name) for name in products()}
 
-[efforts.holder]
-joint = "hinge"
-effort = "hold"
-"""
-#: Scene files that need a product, by name.
-SCENES: Mapping[str, str] = {
-    **{section: f"{PENDULUM_TOML}\n[{section}.sea]\n" for section in ("random", "waves", "hulls", "laws", "maps")},
-    "word": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "1 + elevation.sea(0, 0)"\n',
-    "law": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "law.hill(0, 0)"\n',
-    "map": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "map.hill(0, 0)"\n',
-    "slope": f'{PENDULUM_TOML}\n[outputs.height]\nformula = "slope.sea[0]"\n',
-    "calibration": CALIBRATION_TOML,
-    "key": PENDULUM_TOML.replace("[base]", '[base]\nfollow = { waves = "sea" }'),
-}
-HAMILTONIAN_TOML = """
-kind = "hamiltonian"
-name = "oscillator"
-"""
+
+def uses_of(product: str) -> list[tuple[str, str]]:
+    """Return the uses of a product, each with its message."""
+    return [(use["call"], use["message"]) for use in FACTS[product].get("uses", ())]
+
+
+def scenes_of(product: str) -> Iterator[tuple[str, str]]:
+    """Yield the scenes that need a product, by name: the pendulum with more, or a whole file."""
+    for name, scene in FACTS[product].get("scenes", {}).items():
+        if "whole" in scene:
+            yield name, scene["whole"]
+        elif "in_place_of" in scene:
+            yield name, PENDULUM_TOML.replace(scene["in_place_of"], scene["more"])
+        else:
+            yield name, f"{PENDULUM_TOML}\n{scene['more']}"
+
+
 #: The contract of the core, in one process.
 _CORE = """
 import contextlib, io, json, sys
@@ -205,17 +113,16 @@ def without(deleted: Sequence[str], folder: Path) -> list[str]:
     "deleted",
     [
         pytest.param([FIRST], id=FIRST),
-        pytest.param([*USES], id="all", marks=pytest.mark.slow),
-        *(pytest.param([name], id=name, marks=pytest.mark.long) for name in USES if name != FIRST),
+        pytest.param([*FACTS], id="all", marks=pytest.mark.slow),
+        *(pytest.param([name], id=name, marks=pytest.mark.long) for name in FACTS if name != FIRST),
     ],
 )
 def test_the_core_works_without_products(deleted: list[str], tmp_path: Path, cache: Path) -> None:
     gone = without(deleted, tmp_path)
     (tmp_path / "pendulum.toml").write_text(PENDULUM_TOML, encoding="utf-8")
-    for name, text in SCENES.items():
+    for name, text in (scene for product in FACTS for scene in scenes_of(product)):
         (tmp_path / f"{name}.toml").write_text(text, encoding="utf-8")
-    (tmp_path / "hamiltonian.toml").write_text(HAMILTONIAN_TOML, encoding="utf-8")
-    uses = [use for name in gone for use in USES[name]]
+    uses = [use for name in gone for use in uses_of(name)]
     run = subprocess.run(
         [sys.executable, "-c", _CORE, json.dumps([use for use, _ in uses])],
         capture_output=True, text=True, check=False, cwd=tmp_path,
@@ -230,14 +137,10 @@ def test_the_core_works_without_products(deleted: list[str], tmp_path: Path, cac
     assert ("checks: not installed" in result["notes"]) == ("doubts" in gone)
     assert "discretisation_error" in result["checked"]
     assert result["poses"] == result["stored"] == ["link", "base"] and result["rest"]
-    owners = [name for name in gone for _ in USES[name]]
+    owners = [name for name in gone for _ in uses_of(name)]
     for message, (_, fault), owner in zip(result["messages"], uses, owners, strict=True):
         because = f"it is part of the product {owner} of eomgen, which is not installed"
         assert fault in message and because in message and "; try: all of eomgen" in message and "\n" not in message
-
-
-def test_every_product_is_deleted_once() -> None:
-    assert set(USES) == set(products())
 
 
 def test_templates_are_of_the_core_or_of_one_product() -> None:

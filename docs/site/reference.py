@@ -21,7 +21,7 @@ from docs.site.docstrings import escaped
 from docs.site.pages import Page, headings, read
 from eomgen.base import message_codes
 from eomgen.base.message_codes import Row
-from eomgen.base.products import OF_THE_CORE, public_modules
+from eomgen.base.products import OF_THE_CORE, products, public_modules
 from eomgen.base.verbs import OWNERS, methods
 from eomgen.cli import VERBS, commands
 from eomgen.cli.explain import examples, explanation, topic_name
@@ -32,6 +32,7 @@ from eomgen.integrators.families.register import BUILT_IN, method_named
 from eomgen.pipeline.pipeline import generate
 from eomgen.scene.load import load_toml
 from eomgen.system.system import BASE_LAYOUT, INPUT_BLOCKS
+from tests.product_parts import facts_of
 
 #: Classes of results that callers get from public functions, and do not make: name -> module.
 RESULTS = {
@@ -45,57 +46,21 @@ RESULTS = {
     "Regressor": "eomgen.compiled.parameter_derivatives",
     "BaseParameters": "eomgen.analysis.base_parameters",
     "Equilibrium": "eomgen.analysis.equilibrium",
-    "EquilibriumPath": "eomgen.products.statics.equilibrium_path",
-    "BucklingLoads": "eomgen.products.statics.path_following",
-    "SteadyMotion": "eomgen.products.statics.steady_motion",
-    "Floquet": "eomgen.simulation.floquet",
-    "Linearization": "eomgen.linear.linearization",
-    "Modes": "eomgen.linear.modes",
-    "StateSpace": "eomgen.linear.state_space",
-    "RootLocus": "eomgen.linear.eigenvalue_loci",
-    "Campbell": "eomgen.linear.eigenvalue_loci",
-    "Ensemble": "eomgen.products.ensembles.ensemble",
-    "Sensitivities": "eomgen.products.derivatives.run_sensitivities",
     "SectionLoads": "eomgen.compiled.beams",
-    "Rainflow": "eomgen.products.pictures.rainflow",
     "ErrorEstimate": "eomgen.results.error_estimate",
     "LargestError": "eomgen.results.error_estimate",
     "SampleErrors": "eomgen.results.error_estimate",
     "Events": "eomgen.results.events",
     "Finding": "eomgen.results.finding",
-    "InlineAnimation": "eomgen.products.pictures.animation",
     "StepEvent": "eomgen.simulation.simulator",
     "SimulatorState": "eomgen.simulation.checkpoint",
     "StrainedStart": "eomgen.solvers.beams",
     "WrittenStart": "eomgen.system.description",
-    "Critical": "eomgen.products.statics.equilibrium_path",
     "Sparsity": "eomgen.compiled.argument_derivatives",
-    "Reference": "eomgen.linear.linearization",
-    "Freedom": "eomgen.linear.freedom",
-    "Multiblade": "eomgen.linear.multiblade",
-    "Rotor": "eomgen.linear.multiblade",
-    "Crossing": "eomgen.linear.eigenvalue_loci",
-    "Difference": "eomgen.products.comparison.report",
-    "EnsembleJudgement": "eomgen.products.ensembles.discretisation",
-    "FailedSample": "eomgen.products.ensembles.samples",
-    "Ranking": "eomgen.products.ensembles.statistics",
-    "Cost": "eomgen.products.reliability.vibration.result",
-    "Distribution": "eomgen.products.reliability.vibration.result",
-    "Process": "eomgen.products.reliability.vibration.result",
-    "Combination": "eomgen.products.studies.identification.estimation",
-    "Column": "eomgen.products.studies.identification.result",
-    "Estimate": "eomgen.products.studies.identification.result",
-    "Record": "eomgen.products.studies.identification.result",
-    "VerificationRun": "eomgen.products.studies.tuning.judge",
-    "RacedMethod": "eomgen.products.studies.tuning.result",
-    "Configuration": "eomgen.products.studies.work_precision.axes",
-    "ErrorSize": "eomgen.products.studies.work_precision.observation",
-    "VariantCost": "eomgen.products.studies.savings",
     "Counts": "eomgen.symbolic.operations",
-    "Savings": "eomgen.products.studies.savings",
-    "JaxFunctions": "eomgen.products.optimisers.jax_functions",
-    "TorchFunctions": "eomgen.products.optimisers.torch_functions",
 }
+for _product in products():
+    RESULTS |= facts_of(_product).get("results", {})
 #: Classes of the attributes of a Scene and of a System: name -> module. Their methods are for other rooms of the
 #: package, and are not listed.
 PARTS = {

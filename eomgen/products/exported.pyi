@@ -1,4 +1,4 @@
-"""Public names of products, for type checkers: the rows in the packages, which a test holds equal."""
+"""Public names of products, for type checkers, by ``python -m tests.model_stub``."""
 
 from eomgen.products import studies
 from eomgen.products.comparison.compare import compare

@@ -1,0 +1,79 @@
+"""Files of one product: ``python -m tests.product_parts fmu`` prints the commands that remove it.
+
+A product ``NAME`` has the folders ``eomgen/products/NAME``, ``templates/NAME`` and ``tests/NAME``, as far as it needs
+them, and the paths in ``tests/NAME/product.toml``: pages, examples, and tests in other folders. The commands that
+follow the removal renew texts that are written from all products. ``--strays`` lists tests elsewhere that import the
+product.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.products import products
+
+ROOT = Path(__file__).parents[1]
+#: Commands that write texts from all products anew.
+RENEWALS = (
+    "python -m tests.product_names eomgen/products/offered.py",
+    "python -m tests.model_stub",
+    "python -m tests.builder_keys eomgen/scene/builder_keys.pyi",
+    "python -m tests.public_names",
+    "python -m tests.rooms docs/rooms.svg",
+    "python -m tests.budgets --update",
+)
+
+
+def facts_of(product: str, root: Path = ROOT) -> dict[str, Any]:
+    """Return the content of ``product.toml``: ``paths``, ``uses``, ``scenes``, ``results``; empty without the file."""
+    file = root / "tests" / product / "product.toml"
+    return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
+
+
+def paths_of(product: str, root: Path = ROOT) -> list[str]:
+    """Return all files and folders of a product."""
+    folders = [f"eomgen/products/{product}", f"templates/{product}", f"tests/{product}"]
+    return [path for path in folders if (root / path).exists()] + facts_of(product, root).get("paths", [])
+
+
+def dependents(product: str) -> list[str]:
+    """Return a product and the products that need it."""
+    found = [product]
+    while more := [name for name, row in products().items() if name not in found and set(row.needs) & set(found)]:
+        found += more
+    return found
+
+
+def removal(product: str) -> str:
+    """Return the command that removes a product and the products that need it, for Git."""
+    return f"git rm -r --quiet {' '.join(path for one in dependents(product) for path in paths_of(one))}"
+
+
+def strays(product: str, root: Path = ROOT) -> Iterator[str]:
+    """Yield the tests of other folders that import a product."""
+    own = tuple(f"{path}/" if not path.endswith(".py") else path for path in paths_of(product, root))
+    named = re.compile(
+        rf"^\s*(from|import) eomgen\.products\.{product}\b|from eomgen\.products import .*\b{product}\b", re.M
+    )
+    for file in sorted((root / "tests").rglob("*.py")):
+        place = file.relative_to(root).as_posix()
+        if not place.startswith(own) and named.search(file.read_text(encoding="utf-8")):
+            yield place
+
+
+def main(*words: str) -> int:
+    """Print the commands, or the tests elsewhere."""
+    names = [word for word in words if not word.startswith("--")]
+    for product in names:
+        lines = [*strays(product)] if "--strays" in words else [removal(product), *RENEWALS]
+        sys.stdout.write("\n".join(lines) + "\n")
+    return 0 if names else 2
+
+
+if __name__ == "__main__":
+    sys.exit(main(*sys.argv[1:]))

@@ -1,0 +1,81 @@
+"""Products are removed by the files of their lists: copies of the sources, each without one product."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from eomgen.base.products import products
+from tests.product_parts import RENEWALS, ROOT, dependents, paths_of, strays
+
+#: Products whose tests in other folders import nothing of them.
+REGULAR = ("comparison", "fmu", "laws", "optimisers")
+#: Tests of the core that hold without a product.
+HELD = (
+    "tests/test_doors.py",
+    "tests/test_budgets.py",
+    "tests/test_public_names.py",
+    "tests/test_public_modules.py",
+    "tests/test_verbs.py",
+    "tests/test_products.py",
+    "tests/scene/test_scene_builder.py",
+)
+
+
+@pytest.mark.parametrize("product", products())
+def test_every_path_of_a_product_is_there(product: str) -> None:
+    missing = [path for path in paths_of(product) if not (ROOT / path).exists()]
+    assert not missing
+
+
+@pytest.mark.parametrize("product", REGULAR)
+def test_tests_elsewhere_import_nothing_of_a_regular_product(product: str) -> None:
+    assert not [*strays(product)]
+
+
+@pytest.mark.slow
+@pytest.mark.long_cases(*REGULAR[:1])
+@pytest.mark.parametrize("product", REGULAR)
+def test_a_product_is_removed_by_its_paths(product: str, tmp_path: Path) -> None:
+    listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for name in listed.splitlines():
+        target = tmp_path / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if (ROOT / name).is_file():
+            shutil.copy(ROOT / name, target)
+    for path in (path for one in dependents(product) for path in paths_of(one)):
+        shutil.rmtree(tmp_path / path) if (tmp_path / path).is_dir() else (tmp_path / path).unlink()
+    environment = {**os.environ, "PYTHONPATH": str(tmp_path), "EOMGEN_CACHE": str(tmp_path / "cache")}
+
+    def run(*words: str) -> None:
+        done = subprocess.run(
+            [sys.executable, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, f"{' '.join(words)}\n{done.stdout[-4000:]}{done.stderr[-4000:]}"
+
+    for command in RENEWALS:
+        run(*command.split()[1:])
+    named = f"eomgen.products.{product}"
+    texts = [file for file in tmp_path.rglob("*.py*") if file.suffix in (".py", ".pyi")]
+    assert not [file for file in texts if named in file.read_text(encoding="utf-8")]
+    # a door that the removed product alone used stays open, for other distributions as well
+    shut = "tests/test_doors.py::test_rooms_name_only_what_others_import"
+    run(
+        "-m",
+        "pytest",
+        "--deselect",
+        shut,
+        "-q",
+        "-n",
+        "0",
+        "-p",
+        "no:cacheprovider",
+        "-m",
+        "not slow and not long",
+        *HELD,
+    )
