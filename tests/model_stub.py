@@ -1,6 +1,6 @@
-"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, of the public names of
-products, and of public modules whose files are elsewhere, so that type checkers and editors read signatures and docstrings at the functions:
-``python -m tests.model_stub``."""
+"""Writes the stubs of the methods that the register of verbs gives to ``Model`` and ``Solution``, of the public names
+of products, and of public modules whose files are elsewhere, so that type checkers and editors read signatures and
+docstrings at the functions: ``python -m tests.model_stub``."""
 
 from __future__ import annotations
 
@@ -19,8 +19,6 @@ _HEAD = f'''"""Methods of {{}}, for type checkers and editors: from the register
 _PACKAGE = Path(eomgen.__file__).parent
 #: Stub by the class with the methods.
 STUBS = {owner: _PACKAGE / "products" / f"{owner.lower()}_methods.pyi" for owner in ("Model", "Solution")}
-
-
 EXPORTED = _PACKAGE / "products" / "exported.pyi"
 _EXPORTED = f'''"""Public names of products, for type checkers, by ``{COMMAND}``."""
 

@@ -1,9 +1,9 @@
 """Files of one product: ``python -m tests.product_parts fmu`` prints the commands that remove it.
 
 A product ``NAME`` has the folders ``eomgen/products/NAME``, ``templates/NAME`` and ``tests/NAME``, as far as it needs
-them, and the paths in ``tests/NAME/product.toml``: pages, examples, and tests in other folders. The commands that
-follow the removal renew texts that are written from all products. ``--strays`` lists tests elsewhere that import the
-product.
+them, stubs of its public modules, and the paths in ``tests/NAME/product.toml``: pages, examples, and tests in other
+folders. The commands that follow the removal renew texts that are written from all products. ``--strays`` lists tests
+elsewhere that import the product.
 """
 
 from __future__ import annotations
@@ -38,6 +38,7 @@ def facts_of(product: str, root: Path = ROOT) -> dict[str, Any]:
 def paths_of(product: str, root: Path = ROOT) -> list[str]:
     """Return all files and folders of a product."""
     folders = [f"eomgen/products/{product}", f"templates/{product}", f"tests/{product}"]
+    folders += [f"eomgen/{module}.pyi" for module in products()[product].modules]
     return [path for path in folders if (root / path).exists()] + facts_of(product, root).get("paths", [])
 
 
