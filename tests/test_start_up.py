@@ -75,7 +75,7 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     work = 'eomgen.load("scene.toml")'
     first = start(work, tmp_path / "cache")
     # not importlib.metadata, by which pydantic looks for plugins, nor modules for random processes and for mistakes
-    check(first, 183, 13, ["pydantic", "tomllib"])
+    check(first, 184, 13, ["pydantic", "tomllib"])
     check(start(work, tmp_path / "cache"), 70, 1, [])
 
 
@@ -97,7 +97,7 @@ def test_a_first_reading_imports_what_the_file_mentions(tmp_path: Path) -> None:
     """No class of pydantic, no force element and no product of other sections."""
     (tmp_path / "arm.urdf").write_text(ARM_URDF, encoding="utf-8")
     counted = start(f"eomgen.load('arm.urdf')\n{_SCHEMAS.format(schemas=[*SCHEMAS])}", tmp_path / "cache")
-    check(counted, 176, 5, ["pydantic"])
+    check(counted, 177, 5, ["pydantic"])
 
 
 def test_a_model_of_a_loaded_scene_is_the_one_of_its_record(tmp_path: Path) -> None:
@@ -151,7 +151,7 @@ with contextlib.redirect_stdout(io.StringIO()):
     main(["simulate", "scene.toml", "--out", "out", "--t-end", "0.01", "--profile", "quick"])
 """
     start(work, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 224, 16, ["click", "csv", "zipfile"])
+    check(start(work, tmp_path / "cache"), 225, 16, ["click", "csv", "zipfile"])
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from sphinx.cmd.build import build_main
 
+from docs.site.doubts import page as page_of_doubts
 from docs.site.gallery import gallery_pages, write_files
 from docs.site.modules import page as page_of_modules
 from docs.site.pages import Page, external_links, site_pages, write
@@ -24,8 +25,8 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--jobs", default="auto", help="processes of Sphinx; one for each core")
     options = parser.parse_args(arguments)
     sources = options.out / "sources"
-    modules = Page("project/modules", page_of_modules())
-    site = site_pages((*gallery_pages(), *reference_pages(sessions()), modules))
+    built = (Page("project/modules", page_of_modules()), Page("evidence/doubts", page_of_doubts()))
+    site = site_pages((*gallery_pages(), *reference_pages(sessions()), *built))
     write(site, sources)
     links = (f"{address}  {', '.join(places)}\n" for address, places in external_links(site).items())
     (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")

@@ -17,6 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.limits import Limit
 from eomgen.base.products import rows_of
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
@@ -26,7 +27,6 @@ from eomgen.solvers.regular_inertia import inertia_with_rows
 from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
-    from eomgen.base.limits import Limit
     from eomgen.compiled.model import CompiledModel
 
 
@@ -189,8 +189,7 @@ def off_axis_hint(model: CompiledModel, measures: SceneMeasures, q: Array, v: Ar
     return result
 
 
-#: Shortening of a bent beam, as a part of its length, above which the shortening is reported.
-_LARGE = 0.05
+LARGE_SHORTENING = Limit(0.05, "1", "shortening of a bent beam in parts of its length", "half of a large error")
 
 
 class LargestBending(NamedTuple):
@@ -242,7 +241,7 @@ def largest_bending(model: CompiledModel, t: Array, q: Array) -> LargestBending 
         for k, (item, row) in enumerate(zip(beams, rows, strict=True))
     ]
     most = max(candidates, key=lambda bending: bending.shortening, default=None)
-    return most if most is not None and not most.shortening <= _LARGE else None
+    return most if most is not None and not most.shortening <= LARGE_SHORTENING else None
 
 
 class InertiaWarning(NamedTuple):

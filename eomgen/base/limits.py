@@ -37,6 +37,10 @@ class Limit(float):
         limit.unit, limit.meaning, limit.source = unit, meaning, source
         return limit
 
+    def __str__(self) -> str:
+        """Return meaning and number with the unit."""
+        return f"{self.meaning} {float(self):g}{'' if self.unit == '1' else f' {self.unit}'}"
+
     def __getnewargs__(self) -> tuple[float, str, str, str]:  # type: ignore[override]  # a float has one argument
         """Return the arguments by which a copy is made."""
         return float(self), self.unit, self.meaning, self.source

@@ -105,8 +105,9 @@ def explanation(row: Row) -> dict[str, str]:
     Returns
     -------
     dict
-        ``code``, ``kind``, ``message``, ``cause``, ``remedy``, ``page``, ``example`` and ``title`` of the example; a
-        message may have no cause or remedy that holds for all its cases, and no example, and then these are empty.
+        ``code``, ``kind``, ``message``, ``cause``, ``remedy``, ``limits`` of a check, ``page``, ``example`` and
+        ``title`` of the example; a message may have no cause or remedy that holds for all its cases, no limits and no
+        example, and then these are empty.
     """
     own = own_causes().get(row.code, {"cause": "", "page": page_of(row)})
     title, example = examples().get(row.code, ("", ""))
@@ -118,15 +119,25 @@ def explanation(row: Row) -> dict[str, str]:
         "message": shown_pattern(row.pattern),
         "cause": own["cause"],
         "remedy": shown_pattern(row.remedy),
+        "limits": _limits(row),
         "page": f"docs/{own['page']}",
         "title": title,
         "example": example,
     }
 
 
+def _limits(row: Row) -> str:
+    """Return the limits of a check of a run, in words."""
+    if "r" not in row.kinds:
+        return ""
+    from eomgen.simulation.judgement.register import BY_NAME  # noqa: PLC0415  # of few messages
+
+    return "; ".join(map(str, BY_NAME[row.pattern].limits if row.pattern in BY_NAME else ()))
+
+
 def _printed(parts: Mapping[str, str]) -> str:
     lines = [f"{parts['code']}: {parts['kind']}", ""]
-    lines += [f"{name:8} {parts[name]}" for name in ("message", "cause", "remedy") if parts[name]]
+    lines += [f"{name:8} {parts[name]}" for name in ("message", "cause", "remedy", "limits") if parts[name]]
     lines.append(f"see      {parts['page']}")
     if parts["example"]:
         lines += ["", f"{parts['title']}:", "", *(f"    {line}".rstrip() for line in parts["example"].splitlines())]

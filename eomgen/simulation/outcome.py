@@ -112,7 +112,8 @@ class Outcome(FinishedRun):
 
     @cached_property
     def metadata(self) -> dict[str, Any]:
-        from eomgen.simulation.judgement.starts import starts_beyond_limits  # noqa: PLC0415  # on request
+        from eomgen.simulation.judgement.register import UNCHECKED  # noqa: PLC0415  # on request
+        from eomgen.simulation.judgement.starts import starts_beyond_limits  # noqa: PLC0415  # likewise
 
         run, beginning, events = self.run, self.beginning, self.events
         model = run.model
@@ -120,7 +121,8 @@ class Outcome(FinishedRun):
         if beginning is not None:
             of_scene = [*map(Message, starts_beyond_limits(model, model.initial_q, model.parameter_array()))]
             notes = [note for note in notes if note not in of_scene]
-            notes += [*self._notes("start"), *beginning.notes, *self._notes("call"), *self._verdict.unchecked]
+            at_start, of_call = (map(str, self._verdict.noted(place)) for place in ("start", "call"))
+            notes += [*at_start, *beginning.notes, *of_call, *UNCHECKED]
         profile = self.stepper.library.profile
         return {
             **run_metadata(run),
@@ -131,9 +133,6 @@ class Outcome(FinishedRun):
             "notes": [*map(Message, notes)],
             "energy_balance": str(self.balance),
         }
-
-    def _notes(self, place: str) -> list[str]:
-        return [*map(str, self._verdict.noted(place))]
 
 
 @dataclass(frozen=True)

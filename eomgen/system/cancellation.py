@@ -13,9 +13,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 
-#: Rounding of a number, and the relative error of accelerations above which the error is reported.
-ROUNDING, LOST = float(np.finfo(float).eps), 1e-8
+ROUNDING = float(np.finfo(float).eps)
+LOST = Limit(1e-8, "1", "relative error of accelerations by cancellation", "half of the digits of doubles")
 
 
 @np.errstate(all="ignore")  # numbers that are not finite give NaN

@@ -18,13 +18,13 @@ from eomgen.analysis.state_warnings import LargestBending
 from eomgen.base.limits import Limit
 from eomgen.base.message_codes import code_of_finding
 from eomgen.errors import Problem, UsageError
-from eomgen.products.doubts import accuracy, momentum, remarks, start_checks
+from eomgen.products.doubts import accuracy, remarks, start_checks
 from eomgen.products.doubts.momentum import Drift
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
 from eomgen.simulation.accuracy.richardson import FastestRates, Rate
-from eomgen.simulation.judgement import beams, stated_errors
+from eomgen.simulation.judgement import beams
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun, UnseenLaw
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
@@ -262,10 +262,3 @@ def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
     assert limits and all(limit.unit and limit.meaning and limit.source for limit in limits)
     copy = pickle.loads(pickle.dumps(limits[0]))
     assert copy == limits[0] == float(limits[0]) and copy.source == limits[0].source and isinstance(copy, Limit)
-
-
-def test_limits_of_modules_belong_to_rows() -> None:
-    listed = {id(limit) for check in CHECKS for limit in check.limits}
-    for module in (stated_errors, beams, accuracy, momentum, remarks, start_checks):
-        for name, value in vars(module).items():
-            assert not isinstance(value, Limit) or id(value) in listed, f"{module.__name__}.{name} is in no row"

@@ -19,7 +19,7 @@ from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import REST
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
-from eomgen.simulation.judgement.singular_positions import SingularPosition, examined_rows, nearest
+from eomgen.simulation.judgement.singular_positions import NEARLY, SingularPosition, examined_rows, nearest
 from eomgen.simulation.judgement.stated_errors import DOUBTFUL_ERROR, noticed_error, remedy, remedy_of_error, rounds
 
 #: Least motion in parts of its reach in double precision, and in single precision.
@@ -149,8 +149,7 @@ def _linear_range(run: FinishedRun) -> Iterator[Finding]:
         yield Finding.of(sentence)
 
 
-#: Ratio of the estimated error to the tolerance above which the error does not follow the tolerance.
-_FOLLOWED = 1e3
+FOLLOWED = Limit(1e3, "1", "estimated error in parts of the tolerance", "a choice")
 
 
 def nearest_singular(model: CompiledModel, t: Array, q: Array, p: Array) -> SingularPosition | None:
@@ -193,7 +192,7 @@ def not_followed(relative: float, tolerance: float) -> str:
     relative : estimated error as a part of the motion; NaN if unknown
     tolerance : of an adaptive method; infinite for methods without adaptive steps
     """
-    if not relative > _FOLLOWED * tolerance:
+    if not relative > FOLLOWED * tolerance:
         return ""
     return (
         f"; near them errors do not follow tolerances: the estimated one is {relative:.2g} of the motion at a tolerance"
@@ -262,5 +261,6 @@ ROWS = (
         after=_FOUND,
         continues="; ",
         behind="linear_range",
+        limits=(NEARLY,),
     ),
 )

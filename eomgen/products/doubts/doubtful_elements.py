@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import ZERO, Formula, Symbol, Vector
@@ -31,15 +32,17 @@ if TYPE_CHECKING:
     from eomgen.scene.document.schema import Document
     from eomgen.scene.forces.tyres import Tyre
 
-#: Doubtful ratio of length to the largest size of a section: a slenderness of 1e5 for a round section.
-_SLENDEREST = 2.5e4
-#: Doubtful distance of a place from the axis, relative to the beam's length.
-_BESIDE = 0.25
-#: Rounding of lengths, as a part of the lengths, and the part of a beam's loads that forces due to this rounding may
-#: be.
-_ROUNDING, _NOISE = 1e-16, 1e-3
-#: Vertical part of the unit vector along a wheel's axis from which on the wheel is taken to lie: 64 degrees of camber.
-_UPRIGHT = 0.9
+SLENDEREST = Limit(
+    2.5e4,
+    "1",
+    "length of a beam in parts of the largest size of its section",
+    "a slenderness of 1e5 of a round section",
+)
+BESIDE = Limit(0.25, "1", "distance of a place from the axis of a beam in parts of its length", "a choice")
+NOISE = Limit(1e-3, "1", "forces due to rounding of lengths in parts of the loads of a beam", "a choice: 0.1 %")
+UPRIGHT = Limit(0.9, "1", "vertical part of the unit vector along the axis of a wheel", "64 degrees of camber")
+#: Rounding of lengths, as a part of the lengths.
+_ROUNDING = 1e-16
 #: m/s^2, for the order of magnitude of loads.
 _GRAVITY = 9.81
 
@@ -83,7 +86,7 @@ def _sizes(document: Document, lengths: Mapping[str, float], values: Values) -> 
                 note = f"{size:.6g} m is more than the length of the beam, {length:.6g} m [W0107]"
                 yield f"{place}: {note}; {1e-3 * size:.6g} if it is in mm"
         place, largest = max(sizes, key=lambda pair: pair[1], default=("", math.inf))
-        if 0.0 < largest < length / _SLENDEREST:
+        if 0.0 < largest < length / SLENDEREST:
             note = (
                 f"the beam is {length:.6g} m long, {length / largest:.3g} times as long as its sections are"
                 f" thick [W0106]"
@@ -114,7 +117,7 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
     )
     weight = max(values.value(section.mass_per_length) for section in sections) * beam.length * _GRAVITY
     noise, loads = _ROUNDING * largest, max(bending / beam.length / beam.length, weight)
-    if noise > _NOISE * loads:
+    if noise > NOISE * loads:
         note = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
         size = f"its bending and its weight exert {loads:.2g} N"
         field = ".stiffness.stretch" if document.section("beams")[beam.name].stiffness is not None else ""
@@ -147,7 +150,7 @@ def _rigid_arms(
         if body in axes:
             beam = axes[body]
             off = math.hypot(*(values.value(part) for part in position[1:]))
-            if off > _BESIDE * lengths[beam]:
+            if off > BESIDE * lengths[beam]:
                 note = f"{off:.4g} m off the axis of the beam {beam}, which is {lengths[beam]:.4g} m long"
                 yield f"{key}: {note}: a rigid arm reaches from its sections to there [W0108]"
 
@@ -232,7 +235,7 @@ def tyres_in_the_road(
             continue
         turned, origin = places[point.body]
         place = origin + turned @ np.array([values.value(part) for part in point.position])
-        if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > _UPRIGHT:
+        if tyre.slip is not None and abs((turned @ np.array(tyre.slip.axis))[2]) > UPRIGHT:
             key = f"{key_of('tyres', tyre.name)}.slip.axis"
             notes.append(
                 f"{key}: the spin axis stands nearly upright at the start, and the wheel lies on its side; the [W0257]"
@@ -254,8 +257,7 @@ def tyres_in_the_road(
     return notes
 
 
-#: Distance of a point from the axis of a joint up to which the joint leaves the point in its place, m.
-_ON_AXIS = 1e-6
+ON_AXIS = Limit(1e-6, "m", "distance of a point from the axis of a joint that turns", "a choice: 1 um")
 
 
 def shapes_that_leave_points(document: Document, reading: Reading) -> Iterator[str]:
@@ -305,4 +307,4 @@ def _keeps(joint: Joint, point: Point, values: Values) -> bool:
     apart = np.array([values.value(part) for part in way])
     if len(motions) == 1 and motions[0].kind == "turn":
         apart = np.cross(axes @ np.array(joint.axis), apart)
-    return not float(np.linalg.norm(apart)) > _ON_AXIS
+    return not float(np.linalg.norm(apart)) > ON_AXIS

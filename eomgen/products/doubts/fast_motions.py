@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.limits import Limit
 from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, UsageError
@@ -33,14 +34,18 @@ if TYPE_CHECKING:
     from eomgen.results.events import Events
 
 
-#: Step times angular frequency above which a step does not resolve a mode, and the product at which a mode is well
-#: resolved.
-UNRESOLVED, RESOLVED = 1.0, 0.3
-#: Part of the accelerations, by kinetic energy, from which on an excited mode is reported; relative to the larger one
-#: of the accelerations there and this quantile of the record, which is not zero if a run begins at rest.
-NOTICED, _USUAL = 0.1, 0.9
-#: Factor by which an event or a jump must enlarge the oscillation of a mode to count as its excitation.
-_EXCITED = 3.0
+UNRESOLVED = Limit(1.0, "1", "step times angular frequency of a mode", "six steps to a period")
+NOTICED = Limit(
+    0.1,
+    "1",
+    "acceleration of an excited mode in parts of all, by kinetic energy",
+    "a tenth of a motion is seen in a plot",
+)
+EXCITED = Limit(3.0, "1", "oscillation after an event or a jump in parts of the one before", "a choice")
+#: Product of step and angular frequency at which a mode is well resolved.
+RESOLVED = 0.3
+#: Quantile of the accelerations of the record that are the least measure: not zero if a run begins at rest.
+_USUAL = 0.9
 #: Deflections of a mode below this part of the coordinates, or of 1 rad, are rounding.
 _ROUNDING = 1e-12
 #: The largest double, in place of squares beyond it.
@@ -164,7 +169,7 @@ class _UnresolvedModes:
             if place.before is not None:
                 earlier = place.t - 2.05 * span if place.jump else place.t
                 before, _ = self._swing(place.before, earlier, span, frequency, mass @ form, mass)
-                if not swing > _EXCITED * before:
+                if not swing > EXCITED * before:
                     continue
             energy = form * (mass @ form)
             name = self.run.model.v_names[int(np.argmax(energy))]
@@ -242,9 +247,12 @@ class _UnresolvedModes:
 _MOST = 200
 #: Place within a step, in steps: no small multiple of this is whole, so no oscillation hides from it.
 _BETWEEN = 0.382
-#: Deviation from the interpolation over the steps, over the standard deviation, both in quadratic mean, above which a
-#: law is not resolved by the steps: a sine with 2.2 steps to a period has it.
-_UNSEEN = 0.8
+UNSEEN = Limit(
+    0.8,
+    "1",
+    "deviation of a law from the line through the steps in standard deviations",
+    "a sine with 2.2 steps to a period",
+)
 #: Deviations below this part of the largest value are rounding.
 _LAW_ROUNDING = 1e-6
 
@@ -275,7 +283,7 @@ class _Law:
         if not np.all(np.isfinite(every)) or self.off <= _LAW_ROUNDING * float(np.max(np.abs(every))):
             return False
         deviation = float(np.sqrt(np.mean((self.between - self.shown) ** 2)))
-        return deviation > _UNSEEN * float(np.std(every))
+        return deviation > UNSEEN * float(np.std(every))
 
 
 def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: Array) -> Finding | None:

@@ -8,11 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.base.messages import key_of, unmentioned
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.recording import law_and_rate
 from eomgen.products.doubts.doubtful_elements import (
+    BESIDE,
+    NOISE,
+    ON_AXIS,
+    SLENDEREST,
+    UPRIGHT,
     doubtful_beams,
     negative_laws,
     shapes_that_leave_points,
@@ -21,6 +27,12 @@ from eomgen.products.doubts.doubtful_elements import (
     tyres_in_the_road,
 )
 from eomgen.products.doubts.out_of_scale import (
+    DENSEST,
+    FACTOR,
+    GYRATION,
+    HEAVIEST,
+    MANY_SAMPLES,
+    RARE,
     angles_against_numbers,
     angles_of_several_turns,
     doubtful_times,
@@ -158,8 +170,9 @@ def _base_with_gravity(facts: SceneFacts) -> Iterator[str]:
     yield f"{fault}; try: no acceleration, if gravity alone is meant [W0114]"
 
 
-#: Difference between a mean acceleration and gravity, as a part of gravity, up to which they are taken to be equal.
-_SAME = 0.02
+SAME_GRAVITY = Limit(
+    0.02, "1", "difference of a mean acceleration and gravity in parts of gravity", "errors of accelerometers"
+)
 #: Number of times at which motions of the base are looked at.
 _TIMES = 257
 
@@ -178,7 +191,7 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
         speeds = law_and_rate(base.position[axis], facts.values.parameters)(times)[1]
         mean = float(speeds[-1] - speeds[0]) / duration
         key = f"base.acceleration[{axis}]"
-        if isinstance(gravity, int | float) and gravity and abs(mean + gravity) <= _SAME * abs(gravity):
+        if isinstance(gravity, int | float) and gravity and abs(mean + gravity) <= SAME_GRAVITY * abs(gravity):
             fault = f"{key} has a mean of {mean:.4g} m/s^2, opposite to gravity: an accelerometer at rest reads this"
             yield f"{fault}, and the base moves away; try: the readings with {gravity:+.6g} added [W0115]"
         position = positions[axis]
@@ -188,8 +201,8 @@ def _base_against_gravity(facts: SceneFacts) -> Iterator[str]:
             yield f"{fault}; try: one of the two, if they describe the same motion [W0116]"
 
 
-#: Range of a to and fro motion of the base, in sizes of the scene, and acceleration, m/s^2, that are doubted together.
-_RANGE, _SHOCK = 10.0, 100.0
+RANGE = Limit(10.0, "1", "range of a to and fro motion of the base in sizes of the scene", "a choice")
+SHOCK = Limit(100.0, "m/s^2", "acceleration of this motion", "ten times gravity")
 #: Time over which a base without a duration is looked at, s.
 _WHILE = 10.0
 
@@ -209,7 +222,7 @@ def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
     size = facts.once(scene_size)
     for axis, law in enumerate(base.position):
         travel, acceleration = _to_and_fro(law, times, facts)
-        if size > 0.0 and travel > _RANGE * size and acceleration > _SHOCK:
+        if size > 0.0 and travel > RANGE * size and acceleration > SHOCK:
             fault = f"shakes the base over {travel:.4g} m, and the size of the scene is {size:.3g} m"
             remedy = "numbers without a unit are in m; try: the unit of the curve's values, or a factor of 0.001"
             yield f"base.position[{axis}] {fault}: {remedy}"
@@ -238,22 +251,27 @@ NOTES: tuple[Note, ...] = (
     Note(
         "plain lengths in formulas",
         lambda facts: lengths_against_numbers(facts.data, facts.values, lambda: facts.once(scene_size)),
+        limits=(FACTOR,),
     ),
-    Note("plain times", lambda facts: doubtful_times(facts.data, facts.document)),
+    Note("plain times", lambda facts: doubtful_times(facts.data, facts.document), limits=(MANY_SAMPLES, RARE)),
     Note(
         "negative stiffness or damping",
         lambda facts: negative_laws(facts.scene["joints"], facts.scene["elements"], facts.values),
     ),
     Note("springs without laws", lambda facts: springs_without_laws(facts.scene["elements"], facts.values.mentioned)),
     Note("springs within a body", lambda facts: springs_within_bodies(facts.document)),
-    Note("shapes that leave their points", lambda facts: shapes_that_leave_points(facts.document, facts.reading)),
-    Note("values out of scale", _out_of_scale),
+    Note(
+        "shapes that leave their points",
+        lambda facts: shapes_that_leave_points(facts.document, facts.reading),
+        limits=(ON_AXIS,),
+    ),
+    Note("values out of scale", _out_of_scale, limits=(FACTOR, GYRATION, DENSEST, HEAVIEST)),
     Note("efforts on drives", lambda facts: efforts_on_drives(facts.document)),
     Note("loads without a size or a component", lambda facts: loads_without_size(facts.document)),
-    Note("doubtful beams", _doubtful_beams),
-    Note("tyres in the road", _tyres_in_the_road),
+    Note("doubtful beams", _doubtful_beams, limits=(SLENDEREST, BESIDE, NOISE)),
+    Note("tyres in the road", _tyres_in_the_road, limits=(UPRIGHT,)),
     Note("bodies below planes of contact", _below_planes),
     Note("base that falls freely", _base_with_gravity),
-    Note("base opposite to gravity or moved twice", _base_against_gravity),
-    Note("base with motions far beyond the scene", _base_out_of_scale),
+    Note("base opposite to gravity or moved twice", _base_against_gravity, limits=(SAME_GRAVITY,)),
+    Note("base with motions far beyond the scene", _base_out_of_scale, limits=(RANGE, SHOCK)),
 )

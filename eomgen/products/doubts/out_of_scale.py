@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from eomgen.base.limits import Limit
 from eomgen.base.messages import key_of
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Operation, Symbol, Vector, distinct_nodes, infix
@@ -32,15 +33,17 @@ from eomgen.system.signals import Parameter
 if TYPE_CHECKING:
     from eomgen.scene.document.schema import Document
 
-#: Lengths above this multiple of the scene's size are doubted.
-_FACTOR = 100.0
-#: The same limit for a radius of gyration, if there are enough lengths for the size of the scene: inertias in kg cm^2
-#: instead of kg m^2 make the radius ten times as large.
-_OF_GYRATION, _ARMS = 10.0, 3
-#: Density of steel, kg/m^3.
-_DENSEST = 8_000.0
-#: Density above every material's, kg/m^3; osmium has 22 590.
-_HEAVIEST = 25_000.0
+FACTOR = Limit(100.0, "1", "length in parts of the size of the scene", "a length in mm is 1000 times too long")
+GYRATION = Limit(
+    10.0,
+    "1",
+    "radius of gyration in parts of the size of the scene",
+    "inertias in kg cm^2 make the radius ten times too long",
+)
+DENSEST = Limit(8_000.0, "kg/m^3", "mass by the cube of the size of the scene", "density of steel")
+HEAVIEST = Limit(25_000.0, "kg/m^3", "mass by the cube of the size of the body", "osmium has 22 590")
+#: Number of arms from which on radii of gyration are judged.
+_ARMS = 3
 #: Least number of arms for a check of masses against densities.
 _OF_A_BODY = 2
 #: Arms below this, m, give no scale of a scene.
@@ -154,7 +157,7 @@ def _too_long(lengths: Iterable[tuple[str, str, float, str]], size: float, *, we
     """
     notes = []
     for key, quantity, length, hint in lengths:
-        factor = _OF_GYRATION if well_known and key.endswith(".inertia") else _FACTOR
+        factor: float = GYRATION if well_known and key.endswith(".inertia") else FACTOR
         if key.endswith(".rotary_inertia"):
             factor = 1.0  # no section is as large as all that is joined
         if length >= factor * size and math.isfinite(length):
@@ -167,7 +170,7 @@ def _too_heavy(bodies: Iterable[Body], size: float, values: Values) -> Iterator[
     """Yield a note on each body that no solid of the scene's size could be as heavy as."""
     for body in bodies:
         mass = values.value(body.mass)
-        if body.beam is None and not body.node_of and mass > _DENSEST * size * size * size:
+        if body.beam is None and not body.node_of and mass > DENSEST * size * size * size:
             note = f"the mass is {mass:.6g} kg, and a cube of steel as large as the scene, {size:.3g} m, has less"
             yield f"{key_of('bodies', body.name, 'mass')}: {note}; numbers without a unit are in kg [W0118]"
 
@@ -195,7 +198,7 @@ def _too_dense(
             continue
         side = math.sqrt(6.0 * max(sum(inertia) - 2.0 * entry for entry in inertia) / mass) if mass > 0.0 else 0.0
         size = max(2.0 * reach[body.name], side)
-        if mass > _HEAVIEST * size * size * size:
+        if mass > HEAVIEST * size * size * size:
             note = (
                 f"the mass is {mass:.6g} kg, and a cube of {size:.3g} m, the size of the body, has less of any material"
             )
@@ -229,7 +232,7 @@ def _far(arms: Sequence[_Arm]) -> list[_Arm]:
     for count, (longer, shorter) in enumerate(itertools.pairwise(ordered), 1):
         if 2 * count > len(ordered) or len(ordered) - count < 2:
             break
-        if longer.length >= _FACTOR * shorter.length:
+        if longer.length >= FACTOR * shorter.length:
             return ordered[:count]
     return []
 
@@ -274,7 +277,7 @@ def _lengths_of_constraints(
         key = key_of("constraints", item.name)
         for name, formula in item.given_lengths():
             length = values.value(formula)
-            if name == "length" or length >= _FACTOR * gyration(item.second.body):
+            if name == "length" or length >= FACTOR * gyration(item.second.body):
                 yield f"{key}.{name}", f"the {name.partition('[')[0]}", length, "m"
         height = item.equation if item.surface is None else item.surface
         if item.framed and height is not None and item.unit == "m":
@@ -387,7 +390,7 @@ def lengths_against_numbers(data: Mapping[str, Any], values: Values, size_of: Ca
     notes = []
     for key, length, unit, value in _against_numbers(data, values):
         size = size_of() if unit == "m" else 0.0
-        if size > 0.0 and abs(value) >= _FACTOR * size:
+        if size > 0.0 and abs(value) >= FACTOR * size:
             beside = f"{length} stands against {abs(value):.6g} m, and the size of the scene is {size:.3g} m"
             notes.append(
                 f'{key}: {beside}: lengths in formulas are in m; try: a parameter of "{abs(value):.6g} mm" in its'
@@ -426,10 +429,8 @@ def _against_numbers(data: Mapping[str, Any], values: Values) -> Iterator[tuple[
                         yield quantity.key, text, units[symbol.index], other.value
 
 
-#: Samples of a delay from which on a whole number of seconds may have been meant as a number of samples.
-_MANY_SAMPLES = 50
-#: Time between samples, written without a unit, from which on a frequency may have been meant, s.
-_RARE = 10.0
+MANY_SAMPLES = Limit(50.0, "1", "delay in samples, a whole number of seconds", "a choice")
+RARE = Limit(10.0, "s", "time between samples without a unit", "controllers are faster")
 
 
 def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
@@ -445,14 +446,14 @@ def doubtful_times(data: Mapping[str, Any], document: Document) -> list[str]:
         for name, entry in document.section(section).items():
             delay, period = data[section][name].get("delay"), entry.sample
             written = data[section][name].get("sample")
-            if isinstance(written, int | float) and written >= _RARE:
+            if isinstance(written, int | float) and written >= RARE:
                 note = f"the time between two samples is {written:g} s"
                 notes.append(
                     f'{key_of(section, name)}.sample: {note}; {written:g} a second are "{1 / written:.6g} s" [W0123]'
                 )
             if not (isinstance(delay, int | float) and isinstance(period, int | float)):
                 continue
-            if float(delay).is_integer() and delay >= _MANY_SAMPLES * period:
+            if float(delay).is_integer() and delay >= MANY_SAMPLES * period:
                 note = f"the delay {delay:g} is {delay:g} s, {delay / period:.4g} samples"
                 notes.append(
                     f"{key_of(section, name)}.delay: {note}: times without a unit are in s, and one sample is"

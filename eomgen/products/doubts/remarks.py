@@ -16,20 +16,30 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
+from eomgen.base.limits import Limit
 from eomgen.base.messages import counted, listed
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
-from eomgen.products.doubts.accuracy import STEP_OF_GROWTH, not_followed, passages, passes_growth
+from eomgen.products.doubts.accuracy import FOLLOWED, STEP_OF_GROWTH, not_followed, passages, passes_growth
 from eomgen.products.doubts.examinations import examined_share, unseen_event
-from eomgen.products.doubts.fast_motions import fast_laws
+from eomgen.products.doubts.fast_motions import EXCITED, NOTICED, UNRESOLVED, UNSEEN, fast_laws
+from eomgen.products.doubts.limits import (
+    ALIASED,
+    ALIASED_PART,
+    DEFECT,
+    DEFECT_WITHIN,
+    MISSED,
+    MISSED_PART,
+    UNDERSTATED,
+)
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.richardson import STEEP_PART, Rate
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Check, FinishedRun
-from eomgen.simulation.judgement.instability import unbounded_growth
+from eomgen.simulation.judgement.instability import EACH, FAR_TRAVEL, OVERALL, unbounded_growth
 from eomgen.simulation.judgement.stated_errors import LARGE_ERROR
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.settings import followed_laws
@@ -37,13 +47,14 @@ from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.time_grid import WHOLE, TimeGrid
 from eomgen.system.description import BASE, WORLD
 
-#: Ratio of the step to the run above which the two arguments are more likely exchanged.
-_EXCHANGED = 100.0
-#: Values of a rounded state up to which the rounding is noted, values of its formula from which on, and digits after
-#: the point in which these differ, in quanta.
-_FEW_VALUES, _MANY_VALUES, _SAME_VALUE = 3, 8, 6
-#: Standard deviations that a standard normal variable exceeds with a probability of 1e-15.
-_IMPROBABLE = 8.0
+EXCHANGED = Limit(100.0, "1", "step in parts of the run", "a choice")
+FEW_VALUES = Limit(3.0, "1", "number of values of a rounded state", "a choice")
+MANY_VALUES = Limit(8.0, "1", "number of values of its formula", "a choice")
+IMPROBABLE = Limit(
+    8.0, "1", "standard deviations of a standard normal variable", "exceeded with a probability of 1e-15"
+)
+#: Digits after the point in which values of a formula differ, in quanta.
+_SAME_VALUE = 6
 
 
 def exchanged_times(grid: TimeGrid) -> list[str]:
@@ -53,7 +64,7 @@ def exchanged_times(grid: TimeGrid) -> list[str]:
         return []
     sentence = f"the step, {grid.step:.6g} s, is longer than the run, {span:.6g} s, which is one shorter step"
     exchanged = f"; simulate({grid.step:.6g}, {span:.6g}) has the end first, and then the step"
-    return [sentence + (exchanged if grid.step >= _EXCHANGED * span else "")]
+    return [sentence + (exchanged if grid.step >= EXCHANGED * span else "")]
 
 
 def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], p: Array) -> list[str]:
@@ -87,7 +98,7 @@ def doubtful_call(model: CompiledModel, grid: TimeGrid, given: Collection[str], 
 
 def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     """Return a sentence on variables of random processes and waves that no draw of a normal distribution gives."""
-    large = np.flatnonzero(np.abs(p) > _IMPROBABLE).tolist()
+    large = np.flatnonzero(np.abs(p) > IMPROBABLE).tolist()
     if not large:
         return []
     names = tuple(model.parameters)
@@ -99,14 +110,13 @@ def _improbable_variables(model: CompiledModel, p: Array) -> list[str]:
     sentence = (
         f"{name} is {value:.6g} standard deviations out: it is a standard normal variable of a random process or sea"
     )
-    return [sentence + (f" ({counted(len(result), 'variable')} beyond {_IMPROBABLE:g})" if len(result) > 1 else "")]
+    return [sentence + (f" ({counted(len(result), 'variable')} beyond {IMPROBABLE:g})" if len(result) > 1 else "")]
 
 
-#: Ends meet if their distance is below this part of the length of the spring at rest.
-_MET = 0.05
-#: Number of examined rows, evenly chosen, and the limit for the motion of ends between two of these rows, in lengths at
-#: rest.
-_ROWS, _FAR = 2048, 2.0
+MET = Limit(0.05, "1", "distance of the ends of a spring in parts of its length at rest", "a choice")
+FAR = Limit(2.0, "1", "motion of these ends between two rows in lengths at rest", "rows are too sparse")
+#: Number of examined rows, evenly chosen.
+_ROWS = 2048
 #: Number of rows times springs that are examined at once.
 _TOGETHER = 100_000
 _ENDS = ("first", "second")
@@ -117,6 +127,24 @@ _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 #: Part of a quantum from which a value that is not zero is more than rounding.
 _SEEN = 1e-6
 _HINT = "a smaller quantum: the difference of neighbouring values in the state's unit, and not a number of bits"
+
+
+#: Largest number of rows at which values of formulas are examined.
+_LOOKED_AT = 500
+
+
+def _values_at_rows(
+    model: CompiledModel, states: States, p: Array, signals: InputSignals
+) -> dict[tuple[str, str, int], Array]:
+    """Return the numbers that symbols of formulas have at rows of a run, at most 500, by kind, name and index; inputs
+    without values at the rows are left out."""
+    from eomgen.simulation.judgement.diagnosis import values_of  # noqa: PLC0415  # few runs need it
+
+    thinned = slice(None, None, -(-len(states.t) // _LOOKED_AT))
+    along = (states.t[thinned], states.q[thinned], states.v[thinned], states.z[thinned])
+    rows = [values_of(model, float(t), q, v, z, p, signals) for t, q, v, z in zip(*along, strict=True)]
+    known = set.intersection(*(set(row) for row in rows))
+    return {name: np.array([row[name] for row in rows]) for name in known}
 
 
 def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: InputSignals) -> list[Finding]:
@@ -134,13 +162,11 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
         (state, state.sampling, values)
         for state in model.description.states
         if state.sampling is not None and state.sampling.quantum and not state.sampling.controller
-        if np.ptp(values := columns[f"z.{state.name}"]) < (_FEW_VALUES - 0.5) * state.sampling.quantum
+        if np.ptp(values := columns[f"z.{state.name}"]) < (FEW_VALUES - 0.5) * state.sampling.quantum
     ]
     if not few:
         return []
-    from eomgen.simulation.judgement.diagnosis import values_at_rows  # noqa: PLC0415  # few runs need it
-
-    numbers, findings = values_at_rows(model, states, p, signals), []
+    numbers, findings = _values_at_rows(model, states, p, signals), []
     for state, sampling, rounded in few:
         try:
             exact = evaluate_batch(sampling.formula, lambda symbol: numbers[symbol.kind, symbol.name, symbol.index])
@@ -152,7 +178,7 @@ def coarse_quanta(model: CompiledModel, states: States, p: Array, signals: Input
             text = f"{state.name} is 0 all the time, rounded to multiples of {sampling.quantum:.6g}{unit}: its formula"
             findings.append(Finding(text=f"{text} is {least:.3g}{unit} and more", hint=_HINT, value=sampling.quantum))
             continue
-        if len(np.unique(np.round(exact / sampling.quantum, _SAME_VALUE))) <= _MANY_VALUES:
+        if len(np.unique(np.round(exact / sampling.quantum, _SAME_VALUE))) <= MANY_VALUES:
             continue
         count = counted(len(np.unique(np.round(rounded / sampling.quantum))), "value")
         span = f"its formula goes from {np.min(exact):.3g} to {np.max(exact):.3g}{unit}"
@@ -230,7 +256,7 @@ def _meetings(vectors: Array, length: Array) -> Array:
     share = np.clip(-np.sum(before * way, axis=-1) / np.where(square > 0.0, square, 1.0), 0.0, 1.0)
     shortest = np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1)
     turned = np.sum(before * after, axis=-1) < 0.0
-    return np.asarray(turned & (shortest < _MET * length) & (square < (_FAR * length) ** 2))
+    return np.asarray(turned & (shortest < MET * length) & (square < (FAR * length) ** 2))
 
 
 def undefined_outputs(t: Array, outputs: Mapping[str, Array]) -> Finding | None:
@@ -375,25 +401,51 @@ def _passed_growth(run: FinishedRun) -> Iterator[Finding]:
 
 
 ROWS = (
-    Check("unbounded_growth", _unbounded_growth, unless=FAULTS, behind="turned_element"),
-    Check("unresolved_motion", _unresolved_motion, unless=(ANY_FAILURE,), alike=True, behind="unknown_error"),
-    Check("missed_event", _missed_event, ("complete", "events", ESTIMATED), unless=(ANY_FAILURE,)),
-    Check("fast_law", _fast_law, ("complete", "two rows", ESTIMATED), alike=True),
-    Check("unseen_law", _unseen_law, ("complete", "two rows", ESTIMATED), unless=("fast_law",), alike=True),
+    Check(
+        "unbounded_growth",
+        _unbounded_growth,
+        unless=FAULTS,
+        behind="turned_element",
+        limits=(EACH, OVERALL, FAR_TRAVEL),
+    ),
+    Check(
+        "unresolved_motion",
+        _unresolved_motion,
+        unless=(ANY_FAILURE,),
+        alike=True,
+        behind="unknown_error",
+        limits=(UNRESOLVED, NOTICED, EXCITED),
+    ),
+    Check(
+        "missed_event",
+        _missed_event,
+        ("complete", "events", ESTIMATED),
+        unless=(ANY_FAILURE,),
+        limits=(MISSED, MISSED_PART),
+    ),
+    Check("fast_law", _fast_law, ("complete", "two rows", ESTIMATED), alike=True, limits=(UNSEEN,)),
+    Check(
+        "unseen_law",
+        _unseen_law,
+        ("complete", "two rows", ESTIMATED),
+        unless=("fast_law",),
+        alike=True,
+        limits=(DEFECT, DEFECT_WITHIN, ALIASED, ALIASED_PART, UNDERSTATED),
+    ),
     Check(
         "partly_examined", _partly_examined, ("complete", "two rows", ESTIMATED), severity=NOTE, unless=("unseen_law",)
     ),
     Check("bounded_steps", _bounded_steps, severity=NOTE),
-    Check("passed_spring", _passed_spring, ("complete", "two rows", "lines")),
+    Check("passed_spring", _passed_spring, ("complete", "two rows", "lines"), limits=(MET, FAR)),
     Check("undefined_output", _undefined_output, ("complete", "outputs")),
-    Check("singular_passage", _singular_passage, ("complete", "constraints"), severity=NOTE),
-    Check("coarse_quantum", _coarse_quantum, ("complete", "two rows"), severity=NOTE),
+    Check("singular_passage", _singular_passage, ("complete", "constraints"), severity=NOTE, limits=(FOLLOWED,)),
+    Check("coarse_quantum", _coarse_quantum, ("complete", "two rows"), severity=NOTE, limits=(FEW_VALUES, MANY_VALUES)),
     Check("controller_cost", _controller_cost, ("complete", "controllers"), severity=NOTE),
     Check("model_limits", _model_limits, ()),
     Check("method_limits", _method_limits, ()),
     Check("steep_law", _steep_law, ()),
-    Check("exchanged_times", _exchanged_times, ("begun",), noted="call"),
-    Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False, noted="call"),
+    Check("exchanged_times", _exchanged_times, ("begun",), noted="call", limits=(EXCHANGED,)),
+    Check("doubtful_call", _doubtful_call, ("begun",), severity=NOTE, said=False, noted="call", limits=(IMPROBABLE,)),
     Check("unresolved_damping", _unresolved_damping, ("explicit", ESTIMATED), alike=True, limits=(STEEP_PART,)),
     Check("unresolved_states", _unresolved_states, ("explicit", ESTIMATED), alike=True),
     Check(

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from eomgen.analysis.state_warnings import Rest, SceneMeasures, StateWarning
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.lie import numeric
@@ -18,16 +19,12 @@ from eomgen.lie.groups import SE3
 from eomgen.lie.numeric import rotated
 from eomgen.system.description import WORLD, Wheel
 
-#: Limit of the distance of a spring's ends, relative to the distance at start and rest, below which the ends count as
-#: passing one another.
-_PASSED = 0.05
-#: Ratio of a displacement to the size of the scene above which a note is written.
-_LONGER = 1.1
+PASSED = Limit(0.05, "1", "distance of the ends of a spring in parts of the distance at start and rest", "a choice")
+LONGER = Limit(1.1, "1", "displacement in parts of the size of the scene", "a choice")
 #: Signs that make the inverse of a quaternion.
 _BACK = np.array([1.0, -1.0, -1.0, -1.0])
 _LISTED = 4
-#: Estimated error of a beam's displacements that is worth a note.
-_COARSE = 0.01
+COARSE = Limit(0.01, "1", "estimated error of displacements of a beam in parts", "the error at which hints aim")
 
 
 def _positions(measures: SceneMeasures, poses: Mapping[str, tuple[Array, Array]]) -> dict[str, tuple[str, Array]]:
@@ -89,7 +86,7 @@ def _passed_one_another(vectors: Array) -> NDArray[np.bool_]:
     shortest = np.min(np.linalg.norm(before + share[..., np.newaxis] * way, axis=-1), axis=-1)
     first, last = vectors[..., 0, :], vectors[..., -1, :]
     ends = np.minimum(np.linalg.norm(first, axis=-1), np.linalg.norm(last, axis=-1))
-    turned: NDArray[np.bool_] = (np.sum(first * last, axis=-1) < 0.0) & (shortest < _PASSED * ends)
+    turned: NDArray[np.bool_] = (np.sum(first * last, axis=-1) < 0.0) & (shortest < PASSED * ends)
     return turned
 
 
@@ -148,7 +145,7 @@ def _coarse_beams(rest: Rest) -> list[str]:
         forces = np.einsum("eij,ej->ei", beam.matrices(measures.values), changes)
         within = beam.bending_within(measures.values, forces)
         error = 0.5 * float(np.average(within**2, weights=beam.lengths))
-        if error > _COARSE:
+        if error > COARSE:
             worst = int(np.argmax(within))
             off = f"some {100.0 * error:.1g} %" if error < 0.5 else "an unknown part of their size"
             notes.append(
@@ -167,7 +164,7 @@ def _far(rest: Rest) -> list[str]:
     at_start = np.concatenate([at_start, *(position[:1] for _, position in _positions(measures, poses).values())])
     large = max(float(np.linalg.norm(np.ptp(at_start, axis=0))), length)
     name = max(ways, key=lambda name: ways[name])
-    if not ways[name] > _LONGER * large:
+    if not ways[name] > LONGER * large:
         return []
     return [
         f"farther from the start than the whole scene is large, {large:.4g} m: the body {name}, by {ways[name]:.4g} m"
@@ -175,8 +172,8 @@ def _far(rest: Rest) -> list[str]:
 
 
 ROWS = (
-    StateWarning("inverted springs", _springs),
+    StateWarning("inverted springs", _springs, limits=(PASSED,)),
     StateWarning("inverted tyres", _tyres),
-    StateWarning("coarse beams", _coarse_beams),
-    StateWarning("long ways", _far, alone=True),
+    StateWarning("coarse beams", _coarse_beams, limits=(COARSE,)),
+    StateWarning("long ways", _far, alone=True, limits=(LONGER,)),
 )

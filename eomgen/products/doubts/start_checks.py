@@ -181,7 +181,7 @@ def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
 
 ROWS = (
     # Beyond the linear range of a beam no pivot of M says anything: the finding above names the beam.
-    Check("lost_digits", _lost_digits, ("begun", "no constraints"), unless=("linear_range",)),
+    Check("lost_digits", _lost_digits, ("begun", "no constraints"), unless=("linear_range",), limits=(LOST,)),
     Check("start_beyond_limits", _start_beyond_limits, ("begun",), noted="start"),
     Check("start_on_impact", _start_on_impact, ("begun", "events"), noted="start"),
     Check("turned_start", _turned_start, ("begun",)),

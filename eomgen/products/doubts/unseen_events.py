@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
+from eomgen.products.doubts.limits import MISSED, MISSED_PART
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.step_path import StepPath, step_rows
 from eomgen.simulation.stepping.run import Run
@@ -22,8 +23,6 @@ _STEPS, _FIRST, _FIRST_OF_FEW, _MOST = 4096, 8, 64, 1024
 _SAMPLES = 65_536
 #: Values below this part of the function's largest in a step are rounding or touch the root.
 _TOUCHED = 1e-6
-#: Number of missed events that gives a finding; plus a fraction of all events if not all steps are examined.
-_LEAST, _PART = 1.5, 0.05
 
 
 def unseen_events(
@@ -123,12 +122,12 @@ class _Roots:
             share *= len(steps) / len(part)
             steps, before = part, result
             result = share * self._roots(steps, count)
-            if np.all(result <= before * (1.0 + _PART) + 1.0):
+            if np.all(result <= before * (1.0 + MISSED_PART) + 1.0):
                 break
         return self._beyond(result, seen)
 
     def _beyond(self, counts: Array, seen: Array) -> Array:
-        least = _LEAST + (_PART * seen if self._sampled else 0.0)
+        least = MISSED + (MISSED_PART * seen if self._sampled else 0.0)
         missed: Array = np.where(counts - seen > least, counts - seen, 0.0)
         return missed
 

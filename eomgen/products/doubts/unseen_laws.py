@@ -24,6 +24,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import Feature, features
 from eomgen.formula.nodes import Formula, infix
 from eomgen.lie import product
+from eomgen.products.doubts.limits import ALIASED, ALIASED_PART, DEFECT, DEFECT_WITHIN, UNDERSTATED
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
 from eomgen.simulation.accuracy.motion_size import at_work, differences, motion_size, reach_of, shares
@@ -42,13 +43,6 @@ _BENT = 0.1
 _MOST_STEPS, _INTERVALS, _MET = 128, 24, 8
 #: Number of mesh halvings towards a feature, to resolve narrow features.
 _HALVINGS = 24
-#: Thresholds of a finding, relative to velocities or ranges of internal states: for the accumulated defect, and for the
-#: largest defect within a step. A barrier that changes the velocity by a fourth takes about half the kinetic energy.
-_UNSEEN, _WITHIN = 0.05, 0.25
-#: Aliased laws: standard deviation from the chords over the steps, relative to the standard deviation of the law, above
-#: which a law counts as aliased (a sine with 2.2 steps to a period); the fraction of the steps with such deviations;
-#: and the ratio of the effect to the stated error above which the law is reported.
-_HIDDEN, _ALIASED_FRACTION, _UNDERSTATED = 0.8, 0.5, 3.0
 #: Number of successive steps whose defects are summed for aliased laws.
 _SUCCESSIVE = 256
 #: Fraction of the path still ahead, above which a velocity that has dropped is the scale of later defects.
@@ -228,7 +222,7 @@ def _another_way(run: Run, rows: Array, others: Array) -> bool:
     differs = differences(run.model, first, second, ({}, {}))
     end = {kind: values[-1:] for kind, values in differs.items()}
     beyond = np.concatenate([shares(differs, size).ravel(), shares(end, size, ("v",)).ravel()])
-    return bool(np.any(beyond > _UNSEEN))
+    return bool(np.any(beyond > DEFECT))
 
 
 def _known_times(path: StepPath, laws: Sequence[Formula]) -> Array:
@@ -264,7 +258,7 @@ class _Examination:
         self._path, self._model = path, path.run.model
         self._stated = stated
         #: Part of the motion from which the sum of defects is a finding.
-        self._least = _UNSEEN
+        self._least: float = DEFECT
         self._known = [law for law in laws if path.knows(law)]
         self._opaque = len(self._known) < len(laws)
         self._features = [one for law in self._known for one in features(law) if path.knows(one.argument)]
@@ -335,8 +329,8 @@ class _Examination:
                 line = values[:, :1] + self._grid * (values[:, -1:] - values[:, :1])
                 off = np.abs(values - line).max(axis=1) / span
                 bent = np.maximum(bent, off)
-                hidden = np.std((values - line)[:, 1:-1]) > _HIDDEN * np.std(values)
-                self._aliased |= bool(hidden and np.mean(off > _BENT) > _ALIASED_FRACTION)
+                hidden = np.std((values - line)[:, 1:-1]) > ALIASED * np.std(values)
+                self._aliased |= bool(hidden and np.mean(off > _BENT) > ALIASED_PART)
         for feature, table in zip(self._features, self._arguments, strict=True):
             met = met | (np.ptp(feature.sides(table), axis=1) >= feature.least)
         looked = np.flatnonzero((bent > _BENT) | met)
@@ -356,7 +350,7 @@ class _Examination:
         if law is None and self._aliased and self._stated is not None and not self._path.run.method.chooses_steps:
             # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
             # steps only: phases change from step to step
-            self._least = min(_UNSEEN, max(_UNDERSTATED * self._stated(), _ROUNDING))
+            self._least = min(DEFECT, max(UNDERSTATED * self._stated(), _ROUNDING))
             law = self._judged(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
         return law
 
@@ -439,7 +433,7 @@ class _Examination:
         nodes = self._nodes(steps, meshes)
         levels = self._levels(steps, nodes)
         held = max(levels, key=lambda one: one.beyond / self._sizes[one.column], default=None)
-        if held is not None and held.beyond > _UNSEEN * self._sizes[held.column]:
+        if held is not None and held.beyond > DEFECT * self._sizes[held.column]:
             return self._told_of_level(held, steps, meshes)
         defects = self._defects(steps, meshes, nodes.rates)
         for column, chatters in self._chattering(steps, nodes):  # restoring forces
@@ -536,7 +530,7 @@ class _Examination:
             high = np.maximum.reduce([*ends, np.maximum.reduceat(inside[:, column], begins)]) + reach[:, column]
             below, above = (self._rates_at(steps, column, value)[:, column] for value in (low, high))
             led = (below > 0.0) & (above < 0.0) & ((below - above) * h > _STIFF * (high - low))
-            yield column, led & (high - low <= _WITHIN * self._sizes[column])  # else the chatter is the error
+            yield column, led & (high - low <= DEFECT_WITHIN * self._sizes[column])  # else the chatter is the error
 
     @cached_property
     def _jumping(self) -> list[int]:
@@ -606,7 +600,7 @@ class _Examination:
         """Return the largest ratio of the defects to the thresholds; a finding needs a ratio above 1."""
         after = self._sizes_after[defects.steps + 1]
         summed = share * float(self._shares(np.cumsum(defects.net, axis=0), after).max())
-        return max(summed / self._least, float(self._shares(defects.within).max()) / _WITHIN)
+        return max(summed / self._least, float(self._shares(defects.within).max()) / DEFECT_WITHIN)
 
     def _forgotten(self, defects: _Defects) -> _Defects:
         """Return defects whose accumulated sum is damped by stiff motion, as by an L-stable step.
@@ -680,7 +674,7 @@ class _Examination:
         summed = share * np.cumsum(defects.net, axis=0)
         after = self._sizes_after[defects.steps + 1]
         parts, inside = self._shares(summed, after), self._shares(defects.within)
-        within = float(inside.max()) / _WITHIN > float(parts.max()) / self._least
+        within = float(inside.max()) / DEFECT_WITHIN > float(parts.max()) / self._least
         table = inside if within else parts
         row, column = (int(place) for place in np.unravel_index(int(np.argmax(table)), table.shape))
         lacking = float(np.abs((defects.within if within else summed)[row, column]))
@@ -696,7 +690,7 @@ class _Examination:
         amount = f"{name} by {lacking:.2g}{'' if unit in ('', '1') else f' {unit}'}{part}"
         change = f"within the step it changes {amount}" if within else f"it would change {amount}"
         text = f"{law} acts between the steps at t = {time:.6g} s and is not seen by them: {change}"
-        if not within and parts.max() <= _UNSEEN:
+        if not within and parts.max() <= DEFECT:
             text += ", which the estimated error leaves out"
         value = float(table[row, column] if within else parts[:, column].max())
         step = f"{width / _RESOLVED:.2g}"

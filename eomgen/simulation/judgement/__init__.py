@@ -9,6 +9,7 @@ __all__ = [
     "failures",
     "finished_run",
     "instability",
+    "register",
     "singular_positions",
     "starts",
     "stated_errors",

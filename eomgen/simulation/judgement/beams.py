@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from eomgen.analysis.state_warnings import LARGE_SHORTENING
 from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
 from eomgen.results.finding import FAILURE, Finding
@@ -79,6 +80,7 @@ ROWS = (
         severity=FAILURE,
         fails=_impossible_deflection,
         unless=(ANY_FAILURE,),
+        limits=(LARGE_SHORTENING,),
     ),
     Check("turned_element", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
 )

@@ -32,7 +32,6 @@ from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.starts import upright_tyres
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
-from eomgen.simulation.stepping.states import States
 from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.system.description import BASE, Description, Point
 from eomgen.system.terms import TERMS
@@ -46,8 +45,6 @@ Values = Mapping[tuple[str, str, int], float]
 #: Remedy for operations without a value.
 OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
 _SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
-#: Largest number of rows at which values of formulas are examined.
-_ROWS = 500
 #: Displacements to the places around a centre, by the size of a body.
 _AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
 #: Distance of ends in one place, in parts of their coordinates.
@@ -187,7 +184,7 @@ def first_non_finite(
             time = t + step if ahead else t
             block = _at(model, time, q, v, z, p, signals)
             if block:
-                values = _values(model, time, q, v, z, p, signals)
+                values = values_of(model, time, q, v, z, p, signals)
                 cause = _cause(model, time, q, p, values)
                 if not cause[0] and (tyres := upright_tyres(tyred, time, q, p)):
                     cause = f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
@@ -307,7 +304,7 @@ def _range_of(curve: Curve) -> str:
     return f"{name} has points from {curve.start:.9g} to {curve.end:.9g}"
 
 
-def _values(
+def values_of(
     model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
 ) -> dict[tuple[str, str, int], float]:
     """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
@@ -328,18 +325,6 @@ def _values(
     except UsageError:
         return values
     return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
-
-
-def values_at_rows(
-    model: CompiledModel, states: States, p: Array, signals: InputSignals
-) -> dict[tuple[str, str, int], Array]:
-    """Return the numbers that symbols of formulas have at rows of a run, at most 500, by kind, name and index; inputs
-    without values at the rows are left out."""
-    thinned = slice(None, None, -(-len(states.t) // _ROWS))
-    along = (states.t[thinned], states.q[thinned], states.v[thinned], states.z[thinned])
-    rows = [_values(model, float(t), q, v, z, p, signals) for t, q, v, z in zip(*along, strict=True)]
-    known = set.intersection(*(set(row) for row in rows))
-    return {name: np.array([row[name] for row in rows]) for name in known}
 
 
 def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:

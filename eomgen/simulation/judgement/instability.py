@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.errors import UsageError
 from eomgen.results.finding import Finding
 from eomgen.simulation.stepping.chunks import WINDOW, Trajectory
@@ -369,11 +370,10 @@ def _again(run: Run, library: Library, row: Array, steps: int, parts: int) -> Ar
     return None if status or rows < steps else record[:rows]
 
 
-#: Factors of growth from quarter to quarter, and from the first to the last quarter, above which growth is reported.
-_EACH, _OVERALL = 10.0, 1e6
-#: Travel in the last quarter, relative to the travel in the first quarter (the largest coordinate in m, or in rad): a
-#: motion that swings, or falls over from an equilibrium, travels less.
-_FAR = 1e3
+EACH = Limit(10.0, "1", "growth of a velocity from quarter to quarter of a run", "constant forces give less than 2")
+OVERALL = Limit(1e6, "1", "the same from the first to the last quarter", "a choice")
+#: Relative to the largest coordinate in m, or to a radian.
+FAR_TRAVEL = Limit(1e3, "1", "travel in the last quarter in parts of the first", "swings and falls travel less")
 #: Rows of a quarter that determine its largest velocity.
 _ROWS = 8
 
@@ -391,7 +391,9 @@ def unbounded_growth(run: Run, states: States) -> Finding | None:
     travel = sizes[-1] * (states.t[-1] - states.t[quarters[-1][0]])
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         each, overall = (sizes[1:] / sizes[:-1]).min(axis=0), sizes[-1] / sizes[0]
-    grown = np.flatnonzero((each >= _EACH) & (overall >= _OVERALL) & (travel > _FAR * scales) & np.isfinite(overall))
+    grown = np.flatnonzero(
+        (each >= EACH) & (overall >= OVERALL) & (travel > FAR_TRAVEL * scales) & np.isfinite(overall)
+    )
     if not len(grown):
         return None
     one = grown[np.argmax(overall[grown])]

@@ -68,11 +68,6 @@ class Verdict:
         checks = [check for check in CHECKS if check.alike and self._run.has({*check.needs} - {ESTIMATED})]
         return tuple(chain.from_iterable(map(self._evaluated, checks)))
 
-    @property
-    def unchecked(self) -> tuple[str, ...]:
-        """Notes of a run that no product checks."""
-        return UNCHECKED
-
     def noted(self, place: str) -> tuple[Finding, ...]:
         """Return the findings that are notes of the metadata at a place, ``start`` or ``call``."""
         return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.noted == place))

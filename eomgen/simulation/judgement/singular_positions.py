@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.base.limits import Limit
 from eomgen.compiled.equations import nonzeros
 from eomgen.errors import ModelError
 from eomgen.formula.evaluate import evaluate_batch
@@ -27,11 +28,9 @@ from eomgen.system.terms import NONZEROS
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
 
-#: Smallest singular value of the weighed rows, as a part of the largest such value in the run, below which a position
-#: is nearly singular. Generalized-alpha stopped falling parallelograms and rhombi with values of 0.04 and less within
-#: the examined steps. Parallelograms and rhombi that fall were stopped by generalized-alpha with 0.04 and less within
-#: the steps looked at.
-NEARLY = 0.05
+#: Of the weighed rows. Generalized-alpha stopped falling parallelograms and rhombi with values of 0.04 and less within
+#: the examined steps.
+NEARLY = Limit(0.05, "1", "smallest singular value in parts of the largest in the run", "parallelograms that fall")
 #: Threshold at a start, as a part of the largest singular value at this position, since there are no other positions to
 #: compare with.
 _SINGULAR_START = 1e-6

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.document.notes import Note, SceneFacts
@@ -17,12 +18,9 @@ from eomgen.scene.reading.values import Values
 if TYPE_CHECKING:
     from eomgen.products.waves.hulls.section import Hull
 
-#: Of a liquid, kg/m^3, below which a number is one of other units.
-_LIGHTEST = 400.0
-#: Diameter by wave length from which on waves are diffracted.
-_DIFFRACTING = 0.2
-#: Ratio of the areas of a section and of the circle above which the dimensions are doubted.
-_APART = 4.0
+LIGHTEST = Limit(400.0, "kg/m^3", "density of the water about a hull", "no liquid is as light")
+DIFFRACTING = Limit(0.2, "1", "diameter of a hull in wave lengths", "Morison's equation is of thinner hulls")
+UNLIKE = Limit(4.0, "1", "ratio of the areas of a section and of the circle, or its inverse", "a choice")
 
 
 def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
@@ -34,18 +32,18 @@ def doubtful_hulls(facts: SceneFacts) -> Iterator[str]:
 
 def _doubts(hull: Hull, places: Mapping[str, tuple[Array, Array]], values: Values) -> Iterator[str]:
     density, diameter = values.value(hull.density), values.value(hull.diameter)
-    if 0.0 < density < _LIGHTEST:
+    if 0.0 < density < LIGHTEST:
         note = f"the density {density:.6g} kg/m^3 is not a density of water"
         yield f"{note}; {1e3 * density:.6g} if it is in t/m^3" if density < 2.0 else note
     if hull.waves is not None and len(hull.waves.components) > 0:
         kx, ky, _, amplitude, *_ = max(hull.waves.components[: hull.waves.free], key=lambda wave: wave.amplitude)
         length = 2.0 * math.pi / max(math.hypot(kx, ky), 1e-300)
-        if amplitude > 0.0 and diameter > _DIFFRACTING * length:
+        if amplitude > 0.0 and diameter > DIFFRACTING * length:
             note = f"its diameter of {diameter:.4g} m is more than a fifth of the length of the largest wave"
             yield f"{note}, {length:.4g} m, which it would turn and reflect: Morison's equation is of thinner hulls"
     area = values.value(hull.area) if hull.area is not None else math.nan
     round_ = 0.25 * math.pi * diameter**2
-    if area > 0.0 and diameter > 0.0 and not 1.0 / _APART <= area / round_ <= _APART:
+    if area > 0.0 and diameter > 0.0 and not 1.0 / UNLIKE <= area / round_ <= UNLIKE:
         note = f"its area, of buoyancy, is {area:.6g} m^2, and a circle of its diameter, which drag goes by, has"
         yield f"{note} {round_:.6g} m^2"
     start, end = (np.array([values.value(part) for part in place]) for place in (hull.start, hull.end))
@@ -78,5 +76,5 @@ def _doubts_of_place(
         yield f"{note} the water at rest; wet = {part:.4g} counts those below"
 
 
-NOTE = Note("doubtful hulls", doubtful_hulls, behind="doubtful beams")
+NOTE = Note("doubtful hulls", doubtful_hulls, behind="doubtful beams", limits=(LIGHTEST, DIFFRACTING, UNLIKE))
 _NONE: tuple[Formula | None, ...] = (None, Number(0.0))
