@@ -45,7 +45,7 @@ def builder() -> eomgen.SceneBuilder:
         ),
         (
             lambda: pendulum().simulate(1.0, 1e-3, "rk4"),
-            "simulate: 3 arguments are given without a name, and 2 can be: t_end, step; try: the others by name",
+            "simulate: 3 arguments without a name, and 2 can be: t_end, step; try: the others by name",
         ),
         (lambda: pendulum().resume("run.ckpt", tend=3.0), "resume: there is no argument 'tend'; try: t_end"),
         (lambda: pendulum().force([0.1], [0.2], inputs=[1.0]), "force: there is no argument 'inputs'; try: u"),

@@ -19,7 +19,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from eomgen.base.data import wrap_method
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import counted, nearest, shown
 from eomgen.base.products import fault_of_absent, public_names, rows_of
 from eomgen.base.verbs import OWNERS, methods
 from eomgen.errors import Problem, UsageError
@@ -508,7 +508,7 @@ class _Call:
             return None
         by_name = [name for name in self.named if name not in in_order]
         many = len(by_name) > _FEW or (self.takes_any and not by_name)
-        fault = f"{len(self.given)} arguments are given without a name, and {len(in_order) or 'none'} can be [E0112]"
+        fault = f"{counted(len(self.given), 'argument')} without a name, and {len(in_order) or 'none'} can be [E0112]"
         fault += f": {', '.join(in_order)}" if in_order else ""
         hint = "the others by name" if many else f"{by_name[0]}=..., and likewise for the others" if by_name else ""
         return fault, hint or "fewer arguments"
