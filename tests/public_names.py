@@ -13,7 +13,7 @@ from pathlib import Path
 
 import click
 
-from eomgen.base.products import products
+from eomgen.base import products
 from eomgen.cli import VERBS, commands
 from eomgen.scene.document.reference import schema as scene_schema
 from tests.docstrings import names
@@ -70,7 +70,7 @@ def keys() -> Iterator[str]:
 
 def earlier_names(names: Iterable[str]) -> Iterator[str]:
     """Yield names, and the names that those of a module that moved had before, which are still imported."""
-    moved = {module: f"eomgen.{before}" for row in products().values() for before, module in row.moved.items()}
+    moved = {module: f"eomgen.{before}" for before, module in products.earlier_names().items()}
     for name in names:
         yield name
         yield from (before + name[len(module) :] for module, before in moved.items() if name.startswith(f"{module}."))

@@ -70,9 +70,7 @@ DOORS: dict[str, set[str]] = {
     # a compiled model, and its results
     "compiled": {"base", "errors", "formula", "lie", "solvers", "system", "toolchain"},
     "results": {"base", "compiled", "errors", "lie", "system"},
-    "analysis": {"base", "compiled", "errors", "formula", "lie", "solvers", "system"},
     "simulation": {
-        "analysis",
         "base",
         "compiled",
         "errors",
@@ -103,7 +101,7 @@ DOORS: dict[str, set[str]] = {
         "toolchain",
     },
     "cli": {
-        "analysis",
+        "compiled.rest",
         "base",
         "errors",
         "formula",
@@ -130,7 +128,6 @@ DOORS: dict[str, set[str]] = {
         "toolchain",
     },
     "products.ensembles": {
-        "analysis",
         "base",
         "cli",
         "codegen",
@@ -199,7 +196,6 @@ DOORS: dict[str, set[str]] = {
         "toolchain",
     },
     "products.studies": {
-        "analysis",
         "base",
         "cli",
         "compiled",
@@ -224,19 +220,19 @@ DOORS: dict[str, set[str]] = {
     },
     "products.laws": {"base", "cli", "errors", "formula", "scene", "symbolic", "system", "toolchain"},
     "products.linear": {
-        *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "products.statics", "results"),
+        *("base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "products.statics", "results"),
         *("scene", "simulation", "solvers", "system"),
     },
     "products.maps": {"base", "errors", "formula", "scene", "symbolic"},
     "products.robots": {"base", "errors", "formula", "lie", "scene", "system"},
     "products.pictures": {
-        *("analysis", "base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
+        *("base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
     },
     "products.doubts": {
-        *("analysis", "base", "compiled", "errors", "formula", "integrators", "lie", "results", "scene", "simulation"),
+        *("base", "compiled", "errors", "formula", "integrators", "lie", "results", "scene", "simulation"),
         *("system", "toolchain"),
     },
-    "products.statics": {"analysis", "base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
+    "products.statics": {"base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
     "products.pages": {
         *("base", "cli", "codegen", "compiled", "errors", "formula", "integrators", "pipeline"),
         *("products.pictures", "products.studies", "results", "scene", "simulation", "symbolic", "system", "toolchain"),
@@ -259,7 +255,7 @@ DOORS: dict[str, set[str]] = {
     },
     "products.offered": set(),
     "products.model_methods": {
-        *("analysis", "compiled", "products.derivatives", "products.ensembles", "products.linear", "products.pages"),
+        *("compiled", "products.derivatives", "products.ensembles", "products.linear", "products.pages"),
         *("products.statics", "simulation"),
     },
     "products.solution_methods": {"products.linear", "products.pictures"},
@@ -571,14 +567,14 @@ LATE: dict[str, dict[str, str]] = {
         "simulation.accuracy": "likewise",
     },
     "simulation.judgement.finished_run": {
-        "analysis.state_warnings": "a run is judged when its solution is asked for it",
+        "compiled.rest.state_warnings": "a run is judged when its solution is asked for it",
         "simulation.accuracy": "likewise",
         "simulation.judgement": "likewise",
     },
     "simulation.stepping.settings": {
         "formula.motion_faults": "it evaluates on the tape; most scenes prescribe no motion",
     },
-    "simulation.stepping.states": {"analysis.equilibrium": "SciPy; most runs do not start from equilibrium"},
+    "simulation.stepping.states": {"compiled.rest.equilibrium": "SciPy; most runs do not start from equilibrium"},
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
     "toolchain.library": {
         "toolchain.python_functions": "few models call functions in Python",

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.base.products import OF_THE_CORE, products, public_modules, public_names
+from eomgen.base.products import OF_THE_CORE, earlier_names, products, public_modules, public_names
 
 MODULES = OF_THE_CORE | public_modules()
 STUB = Path(eomgen.__file__).parent / "products" / "exported.pyi"
@@ -42,9 +42,10 @@ def test_modules_within_are_the_same_objects(name: str) -> None:
 
 
 def test_modules_that_moved_are_imported_by_their_earlier_names() -> None:
-    for product in products().values():
-        for name, module in product.moved.items():
-            assert _run(f"import eomgen.{name} as it; print(it.__name__)") == module, name
+    for name, module in earlier_names().items():
+        assert _run(f"import eomgen.{name} as it; print(it.__name__)") == module, name
+    of_a_core_room = "from eomgen.analysis.equilibrium import Equilibrium as it; print(it.__module__)"
+    assert _run(of_a_core_room) == "eomgen.compiled.rest.equilibrium"
     within = "from eomgen.linear.state_space import StateSpace as it; print(it.__module__)"
     assert _run(within) == "eomgen.products.linear.state_space"
 

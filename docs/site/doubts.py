@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from collections.abc import Iterable, Iterator
 
-from eomgen.analysis.state_warnings import GROUP, StateWarning
 from eomgen.base.limits import Limit
 from eomgen.base.products import rows_of
+from eomgen.compiled.rest.state_warnings import GROUP, StateWarning
 from eomgen.scene.document.notes import every_note
 from eomgen.simulation.judgement.register import CHECKS
 

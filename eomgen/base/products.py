@@ -137,6 +137,11 @@ def public_names() -> dict[str, str]:
     return {name: target for product in products().values() for name, target in product.names.items()}
 
 
+def earlier_names() -> dict[str, str]:
+    """Return the modules that moved, of the core and of all products, as ``MOVED``."""
+    return MOVED | {name: module for product in products().values() for name, module in product.moved.items()}
+
+
 def named(target: str) -> object:
     """Return the object of a target ``module:name``."""
     module, _, name = target.partition(":")
@@ -145,6 +150,8 @@ def named(target: str) -> object:
 
 #: Public modules of the core: name below ``eomgen`` -> name of the module itself.
 OF_THE_CORE = {"extending": "eomgen.base.extending", "verbs": "eomgen.base.verbs"}
+#: Earlier names of modules of the core below ``eomgen``, by which users may import them -> name of the module itself.
+MOVED = {"analysis": "eomgen.compiled.rest", "analysis.base_parameters": "eomgen.compiled.base_parameters"}
 
 
 class _RenamedLoader:
@@ -190,8 +197,7 @@ _WITHIN = _SubmoduleFinder()
 def spec_of(name: str) -> ModuleSpec | None:
     """Return the import specification of a public module ``eomgen.name``, or of a module that had this name; None if
     there is no such module."""
-    moved = (product.moved[name] for product in products().values() if name in product.moved)
-    module = OF_THE_CORE.get(name) or public_modules().get(name) or next(moved, None)
+    module = OF_THE_CORE.get(name) or public_modules().get(name) or earlier_names().get(name)
     if module is None:
         return None
     if not _WITHIN.prefixes:

@@ -139,7 +139,7 @@ CORE: tuple[Verb, ...] = (
         "equilibrium",
         "Find the equilibrium of a scene.",
         "eomgen.cli.equilibrium:equilibrium",
-        ("eomgen.analysis.equilibrium:equilibrium",),
+        ("eomgen.compiled.rest.equilibrium:equilibrium",),
         heading="Build and run",
     ),
     Verb(
@@ -203,7 +203,7 @@ CORE: tuple[Verb, ...] = (
         heading="Housekeeping",
     ),
     Verb("save", methods=("eomgen.compiled.saving:save",)),
-    Verb("base_parameters", methods=("eomgen.analysis.base_parameters:base_parameters",)),
+    Verb("base_parameters", methods=("eomgen.compiled.base_parameters:base_parameters",)),
     Verb(
         "derivatives",
         methods=(

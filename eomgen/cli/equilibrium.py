@@ -28,7 +28,7 @@ from eomgen.cli.running import read_scene
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.analysis.equilibrium import Equilibrium
+    from eomgen.compiled.rest.equilibrium import Equilibrium
     from eomgen.pipeline.model import Model
 
 

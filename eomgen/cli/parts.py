@@ -14,7 +14,7 @@ from eomgen.base.products import named, placed
 from eomgen.base.verbs import own
 
 if TYPE_CHECKING:
-    from eomgen.analysis.equilibrium import Equilibrium
+    from eomgen.compiled.rest.equilibrium import Equilibrium
     from eomgen.pipeline.model import Model
     from eomgen.results.solution import Solution
 

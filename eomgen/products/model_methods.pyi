@@ -1,11 +1,11 @@
 """Methods of Model, for type checkers and editors: from the register of verbs, by
 ``python -m tests.model_stub``."""
 
-from eomgen.analysis.base_parameters import base_parameters as _base_parameters
-from eomgen.analysis.equilibrium import equilibrium as _equilibrium
 from eomgen.compiled.argument_derivatives import derivatives as _derivatives
 from eomgen.compiled.argument_derivatives import hessian as _hessian
 from eomgen.compiled.argument_derivatives import sparsity as _sparsity
+from eomgen.compiled.base_parameters import base_parameters as _base_parameters
+from eomgen.compiled.rest.equilibrium import equilibrium as _equilibrium
 from eomgen.compiled.saving import save as _save
 from eomgen.products.derivatives.linearise import sensitivities as _sensitivities
 from eomgen.products.ensembles.simulate_many import simulate_many as _simulate_many
@@ -25,11 +25,11 @@ from eomgen.simulation.simulate import simulate as _simulate
 from eomgen.simulation.start import start as _start
 
 class ModelMethods:
-    base_parameters = _base_parameters
-    equilibrium = _equilibrium
     derivatives = _derivatives
     hessian = _hessian
     sparsity = _sparsity
+    base_parameters = _base_parameters
+    equilibrium = _equilibrium
     save = _save
     sensitivities = _sensitivities
     simulate_many = _simulate_many

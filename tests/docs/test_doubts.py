@@ -6,9 +6,9 @@ from importlib import import_module
 from pkgutil import iter_modules
 
 from docs.site.doubts import page
-from eomgen.analysis.state_warnings import GROUP, StateWarning
 from eomgen.base.limits import Limit
 from eomgen.base.products import rows_of
+from eomgen.compiled.rest.state_warnings import GROUP, StateWarning
 from eomgen.products import doubts
 from eomgen.scene.document.notes import every_note
 from eomgen.simulation.judgement.register import CHECKS

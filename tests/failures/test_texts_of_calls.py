@@ -11,13 +11,12 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis import base_parameters
 from eomgen.base import journal
 from eomgen.base.csv_tables import _cells
 from eomgen.cli import options
 from eomgen.codegen import folder
 from eomgen.codegen.targets.c.naming import check_identifier
-from eomgen.compiled import arguments
+from eomgen.compiled import arguments, base_parameters
 from eomgen.compiled.bodies import operational_inertia
 from eomgen.control import OutputFeedback, kalman, lqr
 from eomgen.errors import EomgenError

@@ -14,9 +14,9 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis.state_warnings import LargestBending
 from eomgen.base.limits import Limit
 from eomgen.base.message_codes import code_of_finding
+from eomgen.compiled.rest.state_warnings import LargestBending
 from eomgen.errors import Problem, UsageError
 from eomgen.products.doubts import accuracy, remarks, start_checks
 from eomgen.products.doubts.momentum import Drift

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.analysis.state_warnings import largest_bending
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.rest.state_warnings import largest_bending
 from eomgen.errors import UsageError
 from eomgen.lie.product import Factor
 from eomgen.simulation.stepping.settings import large_angles

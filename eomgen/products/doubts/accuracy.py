@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import beams_beyond_linear_range
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.rest.state_warnings import beams_beyond_linear_range
 from eomgen.integrators.families.register import Method
 from eomgen.products.doubts.examinations import between_rows
 from eomgen.products.doubts.momentum import REPORTED_MOMENTUM, momentum_drift

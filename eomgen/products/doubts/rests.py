@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.analysis.state_warnings import Rest, SceneMeasures, StateWarning
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
+from eomgen.compiled.rest.state_warnings import Rest, SceneMeasures, StateWarning
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Symbol
 from eomgen.lie import numeric

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.analysis.state_warnings import shortenings
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field, replace
 from eomgen.compiled.consistent_states import ConsistentStates, consistent_samples
 from eomgen.compiled.functions import LANES_VARIABLE, Choice
 from eomgen.compiled.functions import chosen as chosen_lanes
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.rest.state_warnings import shortenings
 from eomgen.formula.evaluate import symbols
 from eomgen.integrators.events import STOPPED
 from eomgen.products.ensembles.lane_code import stepper_in_lanes

@@ -19,7 +19,7 @@ from eomgen.cli.running import outcome_code, read_scene, run
 from eomgen.errors import Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.analysis.equilibrium import Equilibrium
+    from eomgen.compiled.rest.equilibrium import Equilibrium
     from eomgen.pipeline.model import Model
     from eomgen.results.solution import Solution
 

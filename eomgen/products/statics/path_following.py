@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.driven_rest import held_base
-from eomgen.analysis.loaded_statics import LoadParameter, check_partials, loaded_statics
-from eomgen.analysis.sparse_partials import check_continuous
-from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.progress import Progress, shown
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.rest.driven_rest import held_base
+from eomgen.compiled.rest.loaded_statics import LoadParameter, check_partials, loaded_statics
+from eomgen.compiled.rest.sparse_partials import check_continuous
+from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.statics.critical_points import (

@@ -20,15 +20,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from eomgen.analysis.driven_rest import driven_components, held_base, where_driven
-from eomgen.analysis.sparse_partials import check_continuous
-from eomgen.analysis.state_warnings import SceneMeasures, beams_beyond_linear_range, inertia_warning, off_axis_hint
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import distinct, shown
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, components, number_of, numbers
 from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.rest.driven_rest import driven_components, held_base, where_driven
+from eomgen.compiled.rest.sparse_partials import check_continuous
+from eomgen.compiled.rest.state_warnings import SceneMeasures, beams_beyond_linear_range, inertia_warning, off_axis_hint
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.statics.steady_conditions import Conditions

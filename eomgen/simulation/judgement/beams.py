@@ -6,9 +6,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import LARGE_SHORTENING
 from eomgen.base.arrays import Array
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.rest.state_warnings import LARGE_SHORTENING
 from eomgen.results.finding import FAILURE, Finding
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, Check, FinishedRun
 

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
 from eomgen.base.messages import counted, listed
 from eomgen.compiled.equations import accelerations
+from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.formula.curves import EDGE, Curve
 from eomgen.formula.discontinuities import applications

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.arrays import Array
 from eomgen.compiled.initial_state import tells_strain
 from eomgen.compiled.model import CompiledModel
+from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Message
 from eomgen.integrators.events import ACCUMULATED, CONTROLLER_FAILED, NO_VALUE, STATUSES, STOPPED
 from eomgen.results.events import Events

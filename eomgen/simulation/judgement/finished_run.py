@@ -31,8 +31,8 @@ from eomgen.simulation.stepping.stepper import Stepper
 from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 
 if TYPE_CHECKING:
-    from eomgen.analysis.state_warnings import LargestBending
     from eomgen.base.limits import Limit
+    from eomgen.compiled.rest.state_warnings import LargestBending
     from eomgen.simulation.accuracy.richardson import FastestRates
     from eomgen.simulation.judgement.instability import Growth
     from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
@@ -360,7 +360,7 @@ class FinishedRun(EvaluatesOnce):
 
     @cached_property
     def bending(self) -> LargestBending | None:
-        from eomgen.analysis.state_warnings import largest_bending  # noqa: PLC0415  # on request
+        from eomgen.compiled.rest.state_warnings import largest_bending  # noqa: PLC0415  # on request
 
         return largest_bending(self.run.model, self.states.t, self.states.q)
 

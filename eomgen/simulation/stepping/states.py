@@ -157,7 +157,7 @@ def start_of(
     notes: list[str] = []
     if equilibrium_start:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
-        from eomgen.analysis.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
+        from eomgen.compiled.rest.equilibrium import equilibrium  # noqa: PLC0415  # SciPy comes with it
 
         rest = equilibrium(model, {"q": state.q, "v": state.v, **({"z": state.z} if model.nz else {})}, p, t, inputs)
         v = np.where(rest.v != 0.0, rest.v, turned(model.factors, state.v, state.q, rest.q))

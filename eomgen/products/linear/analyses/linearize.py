@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.analysis.driven_rest import drives
-from eomgen.analysis.sparse_partials import sparse_partials
 from eomgen.base.arrays import Array
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, check_name, number_of
 from eomgen.compiled.coordinates import StateArrays, coordinate_units
+from eomgen.compiled.rest.driven_rest import drives
+from eomgen.compiled.rest.sparse_partials import sparse_partials
 from eomgen.compiled.terms import Inputs, Parameters, States
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import update

@@ -13,15 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.driven_rest import driven_components, held_base, law_rates
-from eomgen.analysis.equilibrium import Equilibrium, equilibrium, solved_equilibrium
-from eomgen.analysis.loaded_statics import loaded_statics
-from eomgen.analysis.state_warnings import SceneMeasures
-from eomgen.analysis.state_warnings import SceneMeasures as MeasuresOfScene
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.compiled.arguments import check_finite, components
 from eomgen.compiled.initial_state import InitialState, initial_state
+from eomgen.compiled.rest.driven_rest import driven_components, held_base, law_rates
+from eomgen.compiled.rest.equilibrium import Equilibrium, equilibrium, solved_equilibrium
+from eomgen.compiled.rest.loaded_statics import loaded_statics
+from eomgen.compiled.rest.state_warnings import SceneMeasures
+from eomgen.compiled.rest.state_warnings import SceneMeasures as MeasuresOfScene
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.statics.steady_motion import SteadyMotion, motion_along

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
 from eomgen.base.progress import Progress
@@ -19,6 +18,7 @@ from eomgen.base.progress import shown as shown_progress
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import check_finite, numbers
 from eomgen.compiled.initial_state import initial_state
+from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.numeric import rotated

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.analysis.state_warnings import inertia_warning
 from eomgen.base.calls import meant_term
 from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
+from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES

@@ -12,11 +12,11 @@ from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import eomgen
-from eomgen.analysis import equilibrium
-from eomgen.analysis.loaded_statics import ElementStrains
-from eomgen.analysis.sparse_partials import sparse_partials
-from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.compiled.functions import Functions
+from eomgen.compiled.rest import equilibrium
+from eomgen.compiled.rest.loaded_statics import ElementStrains
+from eomgen.compiled.rest.sparse_partials import sparse_partials
+from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.errors import NumericalError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula, Symbol
@@ -165,8 +165,8 @@ def test_small_scenes_rest_by_whole_matrices_as_large_ones_by_sparse_ones(
         scene["forces"]["tip"]["point"] = [10.0 / 3.0, 0.0, 0.0]
     model = eomgen.build(scene, profile="quick")
     by_whole = model.equilibrium(parameters={"load": 30.0})
-    monkeypatch.setattr("eomgen.analysis.loaded_statics.WHOLE", 0)
-    monkeypatch.setattr("eomgen.analysis.loaded_statics.WHOLE", 0)
+    monkeypatch.setattr("eomgen.compiled.rest.loaded_statics.WHOLE", 0)
+    monkeypatch.setattr("eomgen.compiled.rest.loaded_statics.WHOLE", 0)
     by_sparse = model.equilibrium(parameters={"load": 30.0})
     assert np.max(np.abs(by_whole.q - model.initial_q)) > 0.1
     np.testing.assert_allclose(by_whole.q, by_sparse.q, atol=1e-9)

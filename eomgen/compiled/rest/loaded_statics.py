@@ -22,12 +22,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, csr_array
 
-from eomgen.analysis.driven_rest import held_base
-from eomgen.analysis.sparse_partials import SparsePartials, sparse_partials, whole_partials
-from eomgen.analysis.state_warnings import SceneMeasures
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import nearest, shown
+from eomgen.compiled.rest.driven_rest import held_base
+from eomgen.compiled.rest.sparse_partials import SparsePartials, sparse_partials, whole_partials
+from eomgen.compiled.rest.state_warnings import SceneMeasures
 from eomgen.compiled.terms import Inputs, Parameters, TermsAt
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import symbols

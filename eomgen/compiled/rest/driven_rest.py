@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.analysis.state_warnings import SceneMeasures, off_axis_hint
 from eomgen.base.arrays import Array
 from eomgen.base.messages import distinct
+from eomgen.compiled.rest.state_warnings import SceneMeasures, off_axis_hint
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie.product import update

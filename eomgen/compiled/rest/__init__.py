@@ -1,7 +1,6 @@
-"""Analyses of a compiled model about one state: equilibria."""
+"""States of rest of a compiled model: equilibria, motions that drives prescribe, partials about a state, warnings."""
 
 __all__ = [
-    "base_parameters",
     "driven_rest",
     "equilibrium",
     "loaded_statics",

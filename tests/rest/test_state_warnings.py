@@ -10,7 +10,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.analysis.state_warnings import (
+from eomgen.compiled.rest.state_warnings import (
     LargestBending,
     SceneMeasures,
     beams_beyond_linear_range,

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eomgen.analysis.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
-from eomgen.analysis.loaded_statics import check_partials, loaded_statics
-from eomgen.analysis.sparse_partials import SparsePartials, check_continuous, soft_modes, sparse_partials
-from eomgen.analysis.state_warnings import SAME, SceneMeasures, equilibrium_notes
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.compiled.arguments import number_of
 from eomgen.compiled.initial_state import angles_of_several_turns, initial_state
+from eomgen.compiled.rest.driven_rest import check_lasting, check_rates, driven_velocity, drives, held_base
+from eomgen.compiled.rest.loaded_statics import check_partials, loaded_statics
+from eomgen.compiled.rest.sparse_partials import SparsePartials, check_continuous, soft_modes, sparse_partials
+from eomgen.compiled.rest.state_warnings import SAME, SceneMeasures, equilibrium_notes
 from eomgen.compiled.terms import Inputs, Parameters
 from eomgen.errors import Message, ModelError, NumericalError, Problem
 from eomgen.formula.features import rough_operations

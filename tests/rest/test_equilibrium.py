@@ -19,9 +19,9 @@ import scipy.linalg
 from scipy.optimize import brentq
 
 import eomgen
-from eomgen.analysis import equilibrium
-from eomgen.analysis.sparse_partials import sparse_partials
 from eomgen.cli import main
+from eomgen.compiled.rest import equilibrium
+from eomgen.compiled.rest.sparse_partials import sparse_partials
 from eomgen.lie import product
 from eomgen.solvers.phi_functions import phi
 from tests.models.scenes import INERTIA, LENGTH, MASS, PENDULUM_TOML, absolute, breaking, flyer, pendulum
@@ -176,7 +176,7 @@ def suspended() -> eomgen.Model:
     return eomgen.build(builder.build(), profile="quick")
 
 
-def lowest(model: eomgen.Model, found: eomgen.analysis.equilibrium.Equilibrium, directions: np.ndarray) -> np.ndarray:
+def lowest(model: eomgen.Model, found: equilibrium.Equilibrium, directions: np.ndarray) -> np.ndarray:
     """Return how much higher the potential energy is at configurations nearby."""
     q = product.update(model.factors, np.broadcast_to(found.q, (len(directions), model.nq)), directions)
     rest = np.zeros(model.nv)
