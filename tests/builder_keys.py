@@ -13,6 +13,8 @@ from eomgen.scene.section import Section
 from eomgen.scene.sections import own_sections
 
 COMMAND = "python -m tests.builder_keys eomgen/scene/builder_keys.pyi"
+#: Characters of a line at most.
+_WIDTH = 120
 _HEAD = f'''"""Methods of SceneBuilder from the register of sections, and keys of other methods, for type checkers, by
 ``{COMMAND}``."""
 
@@ -43,6 +45,9 @@ def _method(row: Section) -> str:
             by_name = True
         default = "" if item.default is inspect.Parameter.empty else " = ..."
         lines.append(item.name if item.name == "self" else f"{item.name}: {item.annotation}{default}")
+    short = f"    def {row.method_name}({', '.join(lines)}) -> Self: ...\n"
+    if len(short) <= _WIDTH:
+        return short
     arguments = "".join(f"        {line},\n" for line in lines)
     return f"    def {row.method_name}(\n{arguments}    ) -> Self: ...\n"
 

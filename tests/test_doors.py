@@ -229,8 +229,8 @@ DOORS: dict[str, set[str]] = {
         *("base", "cli", "compiled", "errors", "formula", "lie", "pipeline", "results", "scene", "system"),
     },
     "products.doubts": {
-        *("base", "compiled", "errors", "formula", "integrators", "lie", "results", "scene", "simulation"),
-        *("system", "toolchain"),
+        *("base", "cli", "compiled", "errors", "formula", "integrators", "lie", "results", "scene"),
+        *("simulation", "system", "toolchain"),
     },
     "products.statics": {"base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
     "products.pages": {
@@ -561,6 +561,12 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.checkpoint": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
+    "products.doubts.silence": {
+        "compiled.rest": "few scenes and calls silence a doubt",
+        "base.products": "likewise",
+        "scene.document": "likewise",
+        "simulation.judgement": "likewise",
+    },
     "products.doubts.remarks": {"simulation.judgement.diagnosis": "few runs have states of few values"},
     "products.doubts.examinations": {
         "products.doubts": "a run is judged when its solution is asked for it",

@@ -1,8 +1,15 @@
-"""Limit: a threshold of a doubt, listed in the documentation with unit, meaning and source."""
+"""Limit: a threshold of a doubt, listed in the documentation with unit, meaning and source; names of doubts that are
+not reported."""
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Mapping
+from typing import Any, Self
+
+from eomgen.base.products import objects_of
+
+#: Group of the functions by which products name doubts that are not reported.
+QUIET = "eomgen.quiet"
 
 
 class Limit(float):
@@ -44,3 +51,17 @@ class Limit(float):
     def __getnewargs__(self) -> tuple[float, str, str, str]:  # type: ignore[override]  # a float has one argument
         """Return the arguments by which a copy is made."""
         return float(self), self.unit, self.meaning, self.source
+
+
+def quiet_names(parts: Mapping[str, Any], *, stored: bool = False) -> set[str]:
+    """Return the names of doubts that are not reported.
+
+    Parameters
+    ----------
+    parts : mapping
+        Objects by section of a product, as of a ``Description``.
+    stored : bool
+        Whether other processes read the report, so that options of this process do not count.
+    """
+    silences = () if stored and not parts else objects_of(QUIET)
+    return {name for names in silences for name in names(parts, stored=stored)}

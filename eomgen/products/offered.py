@@ -6,6 +6,7 @@ from __future__ import annotations
 OFFERED: dict[str, tuple[str, ...]] = {
     "comparison": ("Comparison", "compare"),
     "derivatives": ("sensitivities",),
+    "doubts": ("doubts", "equilibrium --quiet", "simulate --quiet"),
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
     "fmu": ("fmu",),

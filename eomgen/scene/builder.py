@@ -39,7 +39,7 @@ def _method(row: Section) -> Callable[..., SceneBuilder]:
 
     def called(self: SceneBuilder, /, *args: Any, **kwargs: Any) -> SceneBuilder:
         given = signature.bind(self, *args, **kwargs).arguments
-        return self._enter(row.key, given.get("name", ""), **{keys[name]: given[name] for name in keys.keys() & given})
+        return self._enter(row.key, given.get("name"), **{keys[name]: given[name] for name in keys.keys() & given})
 
     called.__name__ = row.method_name
     called.__qualname__ = f"SceneBuilder.{row.method_name}"
@@ -149,7 +149,7 @@ class SceneBuilder(SectionMethods):
     @enters("simulation")
     def simulation(self, **keys: Unpack[SimulationKeys]) -> Self:
         """Set the defaults of ``simulate`` (steps and durations in seconds)."""
-        return self._enter("simulation", "", **keys)
+        return self._enter("simulation", None, **keys)
 
     def build(self) -> Scene:
         """Return the checked scene.
@@ -175,10 +175,10 @@ class SceneBuilder(SectionMethods):
         log_notes(scene.name, scene.notes)
         return scene
 
-    def _enter(self, section: str, name: str, /, **values: Any) -> Self:
+    def _enter(self, section: str, name: str | None, /, **values: Any) -> Self:
         """Store an entry of a section (or the section itself if it has no named entries), and the caller's line."""
         place = _caller()
-        key = key_of(section, str(name)) if name != "" or section not in ("base", "simulation") else section
+        key = section if name is None else key_of(section, str(name))
         entry = {field: _plain(value) for field, value in values.items() if value is not None}
         entries = self._data if key == section else self._data.setdefault(section, {})
         entry_name = section if key == section else str(name)

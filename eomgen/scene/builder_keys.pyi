@@ -440,14 +440,7 @@ class SectionMethods:
         profile: Value | Sequence[Value] | None = ...,
         axes: str | None = ...,
     ) -> Self: ...
-    def effort(
-        self,
-        name: str,
-        joint: str,
-        effort: Value,
-        *,
-        index: int | None = ...,
-    ) -> Self: ...
+    def effort(self, name: str, joint: str, effort: Value, *, index: int | None = ...) -> Self: ...
     def hull(
         self,
         name: str,
@@ -494,13 +487,7 @@ class SectionMethods:
         unit: str | None = ...,
         description: str | None = ...,
     ) -> Self: ...
-    def mode(
-        self,
-        name: str,
-        value: float,
-        *,
-        description: str | None = ...,
-    ) -> Self: ...
+    def mode(self, name: str, value: float, *, description: str | None = ...) -> Self: ...
     def event(
         self,
         name: str,
@@ -538,3 +525,4 @@ class SectionMethods:
         opacity: float | None = ...,
         required: bool | None = ...,
     ) -> Self: ...
+    def doubts(self, *, quiet: Sequence[str] | None = ...) -> Self: ...

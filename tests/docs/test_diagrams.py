@@ -18,7 +18,7 @@ PAGES = Path(__file__).parents[2] / "docs" / "scene"
 
 
 def test_every_section_has_a_diagram() -> None:
-    assert {row.key for row in DOCUMENT.rows} - DIAGRAMS.keys() == set()
+    assert {row.key for row in DOCUMENT.rows} - DIAGRAMS.keys() == {"doubts"}  # which describes no part of a machine
     assert sorted(path.stem for path in (PAGES / "diagrams").glob("*.svg")) == sorted(DIAGRAMS)
 
 

@@ -161,7 +161,14 @@ def test_a_name_that_is_no_text() -> None:
 
 
 #: Sections of the schema, and the methods that enter them where their names are not those of the sections.
-METHODS = {"bodies": "body", "waves": "waves", "include": "include", "simulation": "simulation", "base": "base"}
+METHODS = {
+    "bodies": "body",
+    "doubts": "doubts",
+    "waves": "waves",
+    "include": "include",
+    "simulation": "simulation",
+    "base": "base",
+}
 
 
 @pytest.mark.parametrize(

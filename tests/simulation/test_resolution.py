@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import eomgen
+from eomgen.products.doubts import unseen_laws
 from eomgen.simulation.accuracy.step_path import StepPath
 
 Array = NDArray[np.float64]
@@ -110,13 +111,13 @@ def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypa
 def test_a_check_factorizes_no_more_systems_than_the_run_has_steps(steps: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """A pulse that is narrow between two steps: its effect fades by Jacobians, three times eight states at least."""
     states: list[int] = []
-    own = StepPath.rate_partials
+    own = unseen_laws.rate_partials
 
     def counted(path: StepPath, blocks: Any, moves: Any) -> Array:
         states.append(len(blocks.t))
         return own(path, blocks, moves)
 
-    monkeypatch.setattr(StepPath, "rate_partials", counted)
+    monkeypatch.setattr(unseen_laws, "rate_partials", counted)
     builder = eomgen.SceneBuilder("pulse", gravity=[0, 0, 0]).body("cart", 1.0)
     builder.joint("rail", "prismatic", "base", "cart", axis=[1, 0, 0], initial={"velocity": 1.0})
     builder.effort("wall", "rail", "-1000 * exp(-((q.rail - 0.025) / 0.0005)**2)")

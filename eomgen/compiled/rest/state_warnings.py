@@ -17,7 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.limits import Limit
+from eomgen.base.limits import Limit, quiet_names
 from eomgen.base.products import rows_of
 from eomgen.compiled.terms import Inputs
 from eomgen.formula.evaluate import evaluate
@@ -135,9 +135,9 @@ def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs)
     sentences: list[str] = []
     if "poses" not in measures.model.functions or len(path) < 2:
         return sentences
-    rest = Rest(measures, path, u)
+    rest, quiet = Rest(measures, path, u), quiet_names(measures.model.description.parts)
     for row in rows_of(GROUP, StateWarning):
-        if not (row.alone and sentences):
+        if row.name not in quiet and not (row.alone and sentences):
             sentences.extend(row.evaluate(rest))
     return sentences
 

@@ -1,11 +1,24 @@
 """Doubts: notes on scenes, warnings of states and checks of runs that doubt a result and fail none."""
 
 from eomgen.base.products import LateRow, Product
+from eomgen.base.verbs import Verb
 
 __all__ = []
 
 PRODUCT = Product(
     rows={
+        "eomgen.verbs": (
+            Verb(
+                "doubts",
+                behind="completion",
+                parts={
+                    "simulate": "eomgen.products.doubts.command:QuietRun",
+                    "equilibrium": "eomgen.products.doubts.command:QuietRest",
+                },
+            ),
+        ),
+        "eomgen.sections": (LateRow("doubts", "eomgen.products.doubts.section:DOUBTS", behind="shapes"),),
+        "eomgen.quiet": (LateRow("doubts", "eomgen.products.doubts.silence:quiet_names"),),
         "eomgen.notes": ("eomgen.products.doubts.notes:NOTES",),
         "eomgen.checks": tuple(
             f"eomgen.products.doubts.{module}:ROWS" for module in ("accuracy", "remarks", "start_checks")
@@ -15,5 +28,14 @@ PRODUCT = Product(
         "eomgen.unresolved_motions": (LateRow("motions", "eomgen.products.doubts.examinations:unresolved_motion"),),
         "eomgen.searches": (LateRow("searches", "eomgen.products.doubts.examinations:searches_left_out"),),
         "eomgen.starts": (LateRow("tyres", "eomgen.products.doubts.start_checks:deep_tyres"),),
+    },
+    moved={
+        "scene.document.doubtful_elements": "eomgen.products.doubts.doubtful_elements",
+        "scene.document.out_of_scale": "eomgen.products.doubts.out_of_scale",
+        "simulation.accuracy.unseen_events": "eomgen.products.doubts.unseen_events",
+        "simulation.accuracy.unseen_laws": "eomgen.products.doubts.unseen_laws",
+        "simulation.judgement.fast_motions": "eomgen.products.doubts.fast_motions",
+        "simulation.judgement.remarks": "eomgen.products.doubts.remarks",
+        "simulation.judgement.start_checks": "eomgen.products.doubts.start_checks",
     },
 )

@@ -55,11 +55,13 @@ def law_between_steps(run: FinishedRun) -> UnseenLaw | None:
 
 def examined_share(run: FinishedRun) -> float:
     """Return the share of the run in which laws between the steps were looked for."""
-    from eomgen.simulation.accuracy.step_path import repeated_share  # noqa: PLC0415  # on request
+    from eomgen.simulation.accuracy.step_path import pieces  # noqa: PLC0415  # on request
 
     if not run.run.method.chooses_steps or not laws_between_steps(run.run):
         return 1.0
-    return repeated_share(run.run, run.trajectory.rows, run.statistics)
+    rows = run.trajectory.rows
+    repeated = pieces(run.run, rows, run.statistics)
+    return min(1.0, repeated.number * repeated.duration / float(rows[-1, 0] - rows[0, 0]))
 
 
 def unseen_event(run: FinishedRun) -> Finding | None:

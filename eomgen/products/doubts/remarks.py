@@ -300,8 +300,8 @@ def _fast_law(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
-    if run.unseen_law is not None:
-        yield run.unseen_law
+    if run.passed_over is not None:
+        yield run.passed_over.finding
 
 
 def _partly_examined(run: FinishedRun) -> Iterator[Finding]:

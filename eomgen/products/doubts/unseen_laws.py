@@ -10,9 +10,10 @@ Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,15 +27,18 @@ from eomgen.formula.nodes import Formula, infix
 from eomgen.lie import product
 from eomgen.products.doubts.limits import ALIASED, ALIASED_PART, DEFECT, DEFECT_WITHIN, UNDERSTATED
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.comparison_runs import SAME_TIME
+from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Span, comparison_run
 from eomgen.simulation.accuracy.motion_size import at_work, differences, motion_size, reach_of, shares
-from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates, rows_within, step_rows
+from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates, step_rows
 from eomgen.simulation.judgement.finished_run import UnseenLaw, laws_between_steps
 from eomgen.simulation.stepping.run import Run
 from eomgen.toolchain.library import Library
 
 #: Maximum number of sampled steps, maximum number of samples in total, and least and greatest number per step.
 _STEPS, _SAMPLES, _LEAST, _MOST = 4096, 32768, 8, 64
+_State = tuple[Array, Array, Array]
+#: Number of rows between two rows of an adaptive method at most.
+_MOST_ROWS = 20_000
 #: Factor by which the number of samples is reduced if laws can be evaluated only through the equations of motion.
 _COSTLY = 4
 #: Least deviation of a formula from its chord over a step, relative to its range over the run, of examined steps.
@@ -193,7 +197,7 @@ def _unresolved(
     path, left_out, result = StepPath(run, taken.rows, taken.parameters), taken.breaks, first
     for _ in range(_WINDOWS):
         step = int(np.searchsorted(taken.rows[:, 0], result.finding.time)) - 1
-        closer = None if result.holds else rows_within(run, library, taken, step, result.step)
+        closer = None if result.holds else _rows_within(run, library, taken, step, result.step)
         if closer is None or _another_way(run, taken.rows[step : step + 2], closer.rows):
             return result
         if examination(StepPath(run, closer.rows, closer.parameters)).finding() is not None:
@@ -639,7 +643,7 @@ class _Examination:
                 way = np.zeros((len(blocks.t), width))
                 way[:, k] = size
                 moves.append((self._moved(blocks, part, way), self._moved(blocks, part, -way), 2.0 * size))
-        rates = np.nan_to_num(self._path.rate_partials(blocks, moves))
+        rates = np.nan_to_num(rate_partials(self._path, blocks, moves))
         middle = np.median(rates.reshape(len(steps), -1, nv + nz, 2 * nv + nz), axis=1)
         result = np.zeros((len(steps), 2 * nv + nz, 2 * nv + nz))
         result[:, :nv, nv : 2 * nv] = np.eye(nv)
@@ -744,6 +748,51 @@ class _Examination:
                 varied = float(np.sum(np.abs(np.diff(np.nan_to_num(values - line))))) / (2.0 * top)
                 best = (top / span, words, h * min(1.0, area) / max(1.0, varied))
         return best[1], best[2]
+
+
+def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
+    """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) before to
+    states ahead, at a distance."""
+    model = path.run.model
+    if not model.evaluator.multipliers:
+        pairs = ((path.rates(blocks, ahead) - path.rates(blocks, behind)) / width for ahead, behind, width in moves)
+        return np.stack(list(pairs), axis=-1)
+    q, v, z = blocks.states
+    given: dict[str, Any] = {"t": blocks.t, "u": blocks.u if model.nu else None, "parameters": blocks.p}
+    named = (
+        (dict(zip("qvz", ahead, strict=True)), dict(zip("qvz", behind, strict=True)), width)
+        for ahead, behind, width in moves
+    )
+    with np.errstate(all="ignore"):
+        result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **given)
+        if not model.nz:
+            return result
+        inner = [
+            [model.internal_rates(q, v, z=z, **given) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
+        ]
+    widths = np.array([width for *_, width in moves])
+    return np.concatenate([result, np.stack([one - two for one, two in inner], axis=-1) / widths], axis=-2)
+
+
+def _rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing: float) -> StepRows | None:
+    """Return rows from the row ``place`` of an adaptive method to the next one; None if that part cannot be repeated.
+
+    Parameters
+    ----------
+    spacing : s, between the rows; larger if there were too many rows
+    """
+    if not 0 <= place < len(taken.rows) - 1 or place in taken.breaks or not spacing:
+        return None
+    ends, p = taken.rows[place : place + 2], taken.parameters
+    length = float(ends[1, 0] - ends[0, 0])
+    parts = math.ceil(min(length / spacing, _MOST_ROWS))
+    step = min(run.settings["step"], length)
+    span = Span(ends, p if p.ndim == 1 else p[place : place + 2], 1, max(1, round(length / run.settings["step"])))
+    piece = comparison_run(run, library, span, multiple=length / parts / step, every=1)
+    if piece.interrupted or piece.stopped or len(piece.rows) < 2:
+        return None
+    present = piece.parameters[0] if p.ndim == 1 and piece.parameters.ndim > 1 else piece.parameters
+    return StepRows(piece.rows, present, np.empty(0, dtype=np.intp))
 
 
 def _without_gaps(chosen: NDArray[np.intp]) -> NDArray[np.intp]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import EvaluatesOnce, dataclass
+from eomgen.base.limits import quiet_names
 from eomgen.base.products import placed, rows_of
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.joints.model import Joint
@@ -143,5 +144,6 @@ def every_note() -> tuple[Note, ...]:
 
 
 def notes_of(facts: SceneFacts) -> tuple[str, ...]:
-    """Return all notes of a scene in the order of the register."""
-    return tuple(text for note in every_note() for text in note.evaluate(facts))
+    """Return the notes of a scene that are reported, in the order of the register."""
+    quiet = quiet_names(facts.scene["parts"], stored=True)
+    return tuple(text for note in every_note() if note.name not in quiet for text in note.evaluate(facts))

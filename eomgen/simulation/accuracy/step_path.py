@@ -5,7 +5,7 @@ jumps of formulas on the path, at which methods lose order.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -28,9 +28,6 @@ from eomgen.toolchain.library import Library
 
 #: Maximum number of velocities of a model of which the velocity of a point is examined.
 _VELOCITIES = 12
-
-
-_State = tuple[Array, Array, Array]
 
 
 class StepStates:
@@ -242,29 +239,6 @@ class StepPath:
             a = accelerations(model, q, v, blocks.t, **given)
             return np.hstack([a, model.internal_rates(q, v, t=blocks.t, **given)]) if model.nz else a
 
-    def rate_partials(self, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
-        """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) before to
-        states ahead, at a distance."""
-        model = self.run.model
-        if not model.evaluator.multipliers:
-            pairs = ((self.rates(blocks, ahead) - self.rates(blocks, behind)) / width for ahead, behind, width in moves)
-            return np.stack(list(pairs), axis=-1)
-        q, v, z = blocks.states
-        given: dict[str, Any] = {"t": blocks.t, "u": blocks.u if model.nu else None, "parameters": blocks.p}
-        named = (
-            (dict(zip("qvz", ahead, strict=True)), dict(zip("qvz", behind, strict=True)), width)
-            for ahead, behind, width in moves
-        )
-        with np.errstate(all="ignore"):
-            result = model.evaluator.acceleration_partials(named, q=q, v=v, z=z, base=None, **given)
-            if not model.nz:
-                return result
-            inner = [
-                [model.internal_rates(q, v, z=z, **given) for q, v, z in (ahead, behind)] for ahead, behind, _ in moves
-            ]
-        widths = np.array([width for *_, width in moves])
-        return np.concatenate([result, np.stack([one - two for one, two in inner], axis=-1) / widths], axis=-2)
-
 
 def _of_inputs(formula: Formula) -> bool:
     return any(symbol.kind == "input" for symbol in symbols(formula))
@@ -313,7 +287,7 @@ class _Pieces(NamedTuple):
     duration: float
 
 
-def _pieces(run: Run, rows: Array, statistics: Mapping[str, int | float], finer: float = 1.0) -> _Pieces:
+def pieces(run: Run, rows: Array, statistics: Mapping[str, int | float], finer: float = 1.0) -> _Pieces:
     step, duration = run.settings["step"], float(rows[-1, 0] - rows[0, 0])
     own = 0.0
     if run.method.chooses_steps:
@@ -324,12 +298,6 @@ def _pieces(run: Run, rows: Array, statistics: Mapping[str, int | float], finer:
     width = max(1, int((len(rows) - 1) * min(1.0, _MOST / steps) / count))
     most, interval = _MOST // count, duration / (len(rows) - 1)
     return _Pieces(parts, count, width, most * step / parts if width * interval * parts > most * step else math.inf)
-
-
-def repeated_share(run: Run, rows: Array, statistics: Mapping[str, int | float]) -> float:
-    """Return the share of a run that ``step_rows`` repeats, if pieces are shorter than its rows; 1 otherwise."""
-    pieces = _pieces(run, rows, statistics)
-    return min(1.0, pieces.number * pieces.duration / float(rows[-1, 0] - rows[0, 0]))
 
 
 def step_rows(
@@ -353,7 +321,7 @@ def step_rows(
     statistics : counts of the stepper
     """
     step = run.settings["step"]
-    parts, count, width, most = _pieces(run, rows, statistics, finer)
+    parts, count, width, most = pieces(run, rows, statistics, finer)
     if parts == 1 and run.every == 1:
         return StepRows(rows, parameters, np.empty(0, dtype=np.intp))
     if run.controllers is not None:
@@ -375,27 +343,6 @@ def step_rows(
         breaks.append(len(piece.rows))
     joined = present[0][0] if parameters.ndim == 1 else np.concatenate(present)
     return StepRows(np.concatenate(result), joined, np.cumsum(breaks)[:-1] - 1)
-
-
-def rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing: float) -> StepRows | None:
-    """Return rows from the row ``place`` of an adaptive method to the next one; None if that part cannot be repeated.
-
-    Parameters
-    ----------
-    spacing : s, between the rows; larger if there were too many rows
-    """
-    if not 0 <= place < len(taken.rows) - 1 or place in taken.breaks or not spacing:
-        return None
-    ends, p = taken.rows[place : place + 2], taken.parameters
-    length = float(ends[1, 0] - ends[0, 0])
-    parts = math.ceil(min(length / spacing, _MOST))
-    step = min(run.settings["step"], length)
-    span = Span(ends, p if p.ndim == 1 else p[place : place + 2], 1, max(1, round(length / run.settings["step"])))
-    piece = comparison_run(run, library, span, multiple=length / parts / step, every=1)
-    if piece.interrupted or piece.stopped or len(piece.rows) < 2:
-        return None
-    present = piece.parameters[0] if p.ndim == 1 and piece.parameters.ndim > 1 else piece.parameters
-    return StepRows(piece.rows, present, np.empty(0, dtype=np.intp))
 
 
 #: Number of steps that are examined, parts of each at a level and levels, the least effect of a jump in parts of the

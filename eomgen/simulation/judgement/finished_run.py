@@ -311,7 +311,7 @@ class FinishedRun(EvaluatesOnce):
         working = off and (self._works_between_rows or any(np.any(self.energy[one]) for one in ("power", "base_power")))
         if working and self.rows_are_sparse and untold_between_rows(self.states, self.run.model.factors):
             return invariants.EnergyBalance(None, invariants.APART)
-        if working and self._small_error and self.unseen_law is None:  # then the power at the rows is off
+        if working and self._small_error and self.passed_over is None:  # then the power at the rows is off
             return invariants.EnergyBalance(None, invariants.APART)
         return invariants.EnergyBalance(0.0) if off and self.at_rest else balance
 
@@ -336,11 +336,6 @@ class FinishedRun(EvaluatesOnce):
         from eomgen.simulation.accuracy.richardson import fastest_rates  # noqa: PLC0415  # on request
 
         return fastest_rates(self.run, self.trajectory.rows, self.present)
-
-    @property
-    def unseen_law(self) -> Finding | None:
-        """A finding on a law that acts between the steps."""
-        return None if self.passed_over is None else self.passed_over.finding
 
     @cached_property
     def passed_over(self) -> UnseenLaw | None:

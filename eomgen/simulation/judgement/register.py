@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise
 
+from eomgen.base.limits import quiet_names
 from eomgen.base.products import placed, rows_of
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import beams, failures, stated_errors
@@ -45,8 +46,13 @@ class Verdict:
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """All findings, in the order of the register."""
-        return tuple(chain.from_iterable(map(self.of, BY_NAME)))
+        """All findings that are reported, in the order of the register: failures are never silenced."""
+        every = chain.from_iterable(map(self.of, BY_NAME))
+        return tuple(one for one in every if one.severity == FAILURE or one.name not in self._quiet)
+
+    @cached_property
+    def _quiet(self) -> set[str]:
+        return quiet_names(self._run.run.model.description.parts)
 
     @cached_property
     def success(self) -> bool:
@@ -70,7 +76,8 @@ class Verdict:
 
     def noted(self, place: str) -> tuple[Finding, ...]:
         """Return the findings that are notes of the metadata at a place, ``start`` or ``call``."""
-        return tuple(chain.from_iterable(self.of(check.name) for check in CHECKS if check.noted == place))
+        names = (check.name for check in CHECKS if check.noted == place and check.name not in self._quiet)
+        return tuple(chain.from_iterable(map(self.of, names)))
 
     def of(self, name: str) -> tuple[Finding, ...]:
         """Return the findings of one check."""

@@ -1,0 +1,42 @@
+"""The section of doubts of a scene file: names of doubts that are not reported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from eomgen.products.doubts.silence import doubts_of_results, fault_of_name, notes_of_scenes
+from eomgen.scene.reading.key_metadata import Table, key
+from eomgen.scene.section import Reading, Section
+
+
+class Doubts(Table):
+    """Doubts about the scene and its runs."""
+
+    quiet: Annotated[tuple[str, ...], Field(strict=False)] = key(
+        "notes, warnings of equilibria and checks of runs that are not reported, by name", (), kind="list of names"
+    )
+
+
+class _Doubts(Section):
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        table = reading.document.table(self.key)
+        quiet: tuple[str, ...] = () if table is None else table.quiet
+        for place, name in enumerate(quiet):
+            if fault := fault_of_name(name, (*notes_of_scenes(), *doubts_of_results())):
+                reading.report.add(f"doubts.quiet[{place}]", *fault)
+        return {"quiet": quiet}
+
+    def fields(self, reading: Reading) -> Mapping[str, Any]:
+        return {"parts": {self.key: reading.items[self.key]["quiet"]}}
+
+
+DOUBTS = _Doubts(
+    key="doubts",
+    entry=Doubts,
+    single=True,
+    method="doubts",
+    documentation="Leave out doubts by name: notes of the scene, warnings of equilibria and checks of runs.",
+)
