@@ -25,11 +25,26 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import shown
-from eomgen.errors import FileError, Problem
+from eomgen.errors import FileError, Message, Problem
 
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
     from zipfile import ZipFile
+
+#: Errors of the operating system.
+_SYSTEM: Mapping[int | None, str] = {
+    errno.ENOSPC: "No space left on device [E0024]", errno.EACCES: "Permission denied [E0025]",
+    errno.EISDIR: "Is a directory [E0026]", errno.ENOTDIR: "Not a directory [E0027]",
+    errno.EEXIST: "File exists [E0028]", errno.EROFS: "Read-only file system [E0029]",
+    errno.ENOENT: "No such file or directory [E0030]", errno.EMFILE: "Too many open files [E0031]",
+    errno.ENAMETOOLONG: "File name too long [E0032]", errno.EDQUOT: "Disk quota exceeded [E0033]",
+    errno.EIO: "Input/output error [E0034]", errno.EPERM: "Operation not permitted [E0035]",
+}  # fmt: skip  # a table
+
+
+def system_code(error: OSError) -> str:
+    """Return the code of an error of the operating system; empty for a rare one."""
+    return Message(_SYSTEM.get(error.errno, "")).code
 
 
 def write_file(path: Path, needed: int, fill: Callable[[IO[bytes]], object], fewer: str = "") -> None:

@@ -1,22 +1,23 @@
-"""Catalogue of messages by code: texts, kinds, rooms and remedies, for explanations and searches.
+"""Messages by code, read from the source: texts, kinds, rooms and remedies, for explanations and searches.
 
-The source gives the code of each message, at the end of its literal. The row of the code ``E0312`` is line 312 of the
-files ``message_rows/errors_*.txt``, the row of ``W0012`` line 12 of ``message_rows/notes_*.txt``. A row has letters of
-the kinds, the room of the source, empty for the room of the row above, the pattern, in which ``{}`` stands for a value,
-and a pattern of the remedy, separated by tabs. The line of a message that is no longer made is empty.
-``python -m tests.messages`` writes the rows.
+The code of a message stands at the end of its literal, ``"the key is missing [E0312]"``. A search parses the modules
+whose text contains its words.
 """
 
 from __future__ import annotations
 
+import ast
+import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-FOLDER = Path(__file__).with_name("message_rows")
-#: Files of the codes by first letter.
-FILES = {"E": "errors", "W": "notes"}
+PACKAGE = Path(__file__).parents[1]
+EXAMPLES = Path(__file__).with_name("message_examples.txt")
+#: A code in a literal.
+CODE = re.compile(r" ?\[([EW]\d{4})\]")
 #: Kinds of messages by letter; the first seven are errors in the order of exit codes.
 KINDS = {
     "i": "internal error",
@@ -29,17 +30,22 @@ KINDS = {
     "w": "note or warning",
     "r": "finding of a run",
 }
+#: Classes of errors, and reports, which become a ``DescriptionError``.
+_ERROR = re.compile(r"\b(Usage|Description|Model|Toolchain|Numerical|File)Error\(|\breport\.add|\.refuse\(")
+#: A remedy after a text: a shorter one is a value, a longer one belongs to one case.
+_REMEDY = r',\s*(?:hint=)?f?"([^"\\\n]{6,60})"'
+Literal = ast.Constant | ast.JoinedStr
 
 
 class Row(NamedTuple):
-    """A message of the catalogue.
+    """A message of the source.
 
     Attributes
     ----------
     code : str
         Such as ``E0312``.
     kinds : str
-        Keys of ``KINDS``.
+        Keys of ``KINDS``; empty if it does not follow from the source.
     room : str
         Module of the source without ``eomgen``; modules of one file are one room.
     pattern : str
@@ -55,38 +61,112 @@ class Row(NamedTuple):
     remedy: str
 
 
-def lines_of(letter: str) -> list[str]:
-    """Return the lines of the codes with a letter, in order."""
-    files = sorted(FOLDER.glob(f"{FILES[letter]}_*.txt"))
-    return [line for file in files for line in file.read_text(encoding="utf-8").splitlines()]
-
-
-def row_of(code: str, line: str) -> Row:
-    """Return the row of a line of the catalogue."""
-    kinds, room, pattern, remedy = f"{line}\t".replace("\\n", "\n").split("\t")[:4]
-    return Row(code, kinds, room, pattern, remedy)
+#: Codes of kinds of errors, for messages without a code.
+_GENERAL = [
+    Row(f"E{place:04d}", kind, "errors", f"{KINDS[kind]}{' without a code' * (place > 1)}", "")
+    for place, kind in enumerate("iudmtnf", 1)
+]
 
 
 @cache
-def rows() -> tuple[Row, ...]:
-    """Return all rows of the catalogue, errors first, in the order of codes."""
-    made: list[Row] = []
-    for letter in FILES:
-        for place, line in enumerate(lines_of(letter), 1):
-            if line:
-                row = row_of(f"{letter}{place:04d}", line)
-                made.append(row if row.room else row._replace(room=made[-1].room))
-    return tuple(made)
+def sources(package: Path = PACKAGE) -> dict[str, str]:
+    """Return the source of each module with messages; modules of products come last."""
+    made = {}
+    for path in sorted(package.rglob("*.py"), key=lambda path: ("products" in path.parts, path)):
+        text = path.read_text(encoding="utf-8")
+        if CODE.search(text):
+            made[".".join(path.relative_to(package).with_suffix("").parts).removesuffix(".__init__")] = text
+    return made
+
+
+def codes(package: Path = PACKAGE) -> list[str]:
+    """Return all codes in the source, errors first."""
+    return sorted({code for text in sources(package).values() for code in CODE.findall(text)})
+
+
+@cache
+def rows(*words: str, package: Path = PACKAGE) -> tuple[Row, ...]:
+    """Return the messages of the modules with all words in name or text, errors first, in the order of codes."""
+    places = dict[str, list[Row]]()
+    for module, text in sources(package).items():
+        whole = f"{module} {text}".lower() if words else ""
+        if all(word.lower() in whole for word in words):
+            for row in messages(module, text):
+                places.setdefault(row.code, []).append(row)
+    by_code = {code: _one_row(same) for code, same in places.items()} | {row.code: row for row in _GENERAL}
+    return tuple(by_code[code] for code in sorted(by_code))
+
+
+def searched(words: Sequence[str]) -> Iterator[Row]:
+    """Yield the messages that contain all words, in small or capital letters."""
+    for row in rows(*words):
+        text = " ".join(row).lower()
+        if all(word.lower() in text for word in words):
+            yield row
 
 
 def code_of_finding(name: str) -> str:
     """Return the code of a check of runs by name; empty for a check of another distribution."""
-    return next((row.code for row in rows() if row.kinds == "r" and row.pattern == name), "")
+    return next((row.code for row in rows(f'"{name} [w') if row.kinds == "r" and row.pattern == name), "")
 
 
-def searched(words: Sequence[str]) -> Iterator[Row]:
-    """Yield the rows that contain all words, in small or capital letters."""
-    for row in rows():
-        text = " ".join((row.code, row.room, row.pattern, row.remedy)).lower()
-        if all(word.lower() in text for word in words):
-            yield row
+def _one_row(same: Sequence[Row]) -> Row:
+    """Return one row for the places of a message: the shortest text of some words, all kinds, the remedy of all."""
+    kinds = "".join(dict.fromkeys("".join(row.kinds for row in same)))
+    remedies = {row.remedy for row in same}
+    shortest = min((row.pattern for row in same), key=lambda text: (sum(map(str.isalpha, text)) < 12, len(text)))
+    return same[0]._replace(kinds=kinds, pattern=shortest, remedy=remedies.pop() if len(remedies) == 1 else "")
+
+
+def messages(module: str, source: str) -> Iterator[Row]:
+    """Yield the messages of a module, in the order of lines."""
+    lines = source.splitlines()
+    coded = [number for number, line in enumerate(lines, 1) if CODE.search(line)]
+    usual = {"cli": "Usage", "scene": "Description"}.get(module.partition(".")[0], "")
+    every = {error[1] or "Description" for error in _ERROR.finditer(source)}
+    usual = every.pop() if len(every) == 1 else usual
+    for literal, statement, end in _literals(ast.parse(source), coded):
+        written, at = written_text(literal), literal.end_lineno or 0
+        target = statement.targets[0] if isinstance(statement, ast.Assign) else None
+        after = lines[at - 1].encode()[literal.end_col_offset :].decode() + "\n" + "\n".join(lines[at:end])
+        named = isinstance(target, ast.Name) and re.search(rf"\b{target.id}{_REMEDY}", after)
+        remedy = named or re.match(_REMEDY, after)
+        code = CODE.findall(written)[-1]
+        if code[0] == "W":
+            first = literal.lineno - 1
+            before = lines[first][: literal.col_offset].strip() or lines[first - 1]
+            kind = "r" if before.endswith("Check(") else "w"
+        else:
+            error = _ERROR.search("\n".join(lines[statement.lineno - 1 : end]))
+            kind = (error[1] or "Description" if error else usual)[:1].lower()
+        yield Row(code, kind, module, pattern(written), pattern(remedy[1]) if remedy else "")
+
+
+def _literals(
+    node: ast.AST, coded: Sequence[int], statement: ast.stmt | None = None, end: int = 0
+) -> Iterator[tuple[Literal, ast.stmt, int]]:
+    """Yield the literals with codes below a node, their statements and the last lines of the functions around them."""
+    if isinstance(node, ast.stmt):
+        statement, end = node, end or node.end_lineno or 0
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+        end = node.end_lineno or 0
+    if isinstance(node, Literal) and statement is not None and CODE.search(written_text(node)):
+        yield node, statement, end
+    elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):  # a docstring
+        for child in ast.iter_child_nodes(node):
+            first, last = getattr(child, "lineno", 0), getattr(child, "end_lineno", coded[-1])
+            if bisect_left(coded, first) < bisect_right(coded, last):
+                yield from _literals(child, coded, statement, end)
+
+
+def written_text(node: ast.expr) -> str:
+    """Return the text of a literal with ``{}`` for values; empty for another expression."""
+    if isinstance(node, ast.JoinedStr):
+        return "".join(str(part.value) if isinstance(part, ast.Constant) else "{}" for part in node.values)
+    return str(node.value) if isinstance(node, ast.Constant) and isinstance(node.value, str) else ""
+
+
+def pattern(written: str) -> str:
+    """Return the text of a message without its code and with ``{}`` for values."""
+    text = re.sub(r"\{[^{}]*\}", "{}", CODE.sub("", written).strip())
+    return re.sub(r"(\{\})+", "{}", text)

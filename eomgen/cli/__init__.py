@@ -162,7 +162,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if "--debug" in words:
             traceback.print_exc()
         file = "" if error.filename is None else str(error.filename)
-        from eomgen.cli.mistakes import system_code  # noqa: PLC0415  # for a mistake only
+        from eomgen.base.files import system_code  # noqa: PLC0415  # for a mistake only
 
         remedy = "free space on the disk, or another path of the output"
         _show_error(FileError(Problem(file, error.strerror or str(error), remedy, system_code(error))), words)

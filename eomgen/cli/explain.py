@@ -11,7 +11,7 @@ from pathlib import Path
 
 import click
 
-from eomgen.base.message_codes import FILES, FOLDER, KINDS, Row, code_of_finding, rows, searched
+from eomgen.base.message_codes import EXAMPLES, KINDS, Row, code_of_finding, codes, rows, searched
 from eomgen.base.messages import counted, shown
 from eomgen.cli.options import debug_option, json_option
 from eomgen.cli.printing import print_json, say
@@ -64,7 +64,7 @@ def topic_name(room: str) -> str:
 @cache
 def examples() -> Mapping[str, tuple[str, str]]:
     """Return title and text of the example of each code that has one."""
-    text = (FOLDER / "examples.txt").read_text(encoding="utf-8")
+    text = EXAMPLES.read_text(encoding="utf-8")
     made: dict[str, tuple[str, str]] = {}
     for entry in text.split("\n= ")[1:]:
         heading, _, lines = entry.partition("\n")
@@ -115,7 +115,7 @@ def explanation(row: Row) -> dict[str, str]:
     kinds = [KINDS[letter] for letter in row.kinds]
     return {
         "code": row.code,
-        "kind": ", ".join([*kinds, *exits]),
+        "kind": ", ".join([*kinds, *exits]) or "error",
         "message": shown_pattern(row.pattern),
         "cause": own["cause"],
         "remedy": shown_pattern(row.remedy),
@@ -161,7 +161,7 @@ def rows_of(words: Sequence[str]) -> list[Row]:
     text = " ".join(words)
     code = _CODE.fullmatch(text) or re.search(r"\[([EW]\d{4})\]$", text)
     named = code[1].upper() if code else code_of_finding(text)
-    chosen = [row for row in rows() if row.code == named] if named else list(searched(text.split()))
+    chosen = [row for row in rows(named) if row.code == named] if named else list(searched(text.split()))
     if code and not chosen:
         raise UsageError(
             Problem("eomgen explain", f"there is no code {named} [E0158]", "eomgen explain mass, a search")
@@ -176,10 +176,10 @@ def rows_of(words: Sequence[str]) -> list[Row]:
 
 def _overview() -> str:
     """Return the numbers of codes, and the uses of the verb."""
-    kinds = {letter: [row for row in rows() if row.code[0] == letter] for letter in FILES}
+    errors, notes = ([code for code in codes() if code[0] == letter] for letter in "EW")
     return (
-        f"{counted(len(kinds['E']), 'error')}, {kinds['E'][0].code} to {kinds['E'][-1].code}, and"
-        f" {counted(len(kinds['W']), 'note')}, {kinds['W'][0].code} to {kinds['W'][-1].code}.\n\n"
+        f"{counted(len(errors), 'error')}, {errors[0]} to {errors[-1]}, and"
+        f" {counted(len(notes), 'note')}, {notes[0]} to {notes[-1]}.\n\n"
         "  eomgen explain E0008            message, remedy and example of a code\n"
         "  eomgen explain mass negative    messages that contain these words"
     )

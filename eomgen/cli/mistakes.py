@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import errno
 import re
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ import click
 
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
+from eomgen.errors import Message
 from eomgen.scene.sources.register import one_of_each, own_endings
 
 #: Names of verbs in other tools.
@@ -50,20 +50,19 @@ _CHOICES: Mapping[str, str] = {
     **dict.fromkeys(("maximal", "cartesian", "redundant"), "absolute"),
     **dict.fromkeys(("minimal", "relative", "reduced"), "joint"),
 }
-#: Codes of click's messages by words that are in no other of them.
-_CODES: Mapping[str, str] = {
-    "no such option": "E0008", "missing option": "E0009", "missing argument": "E0010", "missing parameter": "E0011",
-    " is not one of ": "E0013", " is not a valid integer": "E0014", " is not a valid float": "E0015",
-    " is not in the range ": "E0016", " does not exist": "E0017", " is a directory": "E0018", " is a file": "E0019",
-    "got unexpected extra argument": "E0020", " requires an argument": "E0021", " does not take a value": "E0022",
-    " requires ": "E0023", "invalid value for ": "E0012",
-}  # fmt: skip  # a table
-#: Codes of the operating system's errors.
-_SYSTEM: Mapping[int | None, str] = {
-    errno.ENOSPC: "E0024", errno.EACCES: "E0025", errno.EISDIR: "E0026", errno.ENOTDIR: "E0027", errno.EEXIST: "E0028",
-    errno.EROFS: "E0029", errno.ENOENT: "E0030", errno.EMFILE: "E0031", errno.ENAMETOOLONG: "E0032",
-    errno.EDQUOT: "E0033", errno.EIO: "E0034", errno.EPERM: "E0035",
-}  # fmt: skip  # a table
+#: Words of click's messages.
+_OF_CLICK = tuple(
+    map(
+        Message,
+        (
+            "no such option [E0008]", "missing option [E0009]", "missing argument [E0010]", "missing parameter [E0011]",
+            "is not one of [E0013]", "is not a valid integer [E0014]", "is not a valid float [E0015]",
+            "is not in the range [E0016]", "does not exist [E0017]", "is a directory [E0018]", "is a file [E0019]",
+            "got unexpected extra argument [E0020]", "requires an argument [E0021]", "does not take a value [E0022]",
+            "requires [E0023]", "invalid value for [E0012]",
+        ),
+    )
+)  # fmt: skip  # a table
 _EXTRA = re.compile(r"unexpected extra arguments? \((.+)\)")
 _GIVEN = re.compile(r": '([^']*)' is ")
 if TYPE_CHECKING:
@@ -103,12 +102,7 @@ def _absent(error: click.NoSuchOption) -> tuple[str, str] | None:
 
 def usage_code(text: str) -> str:
     """Return the code of a fault in the arguments of a verb; empty for a text that has its own."""
-    return "" if text.endswith("]") else next((code for words, code in _CODES.items() if words in text), "")
-
-
-def system_code(error: OSError) -> str:
-    """Return the code of an error of the operating system; empty for a rare one."""
-    return _SYSTEM.get(error.errno, "")
+    return "" if text.endswith("]") else next((words.code for words in _OF_CLICK if words in text), "")
 
 
 def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:

@@ -63,9 +63,9 @@ class Finding:
     def code(self) -> str:
         """Code of the check, such as ``W0230``, which ``eomgen explain`` takes; empty for a check of another
         distribution."""
-        from eomgen.base.message_codes import code_of_finding  # noqa: PLC0415  # reads the catalogue
+        from eomgen.base.message_codes import code_of_finding  # noqa: PLC0415  # for a finding that was read
 
-        return code_of_finding(self.name)
+        return Message(self.name).code or code_of_finding(self.name)
 
     def rated(self, name: str, severity: Severity) -> Self:
         """Return the same finding with the name of a check and a severity."""

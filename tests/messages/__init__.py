@@ -1,1 +1,1 @@
-"""The catalogue of messages with codes: extraction from the source, upkeep, and tests."""
+"""Codes of messages: upkeep and tests."""

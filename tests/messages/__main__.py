@@ -1,4 +1,4 @@
-"""``python -m tests.messages``: writes the catalogue of messages with their codes."""
+"""``python -m tests.messages``: numbers new messages, and renews the examples of codes."""
 
 from __future__ import annotations
 

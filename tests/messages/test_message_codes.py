@@ -1,4 +1,4 @@
-"""Each message of the source has a code, the catalogue repeats the source, and ``eomgen explain`` prints it."""
+"""Each message of the source has a code, and ``eomgen explain`` finds it in the source."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import eomgen
-from eomgen.base.message_codes import FOLDER, Row, code_of_finding, lines_of, rows
+from eomgen.base.message_codes import CODE, EXAMPLES, Row, code_of_finding, codes, messages, rows, sources
 from eomgen.cli import main
 from eomgen.cli.explain import (
     examples,
@@ -27,13 +27,15 @@ from eomgen.cli.explain import (
 )
 from eomgen.errors import Message
 from eomgen.scene.document.schema import every_document
+from eomgen.simulation.judgement.register import CHECKS
 from tests.failures.catalogue import CHAPTERS
 from tests.messages import catalogue
-from tests.messages.texts import CODE, ROOT, Text, letters, modules, texts, unmarked
+from tests.messages.catalogue import letters, unmarked
 
 DOCUMENT = every_document()
-#: Bytes of the catalogue in the wheel at most, which compresses each file.
-LARGEST = 63_000
+ROOT = Path(__file__).parents[2]
+#: Bytes of the examples in the wheel at most, which compresses each file.
+LARGEST = 15_000
 #: Texts of other functions, with places or further values around them, and names of checks of the toolchain.
 AROUND = re.compile(
     r"(?:[\w.]+: )?\{\}(?: infinite|, and here it is \{\}| is unknown)?|"
@@ -48,63 +50,79 @@ def code_of(text: str) -> str:
 
 
 @pytest.mark.slow
-def test_the_catalogue_is_that_of_the_source() -> None:
-    made = catalogue.present()
-    for letter in "EW":
-        assert catalogue.lines(made, letter) == lines_of(letter), f"run: {catalogue.COMMAND}"
-    assert (FOLDER / "examples.txt").read_text(encoding="utf-8") == catalogue.examples()
+def test_the_examples_are_those_of_bad_inputs() -> None:
+    assert EXAMPLES.read_text(encoding="utf-8") == catalogue.examples(), f"run: {catalogue.COMMAND}"
 
 
 def test_each_error_and_warning_has_a_code_at_its_text() -> None:
     missing = [place for place in unmarked() if not AROUND.fullmatch(place.partition(": ")[2])]
     assert missing == [], f"[E] or [W] at the end of the text, then: {catalogue.COMMAND}"
-    assert len(texts()) > 2000
 
 
 def test_each_code_has_one_meaning() -> None:
     known: dict[str, set[str]] = {}
-    for text in texts():
-        known.setdefault(text.code, set()).add(text.pattern)
+    for module, text in sources().items():
+        for row in messages(module, text):
+            known.setdefault(row.code, set()).add(row.pattern)
     for code, patterns in known.items():
         shared = set.intersection(*(set(re.findall(r"\w+", pattern)) for pattern in patterns))
         assert shared or len(patterns) == 1, f"{code} stands for different messages: {patterns}"
 
 
-def texts_of(tmp_path: Path, source: str) -> list[Text]:
-    """Return the texts of a package of one module."""
+def rows_of(tmp_path: Path, source: str) -> tuple[Row, ...]:
+    """Return the rows of a package of one module, without codes of kinds."""
     package = tmp_path / "eomgen"
     package.mkdir(exist_ok=True)
     (package / "gates.py").write_text(source, encoding="utf-8")
-    modules.cache_clear()
-    try:
-        return texts(package)
-    finally:
-        modules.cache_clear()
+    sources.cache_clear()
+    rows.cache_clear()
+    return tuple(row for row in rows(package=package) if row.room == "gates")
 
 
-def test_a_reworded_message_keeps_its_code_and_a_code_is_not_used_again(tmp_path: Path) -> None:
-    before = [Row("E0001", "m", "gates", "the gate is narrow", ""), Row("E0002", "m", "gates", "no gate", "")]
-    source = 'raise ModelError(f"the gate of {width} m is narrow [E0001]", "a wider gate")\n'
-    (row,) = catalogue.renewed(before, texts_of(tmp_path, source), [], [])
-    assert row == Row("E0001", "m", "gates", "the gate of {} m is narrow", "a wider gate")
-    written = catalogue.lines([row], "E")
-    assert written[0] == "m\tgates\tthe gate of {} m is narrow\ta wider gate" and written[1] == ""
-    assert len(written) == len(lines_of("E"))
+def test_rows_follow_from_the_source(tmp_path: Path) -> None:
+    narrow = 'raise ModelError(Problem(place, f"the gate of {width:.3g} m is narrow [E0011]", "a wider gate"))'
+    assert rows_of(tmp_path, narrow) == (Row("E0011", "m", "gates", "the gate of {} m is narrow", "a wider gate"),)
+    source = """
+def gate(place):
+    \"\"\"Return "a gate [E0099]".\"\"\"
+    fault = "no hinge [E0012]" if hinge else f"a gate {shown(place)} {{closed}} without a {post} [E0013]"
+    if rusty:
+        warn(f"rusty [W0011]")
+    raise UsageError(Problem(place, fault, f"a hinge of {size}"))
+
+
+def other(place):
+    return "low [E0014]"
+
+
+ROWS = (Check("stopped [W0012]", stopped),)
+"""
+    assert rows_of(tmp_path, source) == (
+        Row("E0012", "u", "gates", "no hinge", "a hinge of {}"),
+        Row("E0013", "u", "gates", "a gate {} {} without a {}", "a hinge of {}"),
+        Row("E0014", "u", "gates", "low", ""),
+        Row("W0011", "w", "gates", "rusty", ""),
+        Row("W0012", "r", "gates", "stopped", ""),
+    )
 
 
 def test_a_new_message_gets_the_next_code(tmp_path: Path) -> None:
-    fresh = 'fault = "a gate without a hinge [E]" if hinge else "a gate without a post [E]"\nwarn("rusty [W]")\n'
-    texts_of(tmp_path, fresh)
-    catalogue.number_new(tmp_path / "eomgen")
-    last, noted = len(lines_of("E")), len(lines_of("W"))
-    codes = [text.code for text in texts_of(tmp_path, (tmp_path / "eomgen" / "gates.py").read_text(encoding="utf-8"))]
-    assert sorted(codes) == [f"E{last + 1:04d}", f"E{last + 2:04d}", f"W{noted + 1:04d}"]
+    rows_of(tmp_path, 'fault = "without a hinge [E]" if hinge else "without a post [E]"\nwarn("rusty [W]")\n')
+    before = json.loads(catalogue.LAST.read_text(encoding="utf-8"))
+    last = catalogue.number_new(tmp_path / "eomgen")
+    assert last == {"E": before["E"] + 2, "W": before["W"] + 1}
+    numbered = [row.code for row in rows_of(tmp_path, (tmp_path / "eomgen" / "gates.py").read_text(encoding="utf-8"))]
+    assert numbered == [f"E{last['E'] - 1:04d}", f"E{last['E']:04d}", f"W{last['W']:04d}"]
+
+
+def test_the_last_codes_are_not_below_those_of_the_source() -> None:
+    last = json.loads(catalogue.LAST.read_text(encoding="utf-8"))
+    assert all(int(code[1:]) <= last[code[0]] for code in codes()), f"run: {catalogue.COMMAND}"
 
 
 def test_an_error_without_a_code_is_found(tmp_path: Path) -> None:
-    texts_of(tmp_path, 'raise ModelError("the gate is narrow")\nraise ModelError("the gate is low [E0001]")\n')
+    rows_of(tmp_path, 'raise ModelError("the gate is narrow")\nraise ModelError("the gate is low [E0001]")\n')
     assert [place.partition(": ")[2] for place in unmarked(tmp_path / "eomgen")] == ["the gate is narrow"]
-    modules.cache_clear()
 
 
 def test_a_text_carries_its_code_to_the_problem() -> None:
@@ -127,8 +145,8 @@ def test_examples_are_found_again_and_every_entry_with_one_problem_has_one_code(
 
 
 def test_codes_are_unique() -> None:
-    codes = [row.code for row in rows()]
-    assert len(set(codes)) == len(codes) > 2000
+    every = [row.code for row in rows()]
+    assert len(set(every)) == len(every) > 2000
     assert not [row for row in rows() if CODE.search(row.pattern + row.remedy)]
 
 
@@ -146,7 +164,7 @@ def test_errors_have_codes_in_python() -> None:
 
 
 def test_findings_have_codes_by_name() -> None:
-    names = catalogue.findings()
+    names = [check.name for check in CHECKS]
     assert len({code_of_finding(name) for name in names}) == len(names) and code_of_finding("no such check") == ""
 
 
@@ -181,7 +199,7 @@ def test_every_section_has_a_page() -> None:
         ("scene/joints.md", ["the axis has no direction"]),
         ("scene/mjcf.md", ["a ball joint with armature on a body that moves is not supported"]),
         ("scene/mjcf.md", ["the sidesite 'a' is not on the body of its geom"]),
-        ("scene/sdf.md", [next(row.pattern for row in rows() if row.room == "products.robots.sdf")]),
+        ("scene/sdf.md", [next(row.pattern for row in rows() if row.room.startswith("products.robots.sdf."))]),
         ("scene/simulation.md", ["a number is needed here, not 'fast'"]),
         ("scene/top_level.md", ["the key format is missing"]),
         ("scene/units.md", ["there is no unit degg"]),
@@ -204,9 +222,8 @@ def test_no_cause_is_shown_that_is_not_of_the_code() -> None:
 
 
 def test_causes_of_single_codes_are_of_codes_in_use() -> None:
-    codes = {row.code for row in rows()}
     for code, topic in own_causes().items():
-        assert code in codes and topic["cause"].endswith(".") and (ROOT / "docs" / topic["page"]).is_file(), code
+        assert code in codes() and topic["cause"].endswith(".") and (ROOT / "docs" / topic["page"]).is_file(), code
 
 
 def test_frequent_mistakes_have_causes_of_their_own(capsys: pytest.CaptureFixture[str]) -> None:
@@ -220,9 +237,8 @@ def test_frequent_mistakes_have_causes_of_their_own(capsys: pytest.CaptureFixtur
         assert words in capsys.readouterr().out
 
 
-def test_the_catalogue_is_small() -> None:
-    sizes = {file.name: len(zlib.compress(file.read_bytes(), 9)) for file in FOLDER.iterdir()}
-    assert sum(sizes.values()) <= LARGEST, sizes
+def test_the_examples_are_small() -> None:
+    assert len(zlib.compress(EXAMPLES.read_bytes(), 9)) <= LARGEST
 
 
 def test_explain_prints_a_code_with_its_example(capsys: pytest.CaptureFixture[str]) -> None:

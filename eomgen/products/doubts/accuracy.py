@@ -221,7 +221,7 @@ _FOUND = (
 )
 ROWS = (
     Check(
-        "unresolved_coordinate",
+        "unresolved_coordinate [W0216]",
         _unresolved_coordinate,
         unless=FAULTS,
         continues=", and ",
@@ -229,7 +229,7 @@ ROWS = (
         behind="discretisation_error",
     ),
     Check(
-        "momentum_drift",
+        "momentum_drift [W0218]",
         _momentum_drift,
         unless=FAULTS,
         continues=", and ",
@@ -237,7 +237,7 @@ ROWS = (
         behind="energy_balance",
     ),
     Check(
-        "multiplier_rounding",
+        "multiplier_rounding [W0220]",
         _multiplier_rounding,
         ("complete", "constraints"),
         unless=FAULTS,
@@ -246,7 +246,7 @@ ROWS = (
         behind="constraint_violation",
     ),
     Check(
-        "linear_range",
+        "linear_range [W0221]",
         _linear_range,
         unless=("multiplier_rounding",),
         after=_FOUND,
@@ -254,7 +254,7 @@ ROWS = (
         behind="multiplier_rounding",
     ),
     Check(
-        "singular_position",
+        "singular_position [W0222]",
         _singular_position,
         ("complete", "constraints", "fixed steps"),
         unless=("multiplier_rounding", "linear_range"),

@@ -181,10 +181,10 @@ def _doubtful_start(run: FinishedRun) -> Iterator[Finding]:
 
 ROWS = (
     # Beyond the linear range of a beam no pivot of M says anything: the finding above names the beam.
-    Check("lost_digits", _lost_digits, ("begun", "no constraints"), unless=("linear_range",), limits=(LOST,)),
-    Check("start_beyond_limits", _start_beyond_limits, ("begun",), noted="start"),
-    Check("start_on_impact", _start_on_impact, ("begun", "events"), noted="start"),
-    Check("turned_start", _turned_start, ("begun",)),
-    Check("deep_start", _deep_start, ("begun", "tyres")),
-    Check("doubtful_start", _doubtful_start, ("begun",)),
+    Check("lost_digits [W0245]", _lost_digits, ("begun", "no constraints"), unless=("linear_range",), limits=(LOST,)),
+    Check("start_beyond_limits [W0246]", _start_beyond_limits, ("begun",), noted="start"),
+    Check("start_on_impact [W0247]", _start_on_impact, ("begun", "events"), noted="start"),
+    Check("turned_start [W0248]", _turned_start, ("begun",)),
+    Check("deep_start [W0249]", _deep_start, ("begun", "tyres")),
+    Check("doubtful_start [W0250]", _doubtful_start, ("begun",)),
 )

@@ -74,7 +74,7 @@ def _turned_element(run: FinishedRun) -> Iterator[Finding]:
 
 ROWS = (
     Check(
-        "large_deflection",
+        "large_deflection [W0223]",
         _large_deflection,
         ("complete", "modal beams"),
         severity=FAILURE,
@@ -82,5 +82,5 @@ ROWS = (
         unless=(ANY_FAILURE,),
         limits=(LARGE_SHORTENING,),
     ),
-    Check("turned_element", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
+    Check("turned_element [W0224]", _turned_element, ("two rows", "exact beams"), severity=FAILURE),
 )

@@ -218,12 +218,12 @@ def _broken_constraint(run: FinishedRun) -> Iterator[Finding]:
 
 
 ROWS = (
-    Check("stopped", _stopped, needs=(), severity=FAILURE),
-    Check("checkpoint", _checkpoint, needs=("checkpoint",), severity=NOTE),
-    Check("unstable", _unstable, needs=("complete", "fixed steps"), severity=FAILURE),
-    Check("infinite_energy", _infinite_energy, severity=FAILURE, unless=("unstable",)),
+    Check("stopped [W0209]", _stopped, needs=(), severity=FAILURE),
+    Check("checkpoint [W0210]", _checkpoint, needs=("checkpoint",), severity=NOTE),
+    Check("unstable [W0211]", _unstable, needs=("complete", "fixed steps"), severity=FAILURE),
+    Check("infinite_energy [W0212]", _infinite_energy, severity=FAILURE, unless=("unstable",)),
     Check(
-        "broken_constraint",
+        "broken_constraint [W0213]",
         _broken_constraint,
         severity=FAILURE,
         unless=("unstable", "infinite_energy"),

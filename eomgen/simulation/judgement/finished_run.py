@@ -16,6 +16,7 @@ from eomgen.base.data import EvaluatesOnce, dataclass, replace
 from eomgen.base.products import objects_of
 from eomgen.base.progress import Progress
 from eomgen.compiled.initial_state import InitialState
+from eomgen.errors import Message
 from eomgen.formula.nodes import Formula
 from eomgen.integrators.events import STOPPED
 from eomgen.lie.product import Factor
@@ -410,7 +411,7 @@ class Check:
     Attributes
     ----------
     name : str
-        Name of the findings.
+        Name of the findings; the code at its end is taken off.
     evaluate : callable
         Returns the findings of a run: none, one, or one for each cause. Findings need neither name nor severity.
     needs : tuple of str
@@ -450,3 +451,6 @@ class Check:
     limits: tuple[Limit, ...] = ()
     behind: str = ""
     noted: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", Message(self.name))

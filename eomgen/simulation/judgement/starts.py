@@ -88,4 +88,4 @@ def _chosen_method(run: FinishedRun) -> Iterator[Finding]:
         yield Finding.of(run.beginning.choice)
 
 
-CHOSEN_METHOD = Check("chosen_method", _chosen_method, ("begun",), severity=NOTE, noted="start")
+CHOSEN_METHOD = Check("chosen_method [W0251]", _chosen_method, ("begun",), severity=NOTE, noted="start")

@@ -152,16 +152,16 @@ def _unknown_error(run: FinishedRun) -> Iterator[Finding]:
 
 
 ROWS = (
-    Check("halved_steps", _halved_steps, unless=FAULTS, continues=", and "),
+    Check("halved_steps [W0214]", _halved_steps, unless=FAULTS, continues=", and "),
     Check(
-        "discretisation_error",
+        "discretisation_error [W0215]",
         _discretisation_error,
         unless=FAULTS,
         continues=", and ",
         limits=(LARGE_ERROR, DOUBTFUL_ERROR, WRONG_VELOCITY, FEW_QUANTA),
     ),
     Check(
-        "energy_balance",
+        "energy_balance [W0217]",
         _energy_balance,
         severity=FAILURE,
         fails=_energy_gained,
@@ -170,11 +170,11 @@ ROWS = (
         limits=(REPORTED_ENERGY, FAILED_ENERGY),
     ),
     Check(
-        "constraint_violation",
+        "constraint_violation [W0219]",
         _constraint_violation,
         unless=FAULTS,
         continues=", and ",
         limits=(REPORTED_VIOLATION, BROKEN),
     ),
 )
-UNKNOWN_ERROR = Check("unknown_error", _unknown_error, unless=(ANY_FAILURE,))
+UNKNOWN_ERROR = Check("unknown_error [W0226]", _unknown_error, unless=(ANY_FAILURE,))
