@@ -296,7 +296,6 @@ ORDER: dict[str, tuple[str, ...]] = {
         "scene sections sources",
         "document",
         "repeat",
-        "scaling",
         "include",
         "load",
         "builder_examples",
@@ -380,7 +379,7 @@ ORDER: dict[str, tuple[str, ...]] = {
         "tune",
     ),
     "products.studies.ladders": (
-        "runs",
+        "runs scaling",
         "subject",
         "register",
         "result",
@@ -540,7 +539,7 @@ LATE: dict[str, dict[str, str]] = {
     "scene.reading.values": {"formula.units.conversion": "Pint; few curves say the unit of their argument"},
     "scene.document.units": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.bodies.reading": {"formula.units.conversion": "Pint; few bases follow a curve with a unit"},
-    "scene.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
+    "products.studies.ladders.scaling": {"formula.units.conversion": "Pint; studies of other sizes alone change units"},
     "scene.signals.curves": {"formula.units.conversion": "Pint; most scenes have no units of their own"},
     "scene.signals.sections": {
         "formula.units.conversion": "Pint; most outputs have the unit of their kind, few definitions one of their own"

@@ -15,7 +15,6 @@ __all__ = [
     "reading",
     "repeat",
     "rotations",
-    "scaling",
     "scene",
     "section",
     "sections",

@@ -14,7 +14,7 @@ from eomgen.integrators.newton import elimination, sample_matrices
 from eomgen.integrators.newton.elimination import eliminate
 from eomgen.integrators.newton.sample_matrices import samples_of
 from eomgen.integrators.stepper_data import method_data
-from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
+from eomgen.products.studies.ladders.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 
 
 @pytest.mark.parametrize(

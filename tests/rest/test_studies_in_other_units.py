@@ -12,7 +12,7 @@ import pytest
 import eomgen
 from eomgen.control import OutputFeedback, kalman, lqr
 from eomgen.products.linear.linearization import Linearization
-from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
+from eomgen.products.studies.ladders.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 
 SCALES = [
     SceneUnits(**{name: size}) for name in ("length", "mass", "time") for size in (1e-6, 1e6)

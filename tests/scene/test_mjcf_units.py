@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from eomgen.scene.scaling import SceneUnits
+from eomgen.products.studies.ladders.scaling import SceneUnits
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.mjcf_oracle import Imported
 

@@ -16,8 +16,8 @@ import numpy as np
 import pytest
 
 import eomgen
+from eomgen.products.studies.ladders.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 from eomgen.results.finding import Finding
-from eomgen.scene.scaling import LENGTH, MASS, TIME, SceneUnits, with_factors
 from eomgen.simulation.judgement.register import CHECKS
 from tests.oracles.moved_scenes import moved
 

@@ -36,10 +36,10 @@ from eomgen.products.studies.ladders.runs import (
     RunnerProcess,
     simulated,
 )
+from eomgen.products.studies.ladders.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 from eomgen.products.studies.ladders.study import difference, reference
 from eomgen.products.studies.ladders.subject import Subject
 from eomgen.scene.load import from_data
-from eomgen.scene.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 
 PENDULUM: dict[str, Any] = {
     "format": 1,

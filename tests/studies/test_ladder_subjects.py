@@ -11,8 +11,8 @@ import pytest
 
 from eomgen.errors import EomgenError
 from eomgen.products.studies.ladders.runs import ROWS
+from eomgen.products.studies.ladders.scaling import LENGTH, MASS, ORIGIN, TIME, SceneUnits
 from eomgen.products.studies.ladders.subject import FACTORS, FINE, OWN, STEPS, Subject, _data_of, _numbers, _reach
-from eomgen.scene.scaling import LENGTH, MASS, ORIGIN, TIME, SceneUnits
 
 #: Pull of a spring, of a weight, and rate of a state: of a slider of 2 kg, in SI.
 STIFFNESS, WEIGHT, MASS_SI = 8.0, 9.0, 2.0

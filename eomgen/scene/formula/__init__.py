@@ -1,5 +1,5 @@
 """Formulas as text: scopes, tokens, parser, names of included files."""
 
-__all__ = ["definitions", "namespaces", "scope", "tokens"]
+__all__ = ["definitions", "namespaces", "parser", "scope", "tokens"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = ["parser"]

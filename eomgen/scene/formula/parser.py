@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 import math
 import re
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any
 
 from eomgen.base.data import replace
@@ -94,6 +94,46 @@ def read_formula(text: str, names: SceneNames, scope: Scope) -> Formula:
         With column and hint.
     """
     return _FormulaReader(text, names, scope).read()
+
+
+def with_other_quantities(text: str, other: Callable[[str, str, str, int], str]) -> str:
+    """Return a formula with other texts for its quantities; a broken formula stays.
+
+    Parameters
+    ----------
+    other : callable
+        From text, word, name and index of a quantity, ``("q.hinge", "q", "hinge", 0)``, to the text in its place; the
+        word is empty for a name alone.
+    """
+    try:
+        formula = FormulaText(text)
+        tree = ast.parse(formula.aliased, mode="eval")
+    except (FormulaError, SyntaxError, RecursionError, MemoryError, ValueError):
+        return text
+    places: list[tuple[int, int, str]] = []
+    ahead: list[ast.AST] = [tree.body]
+    while ahead:
+        node = ahead.pop()
+        if isinstance(node, ast.Call):
+            ahead += node.args
+        elif (quantity := _quantity_at(node)) is None:
+            ahead += ast.iter_child_nodes(node)
+        elif isinstance(node, ast.expr):
+            start, end = (formula.column(offset or 0) - 1 for offset in (node.col_offset, node.end_col_offset))
+            places.append((start, end, other(text[start:end], *quantity)))
+    for start, end, changed in sorted(places, reverse=True):
+        text = text[:start] + changed + text[end:]
+    return text
+
+
+def _quantity_at(node: ast.AST) -> tuple[str, str, int] | None:
+    """Return word, name and index of the quantity that a node is."""
+    index = 0
+    if isinstance(node, ast.Subscript) and isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
+        index, node = node.slice.value, node.value
+    if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
+        return node.value.id.removeprefix(PREFIX), node.attr.removeprefix(PREFIX), index
+    return ("", node.id.removeprefix(PREFIX), 0) if isinstance(node, ast.Name) else None
 
 
 class _FormulaReader:

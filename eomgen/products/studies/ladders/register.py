@@ -9,8 +9,19 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.products.studies.ladders.runs import ROWS, RunConditions
+from eomgen.products.studies.ladders.scaling import (
+    DAMPING,
+    GRAVITY,
+    LENGTH,
+    MASS,
+    ORIGIN,
+    RATIO,
+    RATIO_LAST,
+    STIFFNESS,
+    TIME,
+    SceneUnits,
+)
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, STEPS, Subject
-from eomgen.scene.scaling import DAMPING, GRAVITY, LENGTH, MASS, ORIGIN, RATIO, RATIO_LAST, STIFFNESS, TIME, SceneUnits
 
 #: References of a cell: the scene's own run by the same method, another method, the numbers of the equations.
 SAME, OTHER, EQUATIONS = "the same motion as the scene is", "another method", "the equations as the scene is"

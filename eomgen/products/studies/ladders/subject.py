@@ -24,9 +24,7 @@ from eomgen.lie.product import update
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.ladders.runs import REACHED, REFUSED, ROWS, RunConditions, RunEnding
-from eomgen.products.studies.method_facts import FineBy, Ladders, facts_of
-from eomgen.scene.load import data_of, from_data
-from eomgen.scene.scaling import (
+from eomgen.products.studies.ladders.scaling import (
     DAMPING,
     GRAVITY,
     LENGTH,
@@ -40,6 +38,8 @@ from eomgen.scene.scaling import (
     used_factors,
     with_factors,
 )
+from eomgen.products.studies.method_facts import FineBy, Ladders, facts_of
+from eomgen.scene.load import data_of, from_data
 from eomgen.scene.scene import Scene
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import Facts, System

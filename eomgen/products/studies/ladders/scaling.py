@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import copy
 import math
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import reduce
 from itertools import chain
@@ -22,6 +21,7 @@ from eomgen.formula.units.parser import read_unit
 from eomgen.scene.document.quantities import Quantity, quantities
 from eomgen.scene.document.schema import Document
 from eomgen.scene.document.units import in_si
+from eomgen.scene.formula.parser import with_other_quantities
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 
@@ -38,8 +38,7 @@ NEUTRAL: Mapping[str, float] = {
 }
 _UNCHANGED = frozenset(["parameters", "initial", "simulation", "curves"])
 _KEYS = {"stiffness": STIFFNESS, "damping": DAMPING}
-#: A coordinate of a joint or a place of a point, or a bare name.
-_SYMBOL = re.compile(r"(?<![\w.])(?:([qva]|position|velocity|acceleration)\.(\w+)(?:\[(\d+)\])?|(\w+))(?![\w.(])")
+_RATES = {"q": "", "v": "/s", "a": "/s^2"}
 _OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
@@ -123,27 +122,25 @@ class _Factors:
         """Return the value of a quantity with factors."""
         value = quantity.value
         if isinstance(value, str):
-            value = _SYMBOL.sub(self.in_own_units, value)
+            value = with_other_quantities(value, self.in_own_units)
         elif isinstance(value, bool) or not isinstance(value, int | float) or not value or math.isinf(value):
             return value
         own = _KEYS.get(quantity.field, "") if quantity.owner else GRAVITY if quantity.field == "gravity" else ""
         factors = [factor for factor in (self.factor(quantity.unit), own if own in self.wanted else "") if factor]
         return f"({' * '.join(factors)}) * ({value})" if factors else value
 
-    def in_own_units(self, match: re.Match[str]) -> str:
-        """Return a symbol of a formula divided by the unit of the symbol."""
-        kind, joint, index, bare = match.groups()
-        if kind in _OF_POINTS:
-            unit = _OF_POINTS[kind]
-        elif kind is None:
-            unit = "s" if bare == "t" else self.named.get(bare, "")
-        else:
-            row = JOINTS.get(self.kinds.get(joint, ""))
+    def in_own_units(self, text: str, word: str, name: str, index: int) -> str:
+        """Return a quantity of a formula divided by the unit of the quantity."""
+        if word in _OF_POINTS:
+            unit = _OF_POINTS[word]
+        elif word in _RATES:
+            row = JOINTS.get(self.kinds.get(name, ""))
             units = row.units if row is not None else ("m",)
-            of_q = units[int(index or 0)] if int(index or 0) < len(units) else "rad"
-            unit = of_q + {"q": "", "v": "/s", "a": "/s^2"}[kind]
+            unit = (units[index] if index < len(units) else "rad") + _RATES[word]
+        else:
+            unit = "" if word else "s" if name == "t" else self.named.get(name, "")
         factor = self.factor(unit)
-        return f"({match[0]} / ({factor}))" if factor else match[0]
+        return f"({text} / ({factor}))" if factor else text
 
     def factor(self, unit: str) -> str:
         """Return the formula by which a number with a unit is multiplied; empty for plain numbers and angles."""
