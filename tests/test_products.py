@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -15,6 +17,7 @@ import pytest
 import eomgen
 from eomgen.base.files import template_folder
 from eomgen.base.products import products
+from eomgen.products.offered import OFFERED
 from tests.models.scenes import PENDULUM_TOML
 from tests.product_names import COMMAND, text_of
 from tests.product_parts import facts_of
@@ -50,6 +53,7 @@ from pathlib import Path
 import eomgen
 from eomgen.cli import main
 from eomgen.base.products import products
+from eomgen.products.offered import OFFERED
 from eomgen.base.files import template_folder
 
 def cli(*words):
@@ -151,3 +155,39 @@ def test_templates_are_of_the_core_or_of_one_product() -> None:
 def test_names_for_messages_are_up_to_date() -> None:
     text = (PACKAGE / "products" / "offered.py").read_text(encoding="utf-8")
     assert text == text_of(text), f"out of date: {COMMAND}"
+
+
+def _texts(file: Path) -> Iterator[tuple[int, str]]:
+    """Yield line and text of each string of a module that is no docstring."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    nodes = list(ast.walk(tree))
+    statements = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+    for node in nodes:
+        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in statements:
+            yield node.lineno, node.value
+
+
+#: Texts of the core that name a method of a product as a remedy.
+REMEDIES = {
+    'at="initial", or solution.linearize(t) about the motion itself',  # about a state that drives do not let rest
+    'model.steady_motion(), or coordinates = "joint"',  # likewise
+}
+
+
+def test_no_text_of_the_core_names_a_product() -> None:
+    offered = sorted({name for names in OFFERED.values() for name in names})
+    words = "|".join(re.escape(name) for name in offered if name.isidentifier())
+    formats = "|".join(re.escape(name) for name in offered if name.startswith(".") or name.isupper())
+    named = re.compile(
+        rf"\b(?:eomgen\.|products[./])(?:{'|'.join(products())})\b"
+        rf"|\b(?:eomgen |eomgen\.|(?:model|solution|run|Model|Solution)\.)(?:{words})\b"
+        rf"|(?<![\w.])(?:{formats})\b"
+    )
+    found = {
+        f"{file.relative_to(PACKAGE)}:{line}: {text}"
+        for file in PACKAGE.rglob("*.py")
+        if file.relative_to(PACKAGE).parts[0] != "products"
+        for line, text in _texts(file)
+        if named.search(text) and text not in REMEDIES
+    }
+    assert not found

@@ -55,6 +55,8 @@ class Verb:
     parts : mapping
         Verb of the core -> ``module:class`` of the options and output that this row adds to the verb's command, a
         ``RestPart`` or ``RunPart`` of ``eomgen.cli.parts``; of eomgen's own rows.
+    first_step : str
+        Words of a command line for lists of first steps, after ``simulate pendulum/scene.toml --out pendulum/out``.
     entry : EntryPoint, optional
         Entry point of the row, of another distribution.
     """
@@ -68,6 +70,7 @@ class Verb:
     takes_scene: bool = True
     solution_methods: tuple[str, ...] = ()
     parts: Mapping[str, str] = field(default_factory=dict)
+    first_step: str = ""
     #: Entry point of a row of another distribution, set by the register.
     entry: EntryPoint | None = field(default=None, compare=False, repr=False)
 

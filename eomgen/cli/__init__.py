@@ -84,9 +84,9 @@ def _verb_named(name: str) -> Verb | None:
     return _every_verb().get(name)
 
 
-_FIRST_STEPS = """First steps: eomgen new pendulum, eomgen info pendulum/scene.toml,
-eomgen simulate pendulum/scene.toml --out pendulum/out,
-eomgen animate pendulum/out/solution.npz --out pendulum/out/motion.html. Options of a verb: eomgen simulate --help."""
+_ADDED = [f", eomgen {verb.first_step}" for verb in VERBS.values() if verb.first_step]
+_FIRST_STEPS = f"""First steps: eomgen new pendulum, eomgen info pendulum/scene.toml,
+eomgen simulate pendulum/scene.toml --out pendulum/out{"".join(_ADDED)}. Options of a verb: eomgen simulate --help."""
 
 
 @click.group(

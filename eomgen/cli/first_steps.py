@@ -14,6 +14,7 @@ from click.shell_completion import CompletionItem, get_completion_class
 
 from eomgen.base.files import example_folder, make_folder, write_bytes, write_text
 from eomgen.base.messages import nearest, shown
+from eomgen.base.verbs import own
 from eomgen.base.version import __version__
 from eomgen.cli.options import debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, print_table, say
@@ -35,11 +36,11 @@ _SHELLS = ("bash", "zsh", "fish")
 
 def welcome() -> str:
     """Return the text of ``eomgen`` without a verb."""
+    added = "".join(f"\n  eomgen {verb.first_step}" for verb in own() if verb.first_step)
     return f"""eomgen {__version__}: equations of motion as readable C, from the description of a mechanical scene.
 
   eomgen new pendulum                                 a folder with a first scene
-  eomgen simulate pendulum/scene.toml --out pendulum/out
-  eomgen animate pendulum/out/solution.npz --out pendulum/out/motion.html
+  eomgen simulate pendulum/scene.toml --out pendulum/out{added}
 
   eomgen examples                                     fifty machines to start from
   eomgen doctor                                       the tools of this machine

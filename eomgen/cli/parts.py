@@ -112,6 +112,5 @@ def with_parts(command: click.Command) -> click.Command:
     """Return the command with the options of its parts."""
     added = [option for part in parts_of(str(command.name)) for option in part.OPTIONS]
     behind = {option.name: option.behind for option in added}
-    rows: list[click.Parameter] = command.params
-    command.params = [*placed(rows, added, lambda param: param.opts[0], lambda param: behind[param.name])]
+    command.params = [*placed([*command.params], added, lambda param: param.opts[0], lambda param: behind[param.name])]
     return command

@@ -119,7 +119,7 @@ def check_quaternions(name: str, q: Array, factors: Sequence[Factor], tolerance:
 #: Places in the scene where parameters and inputs are declared, for hints.
 WHERE: Mapping[str, str] = {
     "parameter": "a tunable parameter in the scene",
-    "input": "[inputs] in the scene, named by an effort; of a URDF file eomgen.load(path, actuated=True)",
+    "input": "[inputs] in the scene, named by an effort; of other formats eomgen.load(path, actuated=True)",
 }
 
 

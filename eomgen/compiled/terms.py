@@ -261,7 +261,7 @@ class Terms:
         one = all(values[block].ndim == 1 for block in ("q", "v") if block in values)
         if t.ndim == 1 and one and not needed and given.get("u") is None and len(t) == self.functions.sizes["v"]:
             fault = f"{len(t)} times for one state, and {term} does not depend on time [E0281]"
-            inputs = "u=..." if self.input_names else "u=... in a scene with inputs, load(..., actuated=True) of URDF"
+            inputs = "u=..." if self.input_names else "u=... in a scene with inputs, of other formats actuated=True"
             raise UsageError(Problem("t", fault, f"efforts by inputs: {inputs}"))
         return t
 

@@ -116,7 +116,7 @@ class Connection:
     chain: tuple[ElementaryMotion, ...] = ()
     meanings: tuple[str, ...] = ()
     drive: Literal["", "angle", "travel"] = ""
-    light: str = "mass or inertia for the body {}, rotor_inertia, or a fixed joint (URDF: lock)"
+    light: str = "mass or inertia for the body {}, rotor_inertia, or a fixed joint (of other formats: lock)"
     equations: tuple[int, int] | None = None
     needs: tuple[Need, Need] | None = None
     keys: tuple[str, ...] = ()

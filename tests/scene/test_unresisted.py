@@ -106,7 +106,7 @@ def test_a_free_root_without_mass_is_named() -> None:
     note = (
         "no inertia resists the free joint root_joint together with shoulder: they can move without moving any mass, so"
         " the inertia matrix is singular and forward dynamics has no answer; try: mass and inertia for the body root,"
-        " or a fixed joint in place of one of them (URDF: root or lock)"
+        " or a fixed joint in place of one of them (of other formats: root or lock)"
     )
     assert scene.notes[-1] == note
     assert not unresisted(load_urdf(ROBOT, root="free", lock=["shoulder"]))

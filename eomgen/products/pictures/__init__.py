@@ -17,6 +17,7 @@ PRODUCT = Product(
                 heading="Build and run",
                 solution_methods=("eomgen.products.pictures.animation:animate",),
                 parts={"equilibrium": "eomgen.products.pictures.command:RestPicture"},
+                first_step="animate pendulum/out/solution.npz --out pendulum/out/motion.html",
             ),
             Verb(
                 "plot_sections",

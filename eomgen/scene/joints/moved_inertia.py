@@ -409,7 +409,7 @@ def _check_leaders(
         leader, *rest = (item for item in beyond if item is not None)
         multipliers = [places.put(joint.mimic.multiplier) for joint in following if joint.mimic is not None]
         words = f"the joint {first} cannot be moved by a force: neither it nor its followers carry mass or inertia"
-        hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (URDF: lock {first})"
+        hint = f"mass for a body that it moves, rotor_inertia, or a fixed joint (of other formats: lock {first})"
         rule = MimicInertia(
             leader,
             tuple(zip(multipliers, rest, strict=True)),

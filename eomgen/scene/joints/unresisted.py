@@ -164,8 +164,8 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     light = inertias.get(joint.child)
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
     return (
-        f"{note}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (URDF: root or"
-        " lock) [W0134]"
+        f"{note}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (of other"
+        " formats: root or lock) [W0134]"
     )
 
 

@@ -83,7 +83,7 @@ def readable(path: Path) -> str:
     """Return a hint for a file that no source reads."""
     ending = path.suffix.lower()
     if ending == ".npz":
-        return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen animate shows it, too"
+        return f"eomgen.Solution.load({shown(path.name)}), if it is a solution; eomgen plot draws it, too"
     if scenes := _scenes_in(path):
         return " or ".join(scenes)
     if not ending and (endings := [end for source in sources() for end in source.endings if _is_file(path, end)]):

@@ -82,7 +82,7 @@ FAILURES = [
         3,
         "description error: scene.toml:14 (joints.shoulder): the joint shoulder cannot be moved by a force: it carries "
         "neither mass nor inertia, so the inertia matrix would be singular; try: mass or inertia for the body upper, "
-        "rotor_inertia, or a fixed joint (URDF: lock) [E1642]",
+        "rotor_inertia, or a fixed joint (of other formats: lock) [E1642]",
         old='mass = "1 + load"\ncenter_of_mass = [0, 0, "-length / 2"]\ninertia = [0.03, 0.03, 0.002]',
         new="mass = 0",
     ),
