@@ -110,7 +110,7 @@ def _steps(scene: Scene, options: dict[str, Any]) -> float | None:
     simulation = scene.simulation
     duration: float = simulation.duration if options["t_end"] is None else options["t_end"]
     step: float = simulation.step if options["step"] is None else options["step"]
-    return abs(duration) / step
+    return abs(duration) / step if step else None  # a step of 0 is refused by the run
 
 
 def _method_of(file: str, given: dict[str, Any]) -> str:

@@ -135,6 +135,12 @@ def _refuse_undetermined(system: System, equations: ConstrainedSystem, q: Array,
     most = max((size for size, _ in moved), default=0.0)
     if most > REDUNDANT:
         raise DescriptionError([*dict.fromkeys(problem for size, problem in moved if size >= 0.5 * most)])
+    if free.shape[1]:
+        name = max(places, key=lambda name: float(np.linalg.norm(free[places[name]])))
+        fault = "a motion of it moves neither mass nor inertia, and no constraint holds it [E2235]"
+        raise DescriptionError(
+            Problem(f"joints.{name}", fault, "inertia of its parts, or a constraint that holds them")
+        )
 
 
 def _left_out(system: System, equations: ConstrainedSystem, q: Array, rows: Redundancy) -> list[str]:

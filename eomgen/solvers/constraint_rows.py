@@ -270,7 +270,7 @@ class RowsInMetric:
             weights = np.sqrt(np.maximum(np.diag(self._mass), 0.0))
             weights = np.where(weights > 0.0, weights, 1.0)
             values, vectors = np.linalg.eigh(self._mass / np.outer(weights, weights))
-            raised = (vectors * np.maximum(values, _RESISTANCE * values[-1])) @ vectors.T
+            raised = (vectors * np.maximum(values, _RESISTANCE * (values[-1] or 1.0))) @ vectors.T
             return np.asarray(np.linalg.cholesky(raised * np.outer(weights, weights)))
 
     @cached_property

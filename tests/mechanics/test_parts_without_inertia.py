@@ -201,3 +201,21 @@ def test_a_constraint_elsewhere_does_not_excuse_a_part() -> None:
     text += 'joints.loose = { type = "revolute", parent = "boom", child = "loose", axis = [0, 1, 0] }\n'
     with pytest.raises(DescriptionError, match="the joint loose cannot be moved by a force"):
         built(text)
+
+
+def test_a_free_spin_of_a_part_behind_another_one_is_refused_by_its_joint() -> None:
+    text = (
+        BOOM.format(name="spin", gravity=-9.81, unit=1.0)
+        + "bodies.cylinder = { mass = 0 }\nbodies.rod = { mass = 0 }\n"
+    )
+    text += 'joints.ball = { type = "spherical", parent = "base", child = "cylinder", position = [0.3, 0, -0.7] }\n'
+    text += 'joints.stroke = { type = "prismatic", parent = "cylinder", child = "rod", axis = [0, 0, 1] }\n'
+    text += 'constraints.eye = { type = "spherical", first = "head", second = { body = "rod" } }\n'
+    with pytest.raises(DescriptionError, match=r"joints\.ball: a motion of it moves neither mass") as caught:
+        built(text)
+    assert caught.value.problems[0].hint == "inertia of its parts, or a constraint that holds them"
+
+
+def test_a_machine_of_parts_without_mass_alone_is_refused() -> None:
+    with pytest.raises(DescriptionError, match="the joint pivot cannot be moved by a force"):
+        built(re.sub(r'mass = "120 .*?], center', "mass = 0, center", boom()))

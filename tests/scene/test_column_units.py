@@ -446,3 +446,12 @@ def test_lags_of_the_wrong_kind_are_refused_for_the_unit(unit: str, tmp_path: Pa
     problems = str(caught.value).splitlines()[1:]
     assert all("(random.g.points[" in line for line in problems), problems
     assert "a time in s is expected" in problems[0]
+
+
+def test_a_number_too_large_beside_a_unit_is_refused(tmp_path: Path) -> None:
+    text = f'format = 1\nname = "far"\nbodies.far = {{ mass = 1, center_of_mass = ["50 mm", 0, 1{400 * "0"}] }}\n'
+    text += 'joints.x = { type = "prismatic", parent = "base", child = "far", axis = [1, 0, 0] }\n'
+    file = tmp_path / "far.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(DescriptionError, match=r"bodies\.far\.center_of_mass"):
+        load(file)

@@ -97,7 +97,7 @@ def partition_statuses(angles: bool) -> tuple[Status, ...]:
     )
     return (
         Status(1, "NOT_CONVERGED", slipped, SMALLER_STEP),
-        Status(2, "SINGULAR", singular, SINGULAR_ADVICE),
+        Status(2, "SINGULAR", singular, f"{SMALLER_STEP}, {SINGULAR_ADVICE}"),
         NOT_FINITE,
         BAD_ARGUMENT,
         *((rotation_too_large(angles),) if angles else ()),

@@ -217,7 +217,7 @@ class SampleRunner:
     model: CompiledModel
     design: Design
     options: VariedOptions
-    span: tuple[float | None, float | None]
+    span: tuple[float | str | None, float | str | None]
     columns: Sequence[str]
     times: Array
     thinned: Array

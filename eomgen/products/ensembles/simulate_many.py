@@ -78,8 +78,8 @@ _MOST_COLUMNS = 12
 @with_options_of(simulate, EnsembleOptions.__annotations__)
 def simulate_many(
     model: CompiledModel,
-    t_end: float | None = None,
-    step: float | None = None,
+    t_end: float | str | None = None,
+    step: float | str | None = None,
     *,
     vary: Mapping[str, str | Distribution] | None = None,
     table: Mapping[str, ArrayLike] | None = None,
@@ -107,7 +107,7 @@ def simulate_many(
 
     Parameters
     ----------
-    t_end, step : float, optional
+    t_end, step : float or str, optional
         As of ``simulate``, s.
     vary : mapping
         Name -> distribution: tunable parameters, inputs (constant over a run), ``seed.road`` and ``scale.road`` of

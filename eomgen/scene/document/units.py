@@ -447,7 +447,7 @@ def _plain(value: object) -> float:
     """Return a number without a unit, also as a text; 0 for anything else."""
     try:
         return float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else 0.0
-    except ValueError:
+    except (ValueError, OverflowError):
         return 0.0
 
 

@@ -45,6 +45,12 @@ FAILURES = [
         command="simulate scene.toml --out out --step -1",
     ),
     Failure(
+        "A step of 0",
+        2,
+        "usage error: step: the step must be positive, not 0; try: 1e-3 [E2072]",
+        command="simulate scene.toml --out out --step 0",
+    ),
+    Failure(
         "An end before the start",
         2,
         "usage error: t_end: the end -1 s lies before the start 0 s; try: a later t_end [E0274]",

@@ -212,7 +212,7 @@ class Tuned:
             parts.append(f"{first.label} {how} {first.seconds / self.seconds:.3g} x")
         if self.next_digit > 0.0:
             parts.append(f"one digit more costs {self.next_digit:.3g} x")
-        return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']} [E0104]"
+        return f"{'; '.join(parts)}; measured on {self.machine['processor']}, {self.machine['compiler']}"
 
     def to_dict(self) -> dict[str, Any]:
         """Return all attributes as JSON data.
