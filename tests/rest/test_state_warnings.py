@@ -44,7 +44,7 @@ def machine(
     parts = {"points": (), "lines": (), "wheels": (), "solids": (), **drawing}
     description = SimpleNamespace(
         values=lambda tunable: tunable, lengths=(vector(1.0, 0.0, 0.0),), element_stiffness=(),
-        drawing=SimpleNamespace(**parts), gravity=vector(0.0, 3.0, -4.0),
+        drawing=SimpleNamespace(**parts), gravity=vector(0.0, 3.0, -4.0), parts={},
     )  # fmt: skip  # two lines
     model = SimpleNamespace(
         functions=("poses",), parameters=(), bodies=names, inputs=("lift",), description=description, q_units=("rad",),

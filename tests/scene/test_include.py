@@ -821,6 +821,7 @@ _PLAIN = {
     "unit",
     "method",
     "energy",
+    "quiet",
     "file",
     "color",
     "x",
