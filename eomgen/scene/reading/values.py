@@ -202,7 +202,7 @@ class Values:
 
         plain = f"a plain number, a quantity in {expected} is expected"
         fault = plain if known.is_number else misplaced(str(known), str(expected))
-        self.note([f"{key}: the formula is {fault}; try: {FACTOR} [E0303]"])
+        self.note([f"{key}: the formula is {fault}; try: {FACTOR} [W0288]"])
         return True
 
     def _check_arguments(self, key: str, formula: Formula) -> None:
