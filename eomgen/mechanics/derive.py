@@ -357,7 +357,9 @@ def _facts(derivation: Derivation, made: Mapping[str, Function]) -> Facts:
 
 
 def _non_smooth(tape: Tape, node: int) -> bool:
-    return bool(tape.curves[tape.b[node]][0].kinks()) if tape.op[node] is Op.CURVE else tape.op[node] in _NON_SMOOTH
+    """Return whether a value has a corner or a jump at a place that the motion meets; steps end at times of others."""
+    corners = tape.curves[tape.b[node]][0].kinks() if tape.op[node] is Op.CURVE else tape.op[node] in _NON_SMOOTH
+    return bool(corners) and not {symbol.block for symbol in tape.depends_on([node])} <= {"t", "p"}
 
 
 def _pruned(derivation: Derivation, function: Function, used: Collection[str], timed: bool) -> Function:

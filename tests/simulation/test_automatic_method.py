@@ -65,6 +65,12 @@ def test_the_eigenvalue_is_that_of_the_motion_that_constraints_leave() -> None:
             "generalized_alpha",
             "forces have corners at places met by the motion",
         ),
+        (
+            {**oscillator(), "efforts": {"push": {"joint": "slide", "effort": "5 if t > 0.1 else 0"}}},
+            0.01,
+            "rk4",
+            "so an explicit method resolves the motion",  # steps end at known times
+        ),
     ],
 )
 def test_the_choice_is_made_once_and_said(scene: dict[str, Any], step: float, chosen: str, why: str) -> None:
