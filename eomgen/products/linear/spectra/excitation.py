@@ -262,7 +262,7 @@ class RoadExcitation:
     @property
     def name(self) -> str:
         """Road and speed in words."""
-        return f"road of {self.road.name} at {self.speed:.6g} m/s [W0161]"
+        return f"road of {self.road.name} at {self.speed:.6g} m/s"
 
     @property
     def delays(self) -> Array:

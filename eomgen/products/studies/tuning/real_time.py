@@ -80,7 +80,7 @@ class RealTime:
             f"{100.0 * PART:g} % of the cycles take less than {1e6 * self.late:.4g} us of {1e6 * self.cycle:.6g} us, "
             f"the longest {1e6 * self.longest:.4g} us; error {self.error:.1e} of {self.quantity} at ends of cycles, "
             f"over the first {self.span:.4g} s; "
-            f"measured on {self.machine['processor']}, {self.machine['compiler']} [E0103]"
+            f"measured on {self.machine['processor']}, {self.machine['compiler']}"
         )
 
     def to_dict(self) -> dict[str, Any]:
