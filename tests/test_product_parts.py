@@ -14,7 +14,7 @@ from eomgen.base.products import products
 from tests.product_parts import RENEWALS, ROOT, dependents, paths_of, strays
 
 #: Products whose tests in other folders import nothing of them.
-REGULAR = ("comparison", "fmu", "laws", "maps", "optimisers")
+REGULAR = ("comparison", "fmu", "laws", "maps", "optimisers", "robots")
 #: Tests of the core that hold without a product.
 HELD = (
     "tests/test_doors.py",

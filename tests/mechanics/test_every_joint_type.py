@@ -16,13 +16,11 @@ from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.products.pictures.scenery import scenery
-from eomgen.products.robots.urdf.reading import JOINT_TYPES
 from eomgen.products.testing.joint_types import OWN, check_poses, exponentials, placed, text
 from eomgen.scene.joint_types import CONSTRAINTS, JOINTS, TYPES, ConstraintType, JointType
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.load import load_toml
 from eomgen.scene.scene import Scene
-from tests.models.urdf import load_urdf
 from tests.oracles.evaluation import Array, tape_evaluator
 from tests.oracles.states import random_states
 
@@ -135,16 +133,6 @@ def test_a_joint_that_carries_nothing_is_refused(kind: str) -> None:
     [found] = faults(kind, mass=0.0)
     assert "the joint moved cannot be moved by a force: it carries neither mass nor inertia" in found
     assert found.endswith(JOINTS[kind].light.format("a"))
-
-
-@pytest.mark.parametrize("written, kind", JOINT_TYPES.items())
-def test_urdf(written: str, kind: str) -> None:
-    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
-    link = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
-    hinge = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/></joint>'
-    joints = hinge.format("moved", written, "a", "b") + hinge.format("last", "revolute", "b", "c")
-    scene = load_urdf(f'<robot name="r">{"".join(map(link.format, "abc"))}{joints}</robot>')
-    assert [item.type for item in scene.joints if item.name == "moved"] == ([kind] if JOINTS[kind].moves else [])
 
 
 # -- in joint coordinates ----------------------------------------------------------------------------------------------

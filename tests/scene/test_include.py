@@ -30,8 +30,8 @@ from eomgen.scene.load import from_data, load, load_toml
 from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.scene import Scene
 from tests.models.cache import shared_cache
+from tests.models.urdf import FILES, ROBOTS
 from tests.oracles.evaluation import tape_evaluator
-from tests.scene.test_urdf import FILES, ROBOTS
 
 DOCUMENT = every_document()
 SECTIONS = section_keys()

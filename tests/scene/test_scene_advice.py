@@ -12,9 +12,9 @@ import eomgen
 from eomgen.scene.load import from_data, load_toml
 from tests.models.cache import shared_cache
 from tests.models.urdf import load_urdf
+from tests.models.urdf import replaced as urdf_replaced
 from tests.oracles.evaluation import tape_evaluator
 from tests.scene.test_scene_files import PENDULUM, problems, read, replaced
-from tests.scene.test_urdf import replaced as urdf_replaced
 
 __all__ = ["shared_cache"]
 

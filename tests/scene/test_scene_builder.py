@@ -204,9 +204,6 @@ def test_keys_that_the_schema_does_not_have() -> None:
         SceneBuilder("one").tyre("front", "hub")
     with pytest.raises(UsageError, match=r"curve: there is no argument 'pionts'; try: points"):
         SceneBuilder("one").curve("bend", pionts=[[0, 0], [1, 1]])
-    wrong = SceneBuilder("one").include("arm", "arm.urdf", lck=["elbow"])  # a key of a source that only the file tells
-    with pytest.raises(DescriptionError, match=r"\(include\.arm\.lck\): the key 'lck' is unknown here; try: lock"):
-        wrong.build()
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,8 @@ from scipy.spatial.transform import Rotation
 import eomgen
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.mechanics.derive import derive
+from eomgen.products.robots.urdf.reading import JOINT_TYPES
+from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.load import from_data, load
 from eomgen.scene.rotations import about_axis, snapped_rotation
 from eomgen.scene.scene import Scene
@@ -537,3 +539,13 @@ def test_a_broken_constraint_is_named(old: str, new: str, said: str) -> None:
     assert old in PROPOSED
     with pytest.raises(DescriptionError, match=re.escape(said)):
         load_urdf(PROPOSED.replace(old, new))
+
+
+@pytest.mark.parametrize("written, kind", JOINT_TYPES.items())
+def test_each_type_of_joint(written: str, kind: str) -> None:
+    inertia = '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>'
+    link = f'<link name="{{}}"><inertial><mass value="1"/>{inertia}</inertial></link>'
+    hinge = '<joint name="{}" type="{}"><parent link="{}"/><child link="{}"/><axis xyz="0 0 1"/></joint>'
+    joints = hinge.format("moved", written, "a", "b") + hinge.format("last", "revolute", "b", "c")
+    scene = load_urdf(f'<robot name="r">{"".join(map(link.format, "abc"))}{joints}</robot>')
+    assert [item.type for item in scene.joints if item.name == "moved"] == ([kind] if JOINTS[kind].moves else [])

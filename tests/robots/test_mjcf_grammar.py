@@ -14,9 +14,9 @@ from eomgen.products.robots.mjcf import coverage
 from eomgen.products.robots.mjcf.coverage import STATUSES
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from tests.mjcf_grammar import COMMAND, PAGE, grammar, page
-from tests.mjcf_mutants import ABSENT, BASE, base, elements, mutants
 from tests.oracles.mjcf_oracle import Imported
+from tests.robots.mjcf_grammar import COMMAND, PAGE, grammar, page
+from tests.robots.mjcf_mutants import ABSENT, BASE, base, elements, mutants
 
 
 def test_every_attribute_of_mujoco_has_a_status() -> None:

@@ -17,7 +17,7 @@ from eomgen.products.robots.sdf.conversion import sdf_data
 from eomgen.products.robots.sdf.coverage import NOTED, READ, REFUSED, STATUSES
 from eomgen.products.robots.sdf.reading import FIRST
 from eomgen.products.robots.sdf.values import NEWEST
-from tests.sdf_grammar import COMMAND, INNER, PAGE, Part, grammar, key_of, page
+from tests.robots.sdf_grammar import COMMAND, INNER, PAGE, Part, grammar, key_of, page
 
 
 def test_every_part_of_the_grammar_has_a_status() -> None:

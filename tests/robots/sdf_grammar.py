@@ -1,6 +1,6 @@
 """The page docs/sdf.md: how eomgen takes each element and attribute of the grammar of SDF. ``python -m
-tests.sdf_grammar docs/sdf.md`` renews it. The grammar is kept in tests/files/sdf_grammar.json, which ``python -m
-tests.sdf_grammar FOLDER`` makes of the format's own descriptions, the folder ``sdf`` of gazebosim/sdformat."""
+tests.robots.sdf_grammar docs/sdf.md`` renews it. The grammar is kept in tests/files/sdf_grammar.json, which ``python -m
+tests.robots.sdf_grammar FOLDER`` makes of the format's own descriptions, the folder ``sdf`` of gazebosim/sdformat."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from eomgen.products.robots.sdf.coverage import IDLE, MEANINGS, READ, STATUSES
 from eomgen.products.robots.sdf.reading import FIRST
 from eomgen.products.robots.sdf.values import NEWEST
 
-COMMAND = "python -m tests.sdf_grammar docs/sdf.md"
-PAGE = Path(__file__).parents[1] / "docs" / "sdf.md"
-FILE = Path(__file__).parent / "files" / "sdf_grammar.json"
+COMMAND = "python -m tests.robots.sdf_grammar docs/sdf.md"
+PAGE = Path(__file__).parents[2] / "docs" / "sdf.md"
+FILE = Path(__file__).parents[1] / "files" / "sdf_grammar.json"
 #: Commit of the repository from which the file was made.
 COMMIT = "2ace536244acf0b3f60367b54488381d1224ce30"
 #: Type of an element that has elements.

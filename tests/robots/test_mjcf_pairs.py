@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.mjcf_mutants import equations
 from tests.mjcf_pairs import CHANGES, ELEMENTS, FLAGS, changes, flagged, machine
 from tests.oracles.mjcf_oracle import Imported
+from tests.robots.mjcf_mutants import equations
 
 #: Largest relative difference to MuJoCo's mass matrix and forces.
 _EQUAL = 1e-9

@@ -1,5 +1,5 @@
 """The page docs/mjcf.md: how eomgen takes each element and attribute of MuJoCo's own grammar. ``python -m
-tests.mjcf_grammar docs/mjcf.md`` renews it; it needs the package mujoco."""
+tests.robots.mjcf_grammar docs/mjcf.md`` renews it; it needs the package mujoco."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ import mujoco
 
 from eomgen.products.robots.mjcf.coverage import MEANINGS, STATUSES, key_of_path
 
-COMMAND = "python -m tests.mjcf_grammar docs/mjcf.md"
-PAGE = Path(__file__).parents[1] / "docs" / "mjcf.md"
+COMMAND = "python -m tests.robots.mjcf_grammar docs/mjcf.md"
+PAGE = Path(__file__).parents[2] / "docs" / "mjcf.md"
 _LINE = re.compile(r"^( *)(\(world\)body|[a-z_]+) \(([!?*R])\) *(.*)$")
 
 

@@ -8,8 +8,8 @@ import pytest
 
 import eomgen
 from eomgen.errors import DescriptionError
+from tests.models.urdf import ROBOTS
 from tests.oracles.sdf_twins import sdf_twin
-from tests.scene.test_urdf import ROBOTS
 
 FILES = Path(__file__).parents[1] / "files"
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pinocchio as pin
 import pytest
@@ -11,20 +9,10 @@ import pytest
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
+from eomgen.scene.builder import SceneBuilder
 from eomgen.scene.load import load
 from eomgen.scene.scene import Scene
-from tests.models.urdf import load_urdf
-
-ROBOTS = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"
-FILES = {
-    "panda": "panda_description/urdf/panda.urdf",
-    "anymal": "anymal_b_simple_description/robots/anymal.urdf",
-    "talos": "talos_data/robots/talos_full_v2.urdf",
-    "ur5": "ur_description/urdf/ur5_robot.urdf",
-    "solo12": "solo_description/robots/solo12.urdf",
-    "hyq": "hyq_description/robots/hyq_no_sensors.urdf",
-    "centauro": "centauro_description/urdf/centauro.urdf",
-}
+from tests.models.urdf import ARM, FILES, ROBOTS, load_urdf, replaced
 
 
 def numbers(formulas: tuple[Formula, ...]) -> np.ndarray:
@@ -102,38 +90,11 @@ def test_merged_frames_are_points() -> None:
     assert points["panda_link0"].body == "base"
 
 
-ARM = """\
-<?xml version="1.0"?>
-<robot name="arm">
-  <link name="foot"/>
-  <link name="upper">
-    <inertial><mass value="2"/><origin xyz="0 0 0.5"/>
-      <inertia ixx="1" iyy="1" izz="0.5" ixy="0" ixz="0" iyz="0"/></inertial>
-  </link>
-  <link name="lower">
-    <inertial><mass value="1"/><origin xyz="0 0 1" rpy="1.57079632679 0 0"/>
-      <inertia ixx="1" iyy="2" izz="2.5" ixy="0" ixz="0" iyz="0.25"/></inertial>
-  </link>
-  <joint name="shoulder" type="continuous">
-    <parent link="foot"/><child link="upper"/><axis xyz="0 2 0"/><dynamics damping="0.5"/>
-  </joint>
-  <joint name="elbow" type="fixed">
-    <parent link="upper"/><child link="lower"/><origin xyz="0 0 1" rpy="0 0 1.57079632679"/>
-  </joint>
-</robot>
-"""
-
-
 def refusals(text: str, **options: object) -> list[str]:
     with pytest.raises(DescriptionError) as caught:
         load_urdf(text, file="arm.urdf", **options)  # type: ignore[arg-type]
     assert str(caught.value).isascii()
     return [str(problem) for problem in caught.value.problems]
-
-
-def replaced(old: str, new: str) -> str:
-    assert old in ARM
-    return ARM.replace(old, new)
 
 
 def test_merging_by_hand() -> None:
@@ -299,3 +260,9 @@ def test_massless_leaf_names_the_joint() -> None:
     notes = load_urdf(text).notes
     assert any(note.startswith("no inertia resists elbow: ") and "lock=['elbow']" in note for note in notes)
     assert len(load_urdf(text, lock=["elbow"]).joints) == 1
+
+
+def test_a_builder_knows_the_keys_of_the_source_of_an_included_file() -> None:
+    wrong = SceneBuilder("one").include("arm", "arm.urdf", lck=["elbow"])
+    with pytest.raises(DescriptionError, match=r"\(include\.arm\.lck\): the key 'lck' is unknown here; try: lock"):
+        wrong.build()

@@ -13,8 +13,7 @@ from eomgen.errors import DescriptionError
 from eomgen.scene.load import load
 from eomgen.scene.rotations import about_axis
 from eomgen.scene.scene import Scene
-from tests.models.urdf import load_urdf
-from tests.scene.test_urdf import ROBOTS
+from tests.models.urdf import ROBOTS, load_urdf
 
 INERTIAL = """<inertial><mass value="{}"/><origin xyz="0.1 -0.2 0.3" rpy="0.1 0.2 0.3"/>
   <inertia ixx="0.1" iyy="0.2" izz="0.25" ixy="0.01" ixz="0.02" iyz="-0.01"/></inertial>"""
