@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.base.arrays import Array
-from eomgen.simulation.accuracy.richardson import observed_order
+from eomgen.simulation.accuracy.richardson import observed_orders
 from eomgen.simulation.judgement.invariants import largest_stretch
 from tests.models.scenes import absolute, breaking, flyer, pendulum
 
@@ -252,10 +252,10 @@ def test_it_is_stored_with_the_solution(tmp_path: Path) -> None:
 def test_the_observed_order_is_that_of_differences_before_they_are_as_large_as_the_motion() -> None:
     t = np.linspace(0.0, 1.0, 51)
     rows = t[:, np.newaxis]
-    assert observed_order((t, 4e-3 * rows), (t, 1e-3 * rows), 1e-12) == pytest.approx(2.0)
-    assert observed_order((t[::2], 4e-3 * rows[::2]), (t, 1e-3 * rows), 1e-12) == pytest.approx(2.0)
-    assert observed_order((t, np.minimum(16.0 * rows, 0.5)), (t, rows), 1e-12) == pytest.approx(4.0, abs=0.1)
-    assert np.isnan(observed_order((t, 1e-14 * rows), (t, 1e-14 * rows), 1e-12))
+    assert observed_orders((t, 4e-3 * rows), (t, 1e-3 * rows), (1e-12,))[0, 0] == pytest.approx(2.0)
+    assert observed_orders((t[::2], 4e-3 * rows[::2]), (t, 1e-3 * rows), (1e-12,))[0, 0] == pytest.approx(2.0)
+    assert observed_orders((t, np.minimum(16.0 * rows, 0.5)), (t, rows), (1e-12,))[0, 0] == pytest.approx(4.0, abs=0.1)
+    assert np.isnan(observed_orders((t, 1e-14 * rows), (t, 1e-14 * rows), (1e-12,))[0, 0])
 
 
 def test_a_table_of_inputs_is_followed_at_every_step() -> None:

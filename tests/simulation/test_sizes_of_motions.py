@@ -17,7 +17,7 @@ from eomgen.simulation.accuracy import motion_size as sizes
 from eomgen.simulation.accuracy import richardson
 from eomgen.simulation.accuracy.comparison_runs import MotionDifference
 from eomgen.simulation.accuracy.motion_size import MotionSize, differences, motion_size, reach_of, shares, whole_turns
-from eomgen.simulation.accuracy.richardson import Pair, estimate, gain_by, observed_order
+from eomgen.simulation.accuracy.richardson import Pair, estimate, gain_by, observed_orders
 
 HINGE, SLIDE = Factor("R", "hinge", 0, 1, 0, 1), Factor("R", "slide", 1, 1, 1, 1)
 
@@ -199,34 +199,34 @@ def powers(t: Any, order: float, scale: float = 1e-3, ratio: float = 2.0) -> Any
 def test_the_order_is_observed_at_the_last_row_below_a_tenth_of_the_motion(order: float, ratio: float) -> None:
     t = np.linspace(0.0, 1.0, 11)
     far, near = powers(t, order, 1e-4, ratio)
-    assert observed_order(far, near, 1e-12, ratio) == pytest.approx(order)
+    assert observed_orders(far, near, (1e-12,), ratio)[0, 0] == pytest.approx(order)
     bent = far[1].copy()
     bent[8:] = 0.5  # saturated from there on
-    assert observed_order((t, bent), near, 1e-12, ratio) == pytest.approx(order)
+    assert observed_orders((t, bent), near, (1e-12,), ratio)[0, 0] == pytest.approx(order)
     bent[:] = 0.5
     bent[0] = 0.0
     seen = math.log(0.5 / near[1][1, 0]) / math.log(ratio)  # all too large: the first row that is known
-    assert observed_order((t, bent), near, 1e-12, ratio) == pytest.approx(seen)
+    assert observed_orders((t, bent), near, (1e-12,), ratio)[0, 0] == pytest.approx(seen)
 
 
 def test_differences_that_are_rounding_show_no_order() -> None:
     t = np.linspace(0.0, 1.0, 11)
     far, near = powers(t, 2.0, 1e-9)
-    assert math.isnan(observed_order(far, near, 1e-9))  # nothing above the floor in both
-    assert observed_order(far, near, 0.99e-9) == pytest.approx(2.0)
-    assert math.isnan(observed_order((t[:0], far[1][:0]), near, 1e-12))
-    assert math.isnan(observed_order(far, (t[:0], near[1][:0]), 1e-12))
-    assert math.isnan(observed_order((t, np.zeros((11, 0))), near, 1e-12))
-    assert math.isnan(observed_order((t, np.full((11, 1), np.nan)), near, 1e-12))
+    assert math.isnan(observed_orders(far, near, (1e-9,))[0, 0])  # nothing above the floor in both
+    assert observed_orders(far, near, (0.99e-9,))[0, 0] == pytest.approx(2.0)
+    assert math.isnan(observed_orders((t[:0], far[1][:0]), near, (1e-12,))[0, 0])
+    assert math.isnan(observed_orders(far, (t[:0], near[1][:0]), (1e-12,))[0, 0])
+    assert math.isnan(observed_orders((t, np.zeros((11, 1))), near, (1e-12,))[0, 0])
+    assert math.isnan(observed_orders((t, np.full((11, 1), np.nan)), near, (1e-12,))[0, 0])
 
 
 def test_rows_are_compared_at_their_times() -> None:
     """Rows of the longer steps are every second row of the shorter ones; differences grow over time."""
     t, coarse = np.linspace(0.0, 1.0, 21), np.linspace(0.0, 1.0, 11)
     far, near = (coarse, 4e-4 * coarse[:, np.newaxis] ** 3), (t, 1e-4 * t[:, np.newaxis] ** 3)
-    assert observed_order(far, near, 1e-12) == pytest.approx(2.0)
+    assert observed_orders(far, near, (1e-12,))[0, 0] == pytest.approx(2.0)
     shorter = (t[:15], near[1][:15])  # the run of shorter steps ended early
-    assert observed_order(far, shorter, 1e-12) == pytest.approx(2.0)
+    assert observed_orders(far, shorter, (1e-12,))[0, 0] == pytest.approx(2.0)
 
 
 def runs_of(size: MotionSize, rows: Any, outputs: dict[str, Any], made: Any = None) -> Any:

@@ -195,7 +195,14 @@ class MotionDifference(NamedTuple):
 
 
 class ComparisonRuns:
-    """Comparison runs of one run, and the difference between two motions."""
+    """Comparison runs of one run, and the difference between two motions.
+
+    Attributes
+    ----------
+    single : whether the run is in single precision
+    last_place : the unit in the last place of 1
+    rounding : the part of the motion that rounding may be
+    """
 
     def __init__(
         self,
@@ -222,6 +229,9 @@ class ComparisonRuns:
         self.size: MotionSize = motion_size(run.model, rows, self.own.outputs, turns, self._energies(), work)
         begin, end = (float(t) for t in self.span.rows[[0, -1], 0])
         self.parts = step_parts(library.layout["method"], begin, end, float(run.method.order), self.own.changes)
+        self.single = run.model.library.real == "float"
+        self.last_place = float(np.finfo(np.float32 if self.single else np.float64).eps)
+        self.rounding = _ROUNDING * self.last_place
         self._steps = run.grid.steps
         self._all = self._steps + planned_steps(run, self.span.steps)
 
@@ -286,21 +296,6 @@ class ComparisonRuns:
         """Return whether another run took as many steps of the method's own; False if the method counts none."""
         count = self.own.statistics.get("own_steps")
         return count is not None and count == other.statistics.get("own_steps")
-
-    @property
-    def single(self) -> bool:
-        """Whether the run is in single precision."""
-        return bool(self.run.model.library.real == "float")
-
-    @property
-    def last_place(self) -> float:
-        """The unit in the last place of 1."""
-        return float(np.finfo(np.float32 if self.single else np.float64).eps)
-
-    @property
-    def rounding(self) -> float:
-        """The part of the motion that rounding may be."""
-        return _ROUNDING * self.last_place
 
     def tell(self, multiple: float, other: float) -> bool:
         """Return whether runs at two multiples of the step, the second one the larger, are different runs all over."""

@@ -33,7 +33,7 @@ directions of the tangent are added.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -108,14 +108,11 @@ def estimate(runs: ComparisonRuns, pair: Pair, declared: float) -> ErrorEstimate
     size = runs.size
     errors, orders = {}, {}
     rounding = _accumulated_rounding(runs, pair.apart.t) if runs.single else {}
-    for kind, apart in pair.apart.kinds.items():
-        orders[kind] = lowest = math.nan
-        if pair.near is not None and pair.far is not None:
-            with np.errstate(all="ignore"):
-                far, near = ((differ.t, differ.kinds[kind] / size.sizes[kind]) for differ in (pair.far, pair.near))
-            orders[kind] = observed_order(far, near, runs.rounding, pair.refinement)
-            if math.isnan(orders[kind]):
-                lowest = observed_order(far, near, 0.0, pair.refinement)
+    observed = np.full((2, len(pair.apart.kinds)), math.nan)
+    if pair.near is not None and pair.far is not None:
+        far, near = ((differ.t, _largest_parts(differ, size, pair.apart.kinds)) for differ in (pair.far, pair.near))
+        observed = observed_orders(far, near, (runs.rounding, 0.0), pair.refinement)
+    for (kind, apart), (orders[kind], lowest) in zip(pair.apart.kinds.items(), observed.T.tolist(), strict=True):
         used = declared if math.isnan(orders[kind]) else min(max(orders[kind], 1.0), declared)
         with np.errstate(invalid="ignore"):  # no difference of equal steps is not known, and counts as infinite
             gain = pair.gain(used)
@@ -279,35 +276,46 @@ def _largest_output(runs: ComparisonRuns, errors: Kinds, times: Array) -> Larges
     return max(result, key=lambda item: item.share, default=None)
 
 
-def observed_order(far: tuple[Array, Array], near: tuple[Array, Array], floor: float, ratio: float = 2.0) -> float:
-    """Return the observed order of convergence of differences; NaN if they are rounding.
+def _largest_parts(differ: MotionDifference, size: MotionSize, kinds: Iterable[str]) -> Array:
+    """Return the largest component of the differences of given kinds as a part of the motion, (n, kinds)."""
+    with np.errstate(all="ignore"):
+        parts = [(differ.kinds[kind] / size.sizes[kind]).max(axis=1, initial=0.0) for kind in kinds]
+    return np.stack(parts, axis=1)
+
+
+def observed_orders(
+    far: tuple[Array, Array], near: tuple[Array, Array], floors: Sequence[float], ratio: float = 2.0
+) -> Array:
+    """Return observed orders of convergence, (floors, kinds); NaN if the differences of a kind are rounding.
 
     Compared are the running maxima at the last row at which both differences follow powers of the step.
 
     Parameters
     ----------
-    far, near : times (n,) in s and differences (n, size) as parts of the motion, of x_4h - x_2h and of x_2h - x_h
-    floor : differences that are rounding
+    far, near : times (n,) in s and differences (n, kinds) as parts of the motion, of x_4h - x_2h and of x_2h - x_h
+    floors : differences that are rounding
     ratio : of the steps of neighbouring runs
     """
-    if not len(far[0]) or not len(near[0]) or not far[1].shape[1]:
-        return math.nan
-    (t, largest), (near_t, near_largest) = ((times, _so_far(array)) for times, array in (far, near))
+    result = np.full((len(floors), far[1].shape[1]), math.nan)
+    if not len(far[0]) or not len(near[0]):
+        return result
+    (t, theirs), (near_t, ours) = (
+        (times, np.maximum.accumulate(np.nan_to_num(parts, nan=np.inf))) for times, parts in (far, near)
+    )
     places = np.searchsorted(near_t, t + SAME_TIME * (near_t[-1] - near_t[0]) / len(near_t), side="right") - 1
-    seen = np.flatnonzero(places >= 0)
-    ours, theirs = near_largest[places[seen]], largest[seen]
-    known = np.flatnonzero((ours > floor) & (theirs > floor) & np.isfinite(theirs) & (t[seen] <= near_t[-1]))
-    if not len(known):
-        return math.nan
-    calm = known[theirs[known] < _SATURATED]
-    row = calm[-1] if len(calm) else known[0]
-    return float(np.log2(theirs[row] / ours[row]) / math.log2(ratio))
-
-
-def _so_far(array: Array) -> Array:
-    """Return the running maximum over the rows, (n,): the largest number up to each row."""
+    seen = (places >= 0) & (t <= near_t[-1])
+    ours, theirs = ours[places[seen]], theirs[seen]
+    if not len(ours):
+        return result
     with np.errstate(all="ignore"):
-        result: Array = np.maximum.accumulate(np.nan_to_num(array.max(axis=1), nan=np.inf))
+        orders = np.log2(theirs / ours) / math.log2(ratio)
+    follow, last = theirs < _SATURATED, len(theirs) - 1
+    for place, floor in enumerate(floors):
+        known = (ours > floor) & (theirs > floor) & np.isfinite(theirs)
+        calm = known & follow
+        rows = np.where(calm.any(axis=0), last - np.argmax(calm[::-1], axis=0), np.argmax(known, axis=0))
+        chosen = np.take_along_axis(orders, rows[np.newaxis], axis=0)[0]
+        result[place] = np.where(known.any(axis=0), chosen, math.nan)
     return result
 
 
