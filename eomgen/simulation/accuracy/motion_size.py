@@ -225,23 +225,23 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     if not model.nv or not model.functions.of_runs("mass"):
         return None
     places = np.linspace(0, len(rows) - 1, min(len(rows), _ROWS)).astype(int)
-    states = states_of(rows[places], model)
+    states = states_of(rows[places], model, views=True)
     try:
         with np.errstate(all="ignore"):
             held = parameters if parameters.ndim == 1 else parameters[places]
-            (mass,) = model.evaluator.functions("mass", {"q": states.q, "p": held})
-            mass = np.broadcast_to(mass, (len(places), model.nv, model.nv))
-            energies = np.einsum("ni,nij,nj->n", states.v, mass, states.v)
+            (mass,) = model.evaluator.functions("mass", {"q": states.q.copy(), "p": held})
+            mass = mass.reshape(-1, model.nv, model.nv)  # one for all rows if it is constant
+            motion = np.stack([states.v, states.a], axis=2)
+            moving, accelerating = (motion * (mass @ motion)).sum(axis=1).max(axis=0).tolist()
             diagonal = np.diagonal(mass, axis1=1, axis2=2).max(axis=0)
-            rates: Array = np.sqrt(energies.max() / diagonal)
-            accelerating = np.einsum("ni,nij,nj->n", states.a, mass, states.a)
-            loads = np.sqrt(accelerating.max() * diagonal)
+            rates: Array = np.sqrt(moving / diagonal)
+            loads = np.sqrt(accelerating * diagonal)
     except EomgenError:
         return None
     known = np.where(np.isfinite(rates), rates, 0.0)
     forces: dict[str, float] = {}
     for unit, load in zip(model.v_units, loads.tolist(), strict=True):
-        if (dual := _DUAL.get(unit)) and np.isfinite(load):
+        if (dual := _DUAL.get(unit)) and math.isfinite(load):
             forces[dual] = max(forces.get(dual, 0.0), load)
     duration = float(rows[-1, 0] - rows[0, 0])
     values = {item.name: item.value for item in model.description.parameters}
