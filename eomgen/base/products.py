@@ -88,6 +88,7 @@ def rows_of(group: str, kind: type[Row]) -> tuple[Row, ...]:
     return tuple(row for row in chain.from_iterable(tables) if isinstance(row, kind))
 
 
+@cache
 def objects_of(group: str) -> tuple[Any, ...]:
     """Return the objects of all late rows of a register."""
     return tuple(named(row.target) for row in rows_of(group, LateRow))

@@ -172,7 +172,7 @@ class ErrorEstimate:
     def unordered(self) -> bool:
         """Whether runs at other steps differ noticeably, in states or outputs, and not less at smaller steps."""
         ordered = self.order >= NO_ORDER or np.isnan(self.declared_order)
-        return self.worst is not None and self.worst.share > NOTICED and not ordered
+        return not ordered and (worst := self.worst) is not None and worst.share > NOTICED
 
     def above(self, part: float) -> float:
         """Return the first time at which the error is above a part of the motion.

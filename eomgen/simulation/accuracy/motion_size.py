@@ -224,11 +224,11 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     model = run.model
     if not model.nv or not model.functions.of_runs("mass"):
         return None
-    places = np.linspace(0, len(rows) - 1, min(len(rows), _ROWS)).astype(int)
-    states = states_of(rows[places], model, views=True)
+    every = max(1, len(rows) // _ROWS)
+    states = states_of(rows[::every], model, views=True)
     try:
         with np.errstate(all="ignore"):
-            held = parameters if parameters.ndim == 1 else parameters[places]
+            held = parameters if parameters.ndim == 1 else parameters[::every]
             (mass,) = model.evaluator.functions("mass", {"q": states.q.copy(), "p": held})
             mass = mass.reshape(-1, model.nv, model.nv)  # one for all rows if it is constant
             motion = np.stack([states.v, states.a], axis=2)
@@ -368,9 +368,12 @@ def shares(apart: Kinds, size: MotionSize, kinds: Sequence[str] = ("increment", 
 def _measure(size: Array, units: Sequence[str] = (), floor: Array | float = 0.0) -> Array:
     """Return sizes for divisions: at least a part of the largest size of the unit, and at least the floor; infinite if
     no component of the unit moves."""
-    known = list(units) or [""] * len(size)
-    largest = {unit: max(s for s, u in zip(size, known, strict=True) if u == unit) for unit in set(known)}
-    least = np.array([_SMALL * largest[unit] for unit in known])
+    largest: dict[str, float] = {}
+    for one, unit in zip(size.tolist(), units, strict=True) if units else ():
+        largest[unit] = max(largest.get(unit, 0.0), one)
+    least = (
+        np.array([_SMALL * largest[unit] for unit in units]) if units else _SMALL * np.fmax.reduce(size, initial=0.0)
+    )
     result: Array = np.maximum(np.maximum(size, least), floor)
     return np.where(result > 0.0, result, np.inf)
 
