@@ -62,6 +62,11 @@ def compose(group: Group, first: Array, second: Array) -> Array:
     return _join(group.compose(_split(first), _split(second)))
 
 
+def difference(group: Group, first: Array, second: Array) -> Array:
+    """Return log(first^-1 * second), (..., v_size)."""
+    return _join(group.log(_ALGEBRA, group.compose(group.inverse(_split(first)), _split(second))))
+
+
 def inverse(group: Group, q: Array) -> Array:
     """Return q^-1, (..., q_size)."""
     return _join(group.inverse(_split(q)))

@@ -126,7 +126,7 @@ def _fill_difference(
             result[..., of_v] = end - begin
         else:
             begin, end = elements(begin, group.q_size), elements(end, group.q_size)
-            apart = numeric.log(group, numeric.compose(group, numeric.inverse(group, begin), end))
+            apart = numeric.difference(group, begin, end)
             result[..., of_v] = apart.reshape(result[..., of_v].shape)
 
 
