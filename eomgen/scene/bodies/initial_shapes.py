@@ -131,7 +131,7 @@ class RotatedSectionShape:
 
 def relative_twist(first: Array, second: Array) -> Array:
     """Return the logarithm, (6,), of a pose in another, of at most half a turn."""
-    return numeric.log(SE3, numeric.compose(SE3, numeric.inverse(SE3, first), second))
+    return numeric.difference(SE3, first, second)
 
 
 def _about_x(angle: float) -> Array:
