@@ -2,8 +2,8 @@
 
 A product ``NAME`` has the folders ``eomgen/products/NAME``, ``templates/NAME`` and ``tests/NAME``, as far as it needs
 them, stubs of its public modules, and the paths in ``tests/NAME/product.toml``: pages, examples, and tests in other
-folders. The commands that follow the removal renew texts that are written from all products. ``--strays`` lists tests
-elsewhere that import the product.
+folders; ``shared`` are tests in the folder of another product that need this one as well. The commands that follow the
+removal renew texts that are written from all products. ``--strays`` lists tests elsewhere that import the product.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ RENEWALS = (
 
 
 def facts_of(product: str, root: Path = ROOT) -> dict[str, Any]:
-    """Return the content of ``product.toml``: ``paths``, ``uses``, ``scenes``, ``results``; empty without the file."""
+    """Return the content of ``product.toml``: ``paths``, ``shared``, ``uses``, ``scenes``, ``results``; empty without
+    the file."""
     file = root / "tests" / product / "product.toml"
     return tomllib.loads(file.read_text(encoding="utf-8")) if file.is_file() else {}
 
@@ -39,7 +40,9 @@ def paths_of(product: str, root: Path = ROOT) -> list[str]:
     """Return all files and folders of a product."""
     folders = [f"eomgen/products/{product}", f"templates/{product}", f"tests/{product}"]
     folders += [f"eomgen/{module}.pyi" for module in products()[product].modules]
-    return [path for path in folders if (root / path).exists()] + facts_of(product, root).get("paths", [])
+    facts = facts_of(product, root)
+    optional = [path for path in (*folders, *facts.get("shared", ())) if (root / path).exists()]
+    return optional + facts.get("paths", [])
 
 
 def dependents(product: str) -> list[str]:
@@ -56,11 +59,15 @@ def removal(product: str) -> str:
 
 
 def strays(product: str, root: Path = ROOT) -> Iterator[str]:
-    """Yield the tests of other folders that import a product."""
-    own = tuple(f"{path}/" if not path.endswith(".py") else path for path in paths_of(product, root))
-    named = re.compile(
-        rf"^\s*(from|import) eomgen\.products\.{product}\b|from eomgen\.products import .*\b{product}\b", re.M
+    """Yield the tests that import a product and are not removed with it and the products that need it."""
+    own = tuple(
+        path if path.endswith(".py") else f"{path}/" for one in dependents(product) for path in paths_of(one, root)
     )
+    row = products()[product]
+    modules = "|".join(map(re.escape, (f"products.{product}", *row.modules, *row.moved)))
+    names = "|".join((product, *row.modules, *row.names))
+    places = rf"(eomgen\.({modules})|tests\.{product})"
+    named = re.compile(rf"^\s*((from|import) {places}\b|from eomgen(\.products)? import .*\b({names})\b)", re.M)
     for file in sorted((root / "tests").rglob("*.py")):
         place = file.relative_to(root).as_posix()
         if not place.startswith(own) and named.search(file.read_text(encoding="utf-8")):

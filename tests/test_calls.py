@@ -13,7 +13,6 @@ import pytest
 
 import eomgen
 from eomgen.base.calls import UnknownAttribute, UnknownName, attributes_elsewhere, checked_call, meant_term, of_models
-from eomgen.products.linear.state_space import StateSpace
 from eomgen.system.terms import TERMS, nearest_term
 from tests.models.cache import shared_cache
 from tests.models.scenes import PENDULUM_TOML, pendulum, pendulum_scene
@@ -225,18 +224,3 @@ def test_numbers_that_numpy_writes_into_formulas_are_named() -> None:
             made.build()
         name = text.partition("(")[0]
         assert f"only functions can be called, not '{name}' (column 1)" in caught.value.report()
-
-
-@pytest.mark.parametrize(
-    ("call", "text"),
-    [
-        (lambda m: m.frequency_response(1.0, "u"), "frequency_response: the argument output is missing; try: output="),
-        (eomgen.control.lqr, "lqr: the arguments Q, R are missing; try: Q=..., R=..."),
-        (lambda m: eomgen.control.lqr(m, {"x": 1}, {"u": 1}, weight=2), "lqr: there is no argument 'weight'; try: one"),
-    ],
-)
-def test_linear_models_and_designs_answer_wrong_arguments(call: Callable[[StateSpace], object], text: str) -> None:
-    one, none = np.ones((1, 1)), np.zeros((1, 0))
-    space = StateSpace(-one, one, none, one, 0.0 * one, none, ("x",), ("u",), (), ("y",))
-    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
-        call(space)

@@ -7,6 +7,7 @@ import inspect
 import re
 from collections.abc import Callable, Iterator
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,39 +18,31 @@ import pytest
 
 import eomgen
 from docs.site.reference import INTERNAL
-from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from eomgen.products.ensembles.ensemble import Ensemble
-from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.modes import Modes
-from eomgen.products.linear.state_space import StateSpace
+from eomgen.base.products import products, public_names
 from eomgen.simulation.simulator import Simulator
 from tests.docstrings import LEFT_OUT, findings_of, names, undocumented
 from tests.models.cache import shared_cache
+from tests.product_parts import facts_of
 
 __all__ = ["shared_cache"]
 
+FACTS = [facts_of(product) for product in products()]
 CLASSES = (
-    eomgen.Model,
-    eomgen.Solution,
-    eomgen.System,
-    Simulator,
-    eomgen.SceneBuilder,
-    Linearization,
-    StateSpace,
-    Modes,
-    Ensemble,
-    Sensitivities,
+    *(eomgen.Model, eomgen.Solution, eomgen.System, Simulator, eomgen.SceneBuilder),
+    *(
+        getattr(import_module(facts["results"][name]), name)
+        for facts in FACTS
+        for name in facts.get("contract", ())
+        if name in facts.get("results", {})
+    ),
 )
-FUNCTIONS = ("build", "derive", "generate", "load", "with_controller")
+FUNCTIONS = (
+    *("build", "derive", "generate", "load"),
+    *(name for facts in FACTS for name in facts.get("contract", ()) if name in public_names()),
+)
 
 #: Functions whose example would be long, need a large scene or a file of another program; none is added.
-WITHOUT_EXAMPLE = {
-    "Model.buckling_loads",
-    "Model.campbell",
-    "Model.equilibrium_path",
-    "Model.section_loads",
-    "Solution.plot_sections",
-}
+WITHOUT_EXAMPLE = {"Model.section_loads", *(name for facts in FACTS for name in facts.get("without_example", ()))}
 
 
 def contract() -> Iterator[tuple[str, Callable[..., Any]]]:
@@ -97,19 +90,10 @@ EXAMPLES = {name: function for name, function in CONTRACT.items() if ">>>" in (f
     for name, value in names()
     if inspect.isfunction(value) and ">>>" in (value.__doc__ or "") and value not in CONTRACT.values()
 }
-#: The compiler zig, which the second tier installs, makes WebAssembly; the others compile for more than a second.
-SLOW = {"Ensemble.plot", "Model.live", "eomgen.casadi", "eomgen.fmu", "eomgen.jax"}
+#: Examples that compile for more than a second.
+SLOW = {name for facts in FACTS for name in facts.get("slow_examples", ())}
 
 
-@pytest.mark.slow_cases(
-    "Model.calibrate",
-    "Model.floquet",
-    "Ensemble.count",
-    "Model.simulate_many",
-    "Sensitivities.input_gradient",
-    "Model.steady_motion",
-    "eomgen.linear.eigenvalue_loci.Campbell.number",
-)
 @pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in EXAMPLES])
 def test_examples_run_as_they_stand(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib.use("Agg")

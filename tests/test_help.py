@@ -6,29 +6,24 @@ import inspect
 import re
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, get_type_hints
+from typing import Any, cast, get_type_hints
 
 import click
 import pytest
 
 import eomgen
-from eomgen import random_vibration
+from eomgen.base.products import named, products
 from eomgen.cli import commands
 from eomgen.errors import UsageError
 from eomgen.integrators.families.family import Sizes
 from eomgen.integrators.families.register import method_named, method_names, row_of
-from eomgen.products.derivatives.linearise import sensitivities
-from eomgen.products.ensembles.simulate_many import simulate_many
 from eomgen.scene.sources.register import own_sources
 from eomgen.simulation import option_types
-from eomgen.simulation.simulate import simulate
 from eomgen.verbs import OWNERS, methods
+from tests.product_parts import facts_of
 
-#: Functions that hand options on: their types, and the function that takes the options in the end.
-HANDED_ON = {
-    simulate_many: (option_types.EnsembleOptions, simulate),
-    random_vibration: (option_types.SensitivityOptions, sensitivities),
-}
+#: Functions of products that hand options on: their types, and the function that takes the options in the end.
+HANDED_ON = [row for product in products() for row in facts_of(product).get("handed_on", ())]
 #: Of a scene with and without constraints and internal states.
 SIZES = (Sizes(3, 3, 0, 0, 0, 0, 0), Sizes(3, 3, 1, 1, 1, 3, 3))
 
@@ -45,9 +40,10 @@ def test_methods_show_and_document_every_argument(owner: str, name: str) -> None
     assert shown <= words(method), shown - words(method)
 
 
-@pytest.mark.parametrize("function", HANDED_ON)
-def test_options_that_are_handed_on_are_shown(function: Callable[..., Any]) -> None:
-    typed, taker = HANDED_ON[function]
+@pytest.mark.parametrize("row", HANDED_ON, ids=lambda row: row["function"])
+def test_options_that_are_handed_on_are_shown(row: dict[str, str]) -> None:
+    typed = getattr(option_types, row["options"])
+    function, taker = (cast("Callable[..., Any]", named(row[key])) for key in ("function", "taken_by"))
     given, taken = inspect.signature(function).parameters, inspect.signature(taker).parameters
     assert set(typed.__annotations__) <= set(given)
     kinds = get_type_hints(taker)
@@ -89,10 +85,3 @@ def test_options_of_a_verb_come_before_options_of_urdfs(verb: str) -> None:
     own = [option.name for option, robot in zip(given, of_robots, strict=True) if not robot]
     ahead = [option.name for option in given[: of_robots.index(True)]]
     assert set(own) - set(ahead) <= {"strict", "coordinates", "as_json", "debug", "verbose", "help"}
-
-
-def test_the_help_of_live_shows_the_profile_that_pages_take() -> None:
-    command = commands.get_command(click.Context(commands), "live")
-    assert command is not None
-    text = " ".join(command.get_help(click.Context(command)).split())
-    assert "or in the least time. [default: reproducible]" in text

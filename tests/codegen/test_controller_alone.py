@@ -21,6 +21,7 @@ from eomgen.codegen.targets.target import Target
 from eomgen.pipeline.pipeline import _check_only, _check_scene
 from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 
@@ -55,24 +56,6 @@ def servo() -> dict[str, Any]:
         "efforts": {"motor": {"joint": "hinge", "effort": "torque"}},
         "outputs": {"lean": {"formula": "q.hinge", "unit": "rad", "description": "by the encoder"}},
     }
-
-
-def estimated() -> dict[str, Any]:
-    """Return nested data of a cart with an observer and a regulator as sampled states."""
-    return {
-        "format": 1,
-        "name": "cart",
-        "bodies": {"b": {"mass": 2.0}},
-        "joints": {
-            "x": {
-                "type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 40.0,
-                "initial": {"position": 0.1},
-            }
-        },
-        "inputs": {"push": {"unit": "N"}},
-        "efforts": {"motor": {"joint": "x", "effort": "push"}},
-        "outputs": {"place": {"formula": "q.x + 0.02 * sin(q.x)", "unit": "m"}},
-    }  # fmt: skip  # a table
 
 
 def compiled(folder: Path, *flags: str) -> Path:
@@ -113,27 +96,6 @@ def test_sampled_states_give_the_commands_of_the_closed_loop(k: float, tmp_path:
     listed = ", ".join(f"{time:.9g}" for time in held[:4, 0].round(9))
     assert f"one line for each call, that is at\n{listed}, ... s,\n" in page
     assert np.ptp(held[:, 1]) > 5.0 and np.max(np.abs(held[:, 1])) <= 5.0
-
-
-@pytest.mark.slow
-def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
-    from eomgen.products.linear.control import OutputFeedback, kalman, lqr
-
-    data = estimated()
-    space = eomgen.build(data, profile="quick").linearize(at="initial", initial={"x": 0.0}).state_space()
-    law = OutputFeedback(
-        lqr(space, {"place": 400.0}, {"push": 0.1}, sample="10 ms", delay="5 ms"),
-        kalman(space, {"push": 0.1}, {"place": 1e-6}, sample="10 ms", delay="5 ms"),
-    )
-    closed = eomgen.with_controller(data, law)
-    eomgen.generate(closed, tmp_path / "c", only="controller")
-    run = eomgen.build(closed, profile="quick").simulate(0.5, 2.5e-3, method="rk4")
-    calls = slice(0, -2, 2)  # each 5 ms
-    held = answers(compiled(tmp_path / "c"), run.outputs["place"][calls, None])
-    names = [state.name for state in eomgen.load(closed).states]
-    after = run.z[1::2, names.index("push")][: len(held)]
-    np.testing.assert_allclose(held[:, 1], after, rtol=1e-13, atol=1e-13)
-    assert np.ptp(after) > 0.1
 
 
 @pytest.mark.slow
@@ -179,7 +141,7 @@ def test_a_function_in_c_is_called_with_its_memory(tmp_path: Path) -> None:
         }
     }  # fmt: skip  # a table
     scene = tmp_path / "scene.toml"
-    scene.write_text(eomgen.products.linear.controllers.toml_text(data), encoding="utf-8")
+    scene.write_text(toml_text(data), encoding="utf-8")
     assert main(["generate", str(scene), "--only", "controller", "--out", str(tmp_path / "c")]) == 0
     run = eomgen.build(scene, profile="quick").simulate(0.2, 1e-3, method="rk4")
     calls = slice(0, -2, 2)

@@ -15,6 +15,7 @@ from eomgen.cli import main
 from eomgen.products.ensembles.discretisation import spread_samples, unresolved_processes
 from eomgen.scene.load import load_toml
 from tests.ensembles.carts import bits, small_blocks
+from tests.models.doubtful_scenes import END, STEP, UNRESOLVED, oscillator, share_of_state, stuck
 
 SLIDER = """
 format = 1
@@ -194,3 +195,16 @@ def test_the_first_sample_examined_is_the_farthest_value(far: int) -> None:
         values = np.insert(others, far, value)[:, np.newaxis]
         assert spread_samples(values, 1) == [far]
         assert spread_samples(np.hstack([values, np.full((8, 1), 5.0)]), 1) == [far]
+
+
+def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
+    model = eomgen.build(oscillator(), profile="quick")
+    result = model.simulate_many(END, STEP, table={"push": [0.1, 0.11]}, columns=["q.rail"], points=2)
+    assert result.error.worst is not None and result.error.worst[1].name.startswith("z.")
+    assert result.error.relative == pytest.approx(share_of_state(), rel=1.0)
+
+
+def test_friction_that_steps_do_not_resolve_is_noted() -> None:
+    model = eomgen.build(stuck(), profile="quick")
+    found = model.simulate_many(table={"pull": [400.0, 410.0]}, columns=["q.rail"], points=2)
+    assert UNRESOLVED in "; ".join(found.notes)

@@ -5,7 +5,11 @@ from __future__ import annotations
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
+from typing import Any
+
+from eomgen.cli import commands
 
 #: The scene that most entries change in one place.
 SCENE = """\
@@ -104,3 +108,15 @@ class Failure:
             for name, value in self.environment.items()
         ]
         return "\n\n".join(part.rstrip() for part in [*parts, self.preparation, "\n".join(settings)] if part.rstrip())
+
+
+def invoked(*words: str) -> object:
+    """Return the result of a verb, whose errors are raised."""
+    return commands.main([*words], standalone_mode=False)
+
+
+def tables_of_products(name: str) -> list[Any]:
+    """Return the tables of a name in the modules ``refused_calls`` of all products that have one."""
+    files = sorted(Path(__file__).parents[1].glob("*/refused_calls.py"))
+    modules = [import_module(f"tests.{file.parent.name}.refused_calls") for file in files]
+    return [getattr(module, name) for module in modules if hasattr(module, name)]

@@ -16,9 +16,7 @@ import pytest
 
 from eomgen.base.csv_tables import read_cells
 from eomgen.base.files import read_arrays, write_arrays, write_text
-from eomgen.cli import commands
 from eomgen.errors import DescriptionError, EomgenError, FileError
-from eomgen.products.studies.tuning.result import with_settings
 from eomgen.results.solution import Solution
 from eomgen.scene import include
 from eomgen.scene.document import units
@@ -26,6 +24,7 @@ from eomgen.scene.load import load, load_toml
 from eomgen.scene.signals import curves
 from eomgen.scene.sources.toml import line_index
 from eomgen.toolchain.cache import Cache, writable_by_others
+from tests.failures.failure import tables_of_products
 
 # -- TOML --------------------------------------------------------------------------------------------------------------
 
@@ -123,10 +122,6 @@ ASSET = (
 )
 
 
-def invoked(*words: str) -> object:
-    return commands.main([*words], standalone_mode=False)
-
-
 def _written(path: Path, text: str) -> Path:
     path.write_text(text, encoding="utf-8")
     return path
@@ -142,11 +137,9 @@ READERS = {
     "table": (".csv", lambda path: load(_written(path.with_name("s.toml"), TABLE.format(path.name))), 3),
     "columns": (".csv", read_cells, 7),
     "solution": (".npz", Solution.load, 7),
-    "settings": (".toml", lambda path: with_settings(path, {"method": "rk4"}, "", ""), 7),
-    "report": (".toml", lambda path: invoked("report", str(path), "--out", str(path.with_name("r.html"))), 7),
-    "field": (".toml", lambda path: invoked("sample", str(path), "--out", str(path.with_name("o"))), 7),
-    "page": (".npz", lambda path: invoked("animate", str(path), "--out", str(path.with_name("a.html"))), 7),
 }
+for table in tables_of_products("READERS"):
+    READERS |= table
 
 
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="named pipes of POSIX")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import functools
 import json
 import pickle
 import warnings
@@ -15,36 +14,14 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.control import kalman, lqr
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm
 
 pytestmark = pytest.mark.slow
 
 
-@functools.cache
-def spring() -> eomgen.Model:
-    builder = eomgen.SceneBuilder("cart").body("m", 2.0)
-    builder.joint("x", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=50, damping=0.5)
-    builder.input("f", unit="N").effort("f", "x", "f").output("place", formula="q.x", unit="m")
-    return eomgen.build(builder.build(), profile="quick")
-
-
-@functools.cache
-def law() -> Any:
-    return lqr(spring().linearize(), {"place": 1.0}, {"f": 0.1})
-
-
-def observer() -> Any:
-    return kalman(spring().linearize(), {"f": 1.0}, {"place": 1e-4})
-
-
 def run(t_end: float = 0.1, **options: Any) -> eomgen.Solution:
     return arm().simulate(t_end, 1e-3, error_estimate=False, **options)
-
-
-def unpacked(result: Any) -> None:
-    _, _ = result
 
 
 def set_parameter_of(owner: Callable[[], Any]) -> None:
@@ -52,16 +29,6 @@ def set_parameter_of(owner: Callable[[], Any]) -> None:
 
 
 CALLS: list[tuple[Callable[[], Any], str]] = [
-    (
-        lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]
-        "with_controller: the path of a scene file, or its nested data, is needed, not Model; try: with_controller(",
-    ),
-    (
-        lambda: eomgen.with_controller("scene.toml", law().gains),
-        "with_controller: a Regulator or an OutputFeedback is needed, not ndarray; try: the result of lqr, place",
-    ),
-    (lambda: unpacked(law()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga"),
-    (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
     (lambda: run().poses["tip"], 'tip is a point, and poses are of bodies; try: outputs["tip"] of the solution'),
     (lambda: run().poses["uper"], "there is no pose 'uper'; try: upper"),
     (lambda: run().events["bounce"], "events: there is no event 'bounce'; try: a scene with [events]"),

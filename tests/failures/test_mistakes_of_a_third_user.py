@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
@@ -13,7 +12,6 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
 from tests.failures.failure import SCENE
 from tests.failures.mistakes import arm, changed, run_of, scene_of, slider
 from tests.failures.test_mistakes_of_a_second_user import refused
@@ -24,19 +22,8 @@ pytestmark = pytest.mark.slow
 
 
 @cache
-def space() -> Any:
-    builder = slider(stiffness=50, damping=0.5).input("push").effort("push", "x", "push")
-    builder.output("place", formula="q.x", unit="m")
-    return eomgen.build(builder.build(), profile="quick").linearize().state_space()
-
-
-@cache
 def solution() -> eomgen.Solution:
     return arm().simulate(0.01, 1e-3)
-
-
-def regulator(**options: Any) -> Any:
-    return lqr(space(), {"place": 1.0}, {"push": 0.1}, **options)
 
 
 @pytest.mark.parametrize(
@@ -67,44 +54,11 @@ def regulator(**options: Any) -> Any:
         ),
         (lambda: solution().parameters, "a Solution has no 'parameters'; try: metadata[\"parameters\"]"),
         (lambda: solution().tip, "a Solution has no 'tip'; try: [\"tip\"] in place of .tip"),
-        (
-            lambda: OutputFeedback(kalman(space(), {"push": 0.1}, {"place": 1e-6}), regulator()),
-            "OutputFeedback: a Regulator comes first, not an Observer; try: OutputFeedback(regulator, observer)",
-        ),
-        (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
     ],
 )  # fmt: skip  # a table
 def test_what_was_meant_is_told(call: Callable[[], Any], piece: str) -> None:
     text = refused(call)
     assert piece in text, text
-
-
-@pytest.mark.parametrize(
-    ("call", "piece"),
-    [
-        (
-            lambda: place(space(), [1, 2]),
-            "place: poles with positive real parts are asked for, 1, 2: such motions grow; try: negative real parts",
-        ),
-        (lambda: place(space(), [1 + 2j, 1 - 2j]), "asked for, 1+2j, 1-2j"),
-        (lambda: place(space(), [1, 2], sample="10 ms"), "poles z = e^(s T) outside the unit circle"),
-        (lambda: regulator(sample=500), 'is 500 s; try: sample="0.002 s" for 500 a second, or "500 s" if it is'),
-        (lambda: discretized(space(), 500), 'try: sample="0.002 s" for 500 a second'),
-    ],
-)  # fmt: skip  # a table
-def test_linear_designs_that_are_hardly_meant_are_warned_of(call: Callable[[], Any], piece: str) -> None:
-    with pytest.warns(RuntimeWarning) as seen:
-        call()
-    assert any(piece in str(item.message) for item in seen), [str(item.message) for item in seen]
-
-
-def test_linear_designs_that_are_meant_are_not_warned_of() -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        place(space(), [-1, -2])
-        place(space(), [-1, -2], sample="10 ms")
-        regulator(sample="20 s")
-        regulator(sample=0.002)
 
 
 def test_attributes_are_listed_once() -> None:

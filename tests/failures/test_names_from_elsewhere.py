@@ -15,10 +15,9 @@ import eomgen
 from eomgen.base.calls import attributes_elsewhere
 from eomgen.cli import VERBS, commands, main
 from eomgen.cli.mistakes import of_verb
-from eomgen.control import Regulator
 from eomgen.toolchain.profiles import PROFILES
 from tests.failures.catalogue.robots import robot
-from tests.failures.failure import SCENE
+from tests.failures.failure import SCENE, tables_of_products
 from tests.failures.mistakes import arm, changed, scene_of, slider
 from tests.failures.test_mistakes_of_a_second_user import SERVO, refused
 
@@ -106,8 +105,6 @@ def entry(section: str, text: str) -> Callable[[], Any]:
         ),
         (lambda: setattr(arm().start(step=1e-3), "t", 0.1), "try: set_state(t=...)"),
         (lambda: arm().start(step=1e-3).set_state([0.1]), 'a mapping is needed, not list; try: set_state({"q": q,'),
-        (lambda: arm().linearize().A, "a Linearization has no 'A'; try: state_space().A"),
-        (lambda: arm().linearize().eigenvalues, "try: modes(), which has eigenvalues, frequency and damping"),
         (
             lambda: eomgen.build("x.toml", step=1e-3),
             "argument 'step'; try: eomgen.build(scene).simulate(step=",
@@ -161,25 +158,11 @@ def test_friction_that_is_asked_for_and_not_there_is_noted(tmp_path: Path) -> No
     assert note not in eomgen.load(tmp_path / "r.urdf").notes
 
 
-OSCILLATOR = {
-    "format": 1,
-    "kind": "hamiltonian",
-    "name": "oscillator",
-    "hamiltonian": "p_x**2 / 2 + x**2 / 2",
-    "coordinates": {"x": {"initial": [0.1, 0.0]}},
-}
-
-
 def of_each_kind() -> dict[str, Any]:
     """Return an object of each class whose attributes have other names elsewhere."""
-    model = arm()
-    linear = model.linearize()
-    space = linear.state_space()
-    regulator = Regulator(space, np.zeros((len(space.inputs), len(space.states))))
-    run, simulator, builder = model.simulate(0.01, 1e-3), model.start(step=1e-3), eomgen.SceneBuilder("arm")
-    oscillator = eomgen.build(OSCILLATOR)
-    things = (model, run, simulator, linear, linear.modes(), space, regulator, builder, oscillator)
-    things = (*things, oscillator.simulate(0.01, 1e-3))
+    things = [arm(), arm().simulate(0.01, 1e-3), arm().start(step=1e-3), eomgen.SceneBuilder("arm")]
+    for objects in tables_of_products("objects_with_names"):
+        things += objects()
     return {"": eomgen, **{type(thing).__name__: thing for thing in things}}
 
 

@@ -20,6 +20,7 @@ from fmpy.validation import validate_fmu
 import eomgen
 from eomgen.products.fmu.export import fmu_files
 from tests.fmu.importers import columns, names_of, recorded, run, written
+from tests.models.doubtful_scenes import UNRESOLVED, stuck
 from tests.models.scenes import PENDULUM_TOML
 
 STEP, END = 1e-3, 0.2
@@ -178,3 +179,11 @@ def test_mistakes_in_options_are_named(options: dict[str, Any], message: str) ->
     with pytest.raises(eomgen.UsageError) as caught:
         fmu_files(pendulum(), **options)
     assert message in str(caught.value)
+
+
+def test_friction_that_steps_do_not_resolve_is_told_by_the_log(tmp_path: Path) -> None:
+    messages: list[str] = []
+    file = eomgen.fmu(stuck(0.2), tmp_path / "stuck.fmu", types="cs", profile="quick")
+    options = {"debug_logging": True, "logger": lambda *words: messages.append(words[-1].decode())}
+    fmpy.simulate_fmu(str(file), stop_time=0.01, output_interval=0.01, **options)
+    assert UNRESOLVED in "; ".join(messages)

@@ -163,3 +163,21 @@ def test_an_empty_method_of_a_call_is_refused() -> None:
         eomgen.UsageError, match='method: the name of the method is empty; try: "omf4", or no method at'
     ):
         oscillator().simulate(method="")
+
+
+def test_a_hamiltonian_run_prints_the_parameters_that_it_changes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("system.toml").write_text(
+        'format = 1\nkind = "hamiltonian"\nname = "mass"\n'
+        'hamiltonian = { kinetic = "p_x**2 / (2 * m)", potential = "k * x**2 / 2" }\n'
+        '[parameters]\nm = { value = 0.5, unit = "kg" }\nk = 2.0\n'
+        '[coordinates]\nx = { initial = [0.2, 0], unit = "m", momentum_unit = "N s" }\n'
+        "[simulation]\nduration = 0.1\nstep = 0.01\n",
+        encoding="utf-8",
+    )
+    assert main(["simulate", "system.toml", "--set", "m=0.25", "--no-plots", "--out", "run"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "parameter m 0.25 kg, in the scene 0.5" in told
+    assert "parameter k" not in told

@@ -14,9 +14,9 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.errors import DescriptionError, EomgenError, ModelError, UsageError
-from eomgen.products.linear.controllers import toml_text
 from tests.models.c_laws import TYRE_LAW, wheel_scene
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import functools
 import random
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from eomgen.codegen.convert import to_program
 from eomgen.mechanics import scene_tape
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.tree import alike
-from eomgen.studies import check
 from eomgen.symbolic.operations import LEAVES, Op
 from eomgen.symbolic.tape import GENERIC, ONE, ZERO, Tape
 from eomgen.system.system import System
@@ -112,15 +110,6 @@ def test_all_functions_are_those_of_links_written_one_by_one(
         for block, values in tape_evaluator(made)(name, state).items():
             wanted = tape_evaluator(alone)(name, state)[block]
             assert relative_error(values, wanted, values.ndim - 1 or 1) <= 1e-12, (name, block)
-
-
-@pytest.mark.long
-def test_the_extended_system_of_such_a_chain_agrees(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(alike, "MANY", 6)
-    monkeypatch.setattr(scene_tape, "MANY", 6)
-    monkeypatch.setenv("EOMGEN_CACHE", str(tmp_path / "cache"))
-    report = check(chain("mixed", 8), states=2, only=["iteration", "energy"], profile="quick")
-    assert report.passed, [(form.name, str(form.worst)) for form in report.failures]
 
 
 @pytest.mark.parametrize("axes", [AXES[1:2], AXES])

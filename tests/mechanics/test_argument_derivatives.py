@@ -25,7 +25,7 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.tape import ZERO
 from eomgen.system.system import BASE_SIZE
 from eomgen.system.terms import ARGUMENTS, DIFFERENTIATED
-from tests.studies.scenes import drone, gate
+from tests.models.checked_scenes import drone, gate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Array = np.ndarray

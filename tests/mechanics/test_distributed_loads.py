@@ -10,7 +10,6 @@ import pytest
 import eomgen
 from eomgen.errors import DescriptionError
 from eomgen.mechanics.derive import derive
-from eomgen.studies import check
 from tests.models.cache import shared_cache
 from tests.oracles.evaluation import tape_evaluator
 from tests.oracles.states import on_base, random_states
@@ -167,15 +166,6 @@ def test_loads_that_cannot_be() -> None:
         builder = loaded()
         with pytest.raises(DescriptionError, match=text):
             builder.distributed_load("other", **{"beam": "beam", "force": [0, 0, 1], **keys}).build()
-
-
-@pytest.mark.long
-def test_check_compares_geometric_stiffness_without_loads() -> None:
-    builder = eomgen.SceneBuilder("mast", gravity=[0, 0, 0])
-    builder.beam("mast", 2.0, mass_per_length=0.5, bending_z={"modes": 2, "shapes": "polynomial", "stiffness": 70.0})
-    builder.joint("clamp", "revolute", "base", "mast", axis=[0, 1, 0], stiffness=100)
-    builder.distributed_load("wind", "mast", [5, 0, "-3 * (1 + 0.2 * sin(t))"], profile=[0.5, 0.5])
-    assert check(builder.build()).passed
 
 
 def test_only_exact_beams_take_distributed_moments() -> None:

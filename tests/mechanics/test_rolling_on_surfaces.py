@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar, root
 
 import eomgen
-from eomgen import studies
 from eomgen.lie.numeric import rotation_matrix
 
 SCENE = """format = 1
@@ -233,14 +232,3 @@ def test_other_shapes_roll_by_newton_and_euler_about_their_contact(shape: str) -
         a = np.asarray(body.constrained_dynamics(q[np.newaxis], v[np.newaxis])[0])[0]
         force = 2.0 * (R @ (a[3:] + np.cross(v[:3], v[3:])) + [0, 0, 9.81])
         assert np.max(np.abs(0.128 * (R @ a[:3]) - np.cross(arm, force))) < 1e-8
-
-
-@pytest.mark.long_except_every(3)
-@pytest.mark.slow
-@pytest.mark.parametrize("shape", BODIES)
-def test_derivatives_of_other_shapes_are_complex_steps(shape: str) -> None:
-    """Derivatives take the place from three steps behind the iteration; complex steps go through the iteration."""
-    tilted = "rotation = [{ axis = [1, 0, 0], angle = 0.25 }]"
-    slides = shaped(shape, type="sliding", position=f"[0.3, 0.25, 0.7], {tilted}", surface=f'surface = "{HILLS}"')
-    report = studies.check(slides, states=2, only=["partials", "second_partials"])
-    assert report.passed, report.summary

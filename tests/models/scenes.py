@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -157,3 +158,16 @@ def zigzag(count: int, angle: float) -> Array:
     middles = ROD * (np.cumsum(along, axis=0) - along / 2.0)
     half = turned / 2.0
     return np.column_stack([np.cos(half), 0.0 * half, np.sin(half), 0.0 * half, middles]).ravel()
+
+
+#: A rod on a pin, of 1 kg.
+SWING: dict[str, Any] = {
+    "format": 1,
+    "name": "swing",
+    "bodies": {"rod": {"mass": 1.0, "center_of_mass": [0, 0, -0.5]}},
+    "joints": {
+        "pin": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0], "initial": {"position": 1.0}}
+    },
+    "outputs": {"angle": {"formula": "q.pin", "unit": "rad"}},
+    "simulation": {"step": 0.01, "duration": 1.28},
+}

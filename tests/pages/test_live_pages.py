@@ -10,12 +10,16 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 
 import eomgen
+from eomgen.cli import commands
+from eomgen.products.pages import live
 from eomgen.products.pages.sliders import range_of
 from eomgen.products.pictures.animation import packed
+from tests.models.doubtful_scenes import UNRESOLVED, oscillator, stuck
 
 HERE = Path(__file__).parent
 EXAMPLES = HERE.parents[1] / "examples"
@@ -176,3 +180,21 @@ def test_the_vehicle_steps_faster_than_real_time(tmp_path: Path) -> None:
     model, solution = run_of("active_vehicle")
     told = in_node(model.live(tmp_path / "page.html", solution=solution), SCENES["active_vehicle"])
     assert told["seconds"] < 0.5 * SCENES["active_vehicle"]  # the picture has the rest of the time of a frame
+
+
+def test_the_help_of_live_shows_the_profile_that_pages_take() -> None:
+    command = commands.get_command(click.Context(commands), "live")
+    assert command is not None
+    text = " ".join(command.get_help(click.Context(command)).split())
+    assert "or in the least time. [default: reproducible]" in text
+
+
+def test_pages_tell_the_error_of_an_internal_state() -> None:
+    run = eomgen.build(oscillator(), profile="quick").simulate()
+    assert run.error.worst is not None and run.error.worst.name.startswith("z.")
+    assert f"of {run.error.worst.name} " in live._error(run)
+
+
+def test_pages_tell_friction_that_steps_do_not_resolve() -> None:
+    model = eomgen.build(stuck(), profile="quick")
+    assert UNRESOLVED in live._note(model, model.simulate())

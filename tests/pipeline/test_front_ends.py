@@ -15,7 +15,6 @@ from scipy.integrate import solve_ivp
 
 import eomgen
 from eomgen.errors import ModelError
-from eomgen.products.studies.verification.check import check
 from eomgen.results.plots import draw
 from tests.models.cache import shared_cache
 from tests.models.lattice import Lattice
@@ -74,13 +73,6 @@ def test_it_has_names_units_and_a_linear_model() -> None:
     found = np.sort(np.abs(model.linearize().modes().eigenvalues.imag))
     exact = 2.0 * np.sin(np.pi * np.arange(1, CELLS + 1) / (2 * (CELLS + 1)))
     np.testing.assert_allclose(np.unique(np.round(found, 9)), np.round(exact, 9), atol=1e-8)
-
-
-@pytest.mark.slow
-def test_its_closed_forms_are_checked() -> None:
-    report = check(lattice("pendulums"), profile="quick", states=4)
-    assert report.passed, report.failures
-    assert {"mass.M", "partials.K"} <= {form.name for form in report.forms}
 
 
 @pytest.mark.long

@@ -15,7 +15,7 @@ from eomgen.pipeline.readings import from_record, record_of_document
 from eomgen.pipeline.scenes import SCENES
 from eomgen.products.pictures.scenery import scenery
 from tests.models.urdf import load_urdf
-from tests.scene.test_shapes import CORNERS, FACES, binary, volume
+from tests.pictures.test_shapes import CORNERS, FACES, binary, volume
 
 ROBOT = """<robot name="arm">
   <material name="dark"><color rgba="0.2 0.4 0.6 0.5"/></material>

@@ -17,7 +17,6 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, ModelError, UsageError
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.verification.check import check
 
 G = 9.81
 BALL: dict[str, Any] = {
@@ -632,12 +631,3 @@ reset = { "q.cart" = "q.cart + 1", " v.cart[0]" = "-lag", lag = 0 }
     np.testing.assert_allclose(back.q[0, 0], back.q_before[0, 0] + 1.0)
     np.testing.assert_allclose(back.v[0, 0], -back.z_before[0, 0])
     assert back.z[0, 0] == 0.0
-
-
-@pytest.mark.slow
-def test_rates_and_gradients_are_checked_against_differences() -> None:
-    scene = changed(DOUBLE, "checked_events", states={"lag": {"rate": "q.elbow - lag"}})
-    scene["base"] = {"position": [0, 0, "0.1*sin(3*t)"], "rotation": [{"axis": [0, 1, 0], "angle": "0.2*sin(t)"}]}
-    scene["events"]["rate"] = {"when": "v.elbow*lag + position.tip[0]*sin(t) + velocity.tip[2]"}
-    report = check(scene, only=["event"], profile="quick")
-    assert report.passed and [form.name for form in report.forms] == ["events.event_rate", "event_impulse.gradient"]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from tests.studies.test_tradeoff import SWING
+from tests.models.scenes import SWING
 
 LOOSE: dict[str, float] = {"rtol": 1e-3, "atol": 1e-5}
 

@@ -31,7 +31,7 @@ from eomgen.products.studies.verification.claims.claim import (
 )
 from eomgen.products.studies.verification.states import CheckedStates
 from eomgen.system.system import System
-from tests.studies.scenes import drone, gate, reed, rod, striker
+from tests.models.checked_scenes import drone, gate, reed, rod, striker
 
 SCENES = {"drone": drone, "gate": gate, "reed": reed, "rod": rod, "striker": striker}
 STATES = 2

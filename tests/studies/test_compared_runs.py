@@ -12,7 +12,6 @@ from scipy.spatial.transform import Rotation
 
 from eomgen.integrators.newton.signs import _parity, _pivots
 from eomgen.lie.product import Factor
-from eomgen.products.ensembles import side_by_side
 from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
 from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
@@ -267,60 +266,3 @@ def test_extrapolation_removes_the_leading_error(order: int, rng: np.random.Gene
     for quaternion in (wrong.q[:, :4], *(pose[:, :4] for pose in wrong.poses.values())):
         np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, rtol=1e-12)
     assert np.abs(wrong.q[:, 4:] - true.q[:, 4:]).max() > 1e-6
-
-
-@pytest.mark.parametrize(
-    ("units", "extent", "bounds"),
-    [
-        (["m", "m"], 0.2, 0.2), (["m", "1"], 0.2, 0.2), (["m", "1"], 5.0, 1.0), (["m", "m/s"], 5.0, 5.0),
-        (["1", "1/s"], 5.0, 1.0), (["m"], 0.0, 1.0), ([], 5.0, 1.0),
-    ],
-)  # fmt: skip
-def test_lanes_break_constraints_beyond_a_part_of_the_machine(units: list[str], extent: float, bounds: float) -> None:
-    """Of a machine: lengths by its extent, angles by one radian, both by the smaller one."""
-    rows, parameters = np.arange(2 * 5 * 4, dtype=float).reshape(2, 5, 4), np.array([[7.0], [8.0]])
-
-    def evaluate(function: str, q: np.ndarray, t: np.ndarray, parameters: np.ndarray) -> dict[str, np.ndarray]:
-        looked = rows[:, [0, 2, 4]].reshape(-1, 4)
-        assert function == "constraint_size" and parameters[:, 0].tolist() == [7.0] * 3 + [8.0] * 3
-        assert t.tolist() == looked[:, 0].tolist() and q.tolist() == looked[:, 1:3].tolist()
-        return {"extent": np.array([0.0, 1.0, 0.5, 1.0, 0.25, 0.0]) * extent}
-
-    model = SimpleNamespace(
-        multipliers=("a",) * len(units), nq=2, functions={"constraint_size": None}, evaluate=evaluate,
-        library=SimpleNamespace(layout={"row_units": units}),
-    )  # fmt: skip
-    lanes: Any = SimpleNamespace(model=model)
-    limit = side_by_side._VIOLATION * bounds
-    for share, broken in ((0.999, False), (1.001, bool(units)), (np.nan, bool(units))):
-        largest = np.array([[share * limit], [0.0]])
-        result = side_by_side.SideBySide._breaks_constraints(lanes, rows, parameters, largest)
-        assert result.tolist() == [broken, False]
-    none = side_by_side.SideBySide._breaks_constraints(lanes, rows, parameters, np.zeros((2, 0)))
-    assert none.tolist() == [False, False]
-
-
-@pytest.mark.parametrize(("gain", "gains"), [(0.999, False), (1.001, True)])
-def test_lanes_gain_energy_beyond_a_part_of_the_energies_that_move(
-    gain: float, gains: bool, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Of three lanes the second gains, at a moment in the middle: by a part of the potential's range and the largest
-    kinetic energy."""
-    count = 5
-    potential = np.tile([7.0, 8.0, 9.0, 8.0, 7.0], (3, 1))
-    kinetic = np.tile([3.0, 2.0, 1.0, 2.0, 3.0], (3, 1))
-    total = potential + kinetic
-    total[:] = 100.0
-    total[1, 2] += gain * side_by_side._GAIN * (2.0 + 3.0)
-    values = {"total": total.ravel(), "potential": potential.ravel(), "kinetic": kinetic.ravel()}
-    monkeypatch.setattr(side_by_side, "_LOOKED_AT", count)
-    monkeypatch.setattr(side_by_side, "evaluated", lambda *given: values)
-    facts = {"facts": {"conservative": True}}
-    model = SimpleNamespace(functions={"energy": None}, library=SimpleNamespace(layout=facts))
-    lanes: Any = SimpleNamespace(model=model, _states=lambda rows: rows, _prescribed=lambda *given: None)
-    rows, present = np.zeros((3, count, 4)), np.zeros((3, 1))
-    assert side_by_side.SideBySide._gains_energy(lanes, rows, present).tolist() == [False, gains, False]
-    facts["facts"]["conservative"] = False
-    assert side_by_side.SideBySide._gains_energy(lanes, rows, present).tolist() == [False] * 3
-    model.functions = {}
-    assert side_by_side.SideBySide._gains_energy(lanes, rows, present).tolist() == [False] * 3

@@ -24,7 +24,7 @@ from eomgen.products.studies.verification.claims.claim import Claim
 from eomgen.products.studies.verification.report import FormReport
 from eomgen.studies import CheckReport, check
 from eomgen.system.terms import TERMS
-from tests.studies.scenes import drone, gate, reed, rod, striker
+from tests.models.checked_scenes import drone, gate, reed, rod, striker
 
 Array = np.ndarray
 SCENES = {"drone": drone, "gate": gate, "reed": reed, "rod": rod, "striker": striker}

@@ -23,6 +23,7 @@ from eomgen.products.studies.work_precision.observation import ErrorSize, errors
 from eomgen.products.studies.work_precision.reference import RunReference
 from eomgen.products.studies.work_precision.result import _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
+from tests.models.scenes import SWING
 
 #: A rod on a ball joint, thrown: no constraint in joint coordinates, three rows in absolute ones.
 THROWN: dict[str, Any] = {
@@ -35,16 +36,6 @@ THROWN: dict[str, Any] = {
     "simulation": {"step": 0.01, "duration": 0.64},
 }
 #: A pendulum of one coordinate: nothing rotates in space, nothing is constrained.
-SWING: dict[str, Any] = {
-    "format": 1,
-    "name": "swing",
-    "bodies": {"rod": {"mass": 1.0, "center_of_mass": [0, 0, -0.5]}},
-    "joints": {
-        "pin": {"type": "revolute", "parent": "base", "child": "rod", "axis": [0, 1, 0], "initial": {"position": 1.0}}
-    },
-    "outputs": {"angle": {"formula": "q.pin", "unit": "rad"}},
-    "simulation": {"step": 0.01, "duration": 1.28},
-}
 #: Two of them in a chain, fast: after a minute no two methods agree.
 WILD: dict[str, Any] = {
     **SWING,

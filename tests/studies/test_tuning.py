@@ -24,8 +24,8 @@ from eomgen.products.studies.work_precision.axes import candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.running import Grid, Runner, ladder_grid, tuning_grid, whole_steps
 from eomgen.simulation.timing import RepeatedRun
-from tests.models.scenes import pendulum
-from tests.studies.test_tradeoff import SWING, WILD
+from tests.models.scenes import SWING, pendulum
+from tests.studies.test_tradeoff import WILD
 
 SCENE = """\
 format = 1

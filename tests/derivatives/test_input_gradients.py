@@ -11,8 +11,8 @@ from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.pipeline.model import Model
 from eomgen.scene.builder import SceneBuilder
+from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, tree
 from tests.models.cache import shared_cache
-from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, tree
 
 __all__ = ["shared_cache"]
 

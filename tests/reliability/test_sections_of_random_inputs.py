@@ -21,7 +21,6 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application
-from eomgen.products.linear.controllers import toml_text
 from eomgen.products.reliability.random_processes import (
     CrossCovariance,
     ExponentialCoherence,
@@ -35,6 +34,7 @@ from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import NormalSeries
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 

@@ -27,6 +27,7 @@ from eomgen.products.reliability.vibration.inputs import processes_of, truncated
 from eomgen.products.reliability.vibration.result import Distribution, Process, _covariance, _modes, _title_of_modes
 from eomgen.products.reliability.vibration.run_response import RunResponse, first_passage, judged_passage, not_normal
 from eomgen.scene.load import load_toml
+from tests.models.doubtful_scenes import UNRESOLVED, stuck
 from tests.reliability.duffing import Duffing
 
 SCENE = """
@@ -597,3 +598,8 @@ def test_random_constants_have_their_marginal_distributions(text: str, law: Any)
     np.testing.assert_allclose(found.results["output.y.final"], expected, rtol=1e-7, atol=1e-9)
     np.testing.assert_array_equal(found.results["output.y.max"], found.results["output.y.min"])
     assert "of the variance of the process" not in found.message
+
+
+def test_friction_that_steps_do_not_resolve_is_told() -> None:
+    model = eomgen.build(stuck(0.2, gusts=True), profile="quick")
+    assert UNRESOLVED in random_vibration(model, "place", samples=20, points=False).message

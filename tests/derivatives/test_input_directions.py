@@ -10,10 +10,10 @@ import pytest
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
+from tests.derivatives.test_following_starts import resting_controller, resting_loop, resting_tree
+from tests.derivatives.test_input_gradients import driven
+from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 from tests.models.cache import shared_cache
-from tests.simulation.test_following_starts import resting_controller, resting_loop, resting_tree
-from tests.simulation.test_input_gradients import driven
-from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 
 __all__ = ["shared_cache"]
 

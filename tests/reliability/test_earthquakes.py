@@ -11,7 +11,7 @@ from scipy.linalg import expm, solve_continuous_lyapunov
 import eomgen
 from eomgen import random_vibration
 from eomgen.base.arrays import Array
-from tests.studies.test_truncation import model_of
+from tests.reliability.test_truncation import model_of
 
 #: Natural frequency of the structure, rad/s, and its damping ratio; of the ground.
 STRUCTURE, GROUND = (7.0, 0.05), (15.0, 0.6)

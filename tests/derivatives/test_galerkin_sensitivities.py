@@ -15,10 +15,10 @@ from eomgen.products.derivatives import galerkin_sweeps, motion
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
+from tests.derivatives.test_sensitivities import STEP, bending, built, controlled, refusal, tree, turning
 from tests.models.cache import shared_cache
 from tests.oracles.complex_galerkin import ComplexGalerkinRun
 from tests.oracles.complex_runs import derivatives
-from tests.simulation.test_sensitivities import STEP, bending, built, controlled, refusal, tree, turning
 
 __all__ = ["shared_cache"]
 

@@ -15,8 +15,8 @@ from eomgen.lie import product
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
+from tests.derivatives.test_sensitivities import absolute, controlled, loop, turning
 from tests.models.cache import shared_cache
-from tests.simulation.test_sensitivities import absolute, controlled, loop, turning
 
 __all__ = ["shared_cache"]
 

@@ -18,7 +18,6 @@ from eomgen.formula.evaluate import evaluate_batch
 from eomgen.formula.nodes import Symbol
 from eomgen.formula.recording import record
 from eomgen.mechanics.derive import derive
-from eomgen.products.linear.controllers import toml_text
 from eomgen.products.reliability.vibration.inputs import processes_of
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import EVERYTHING, SceneNames
@@ -28,6 +27,7 @@ from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import ONE, Tape
 from tests.models.cache import shared_cache
+from tests.models.toml_text import toml_text
 
 __all__ = ["shared_cache"]
 

@@ -12,7 +12,6 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.verification.check import check
 from eomgen.scene.load import from_data
 from tests.models.cache import shared_cache
 
@@ -174,39 +173,6 @@ HULLS = {
     | {"start": [-3, 0.5, -5], "end": [3, 0.2, -4.5], "drag": 0.9, "stations": 1, "axial_added_mass": 0},
 }
 SEA = {"spectrum": {"type": "jonswap", "height": 1, "period": 7}, "components": 2, "depth": 40}
-
-
-@pytest.mark.slow
-@pytest.mark.long_cases("joint")
-@pytest.mark.parametrize("coordinates", ["joint", "absolute"])
-def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None:
-    """Every closed form, power and derivative, by the checks of a scene."""
-    load = {
-        "bodies": {
-            "buoy": {"mass": MASS, "center_of_mass": [0.2, 0, -3.5], "inertia": INERTIA},
-            "arm": {"mass": 300, "center_of_mass": [1, 0, 0], "inertia": {"xx": 10, "yy": 400, "zz": 400}},
-        },
-        "joints": {
-            "moves": {"type": "free", "parent": "base", "child": "buoy"},
-            "hinge": {"type": "revolute", "axis": [0, 1, 0], "parent": "buoy", "child": "arm", "position": [0, 0, 5]},
-        },
-        "hulls": {name: hull | {"waves": "sea"} for name, hull in HULLS.items()}
-        | {
-            "tail": COLUMN
-            | {
-                "body": "arm",
-                "start": [0, 0, -1],
-                "end": [1, 0.3, -4],
-                "drag": 1,
-                "wet": 2,
-                "waves": "sea",
-                "stations": 1,
-            }
-        },
-    }
-    data = _data({"type": "free"}, SEA, {}, coordinates=coordinates, simulation={"duration": 1, "step": 0.01}) | load
-    report = check(from_data(data), states=2)
-    assert report.passed, str(report)
 
 
 @pytest.mark.slow

@@ -17,11 +17,11 @@ from eomgen.pipeline.model import Model
 from eomgen.pipeline.scenes import AbsoluteStart
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
+from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 from tests.models.cache import shared_cache
 from tests.oracles.complex_galerkin import ComplexGalerkinRun
 from tests.oracles.complex_runs import STEP as TINY
 from tests.oracles.complex_runs import ComplexRun, derivatives
-from tests.simulation.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 
 __all__ = ["shared_cache"]
 

@@ -10,11 +10,11 @@ import pytest
 import eomgen
 from eomgen.products.derivatives import motion
 from eomgen.products.derivatives.motion import ReplayedRun
+from tests.derivatives.test_following_starts import resting_controller, resting_tree
+from tests.derivatives.test_galerkin_sensitivities import driven
+from tests.derivatives.test_second_order_sensitivities import OF_TREE, SWUNG, check, moved
+from tests.derivatives.test_sensitivities import STEP, bending, built, controlled, tree, turning
 from tests.models.cache import shared_cache
-from tests.simulation.test_following_starts import resting_controller, resting_tree
-from tests.simulation.test_galerkin_sensitivities import driven
-from tests.simulation.test_second_order_sensitivities import OF_TREE, SWUNG, check, moved
-from tests.simulation.test_sensitivities import STEP, bending, built, controlled, tree, turning
 
 __all__ = ["shared_cache"]
 

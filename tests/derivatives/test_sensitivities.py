@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from eomgen.lie.groups import group_named
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
+from eomgen.products.derivatives.linear_run import undefined_derivatives
 from eomgen.products.derivatives.linear_steps import turning as turned_in_c
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
@@ -539,3 +541,29 @@ def test_runs_in_index_3_have_the_derivatives_of_differences(make: Any, method: 
     assert found.gradients(["final(y[0])"])[0] == pytest.approx(table[-1, 0], rel=1e-10, abs=1e-12)
     hessian = found.hessian("final(y[0])")
     assert np.max(np.abs(hessian - np.stack(second))) < 3e-8 * np.max(np.abs(hessian))
+
+
+def slider(**more: Any) -> dict[str, Any]:
+    """Return nested data of a mass on a line; ``joint`` are keys of its joint."""
+    joint = {"type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], **more.pop("joint", {})}
+    scene = {
+        "format": 1,
+        "name": "slider",
+        "gravity": [0, 0, 0],
+        "bodies": {"b": {"mass": 1.0}},
+        "joints": {"x": joint},
+    }
+    return scene | more
+
+
+@cache
+def free() -> eomgen.Model:
+    return eomgen.build(slider(), profile="quick")
+
+
+def test_derivatives_that_are_not_finite_have_a_reason_without_rough_formulas() -> None:
+    assert str(undefined_derivatives(free(), "at t = 1 s")) == (
+        "numerical error: sensitivities: derivatives are not finite numbers at t = 1 s: a formula has none there"
+        " (a root, a logarithm or a power at zero); try: a formula of finite slope there, x / sqrt(x + width) for"
+        " sqrt(x); eomgen check names formulas without"
+    )

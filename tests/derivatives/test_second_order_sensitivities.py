@@ -16,10 +16,8 @@ from eomgen.pipeline.model import Model
 from eomgen.products.derivatives import motion
 from eomgen.products.derivatives.motion import ReplayedRun
 from eomgen.products.derivatives.run_sensitivities import Sensitivities
-from tests.models.cache import shared_cache
-from tests.oracles.complex_runs import ComplexRun, derivatives
-from tests.simulation.test_following_starts import resting_loop
-from tests.simulation.test_sensitivities import (
+from tests.derivatives.test_following_starts import resting_loop
+from tests.derivatives.test_sensitivities import (
     STEP,
     TO_ROUNDING,
     absolute,
@@ -30,6 +28,8 @@ from tests.simulation.test_sensitivities import (
     tree,
     turning,
 )
+from tests.models.cache import shared_cache
+from tests.oracles.complex_runs import ComplexRun, derivatives
 
 __all__ = ["shared_cache"]
 

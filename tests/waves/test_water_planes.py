@@ -12,7 +12,6 @@ import pytest
 import eomgen
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
-from eomgen.products.studies.verification.check import check
 from eomgen.scene.load import from_data
 from tests.models.cache import shared_cache
 
@@ -216,14 +215,3 @@ def test_a_hull_without_gravity_has_drag_and_no_lift() -> None:
     assert np.abs(model.inverse_dynamics(q, still, still, 0.0)).max() < 1e-4
     moving = -model.inverse_dynamics(q, np.array([0, 0, 0, 2.0, 0, 0]), still, 0.0)
     assert moving[3] == pytest.approx(-0.5 * RHO * 2.0 * 3.0 * 4.0, rel=1e-3)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("angle", [0.0, 0.2, math.pi / 2])
-def test_all_forms_of_a_wide_buoy_agree(angle: float) -> None:
-    """Closed forms, power and derivatives, upright, heeled and lying."""
-    joint = {"type": "revolute", "axis": [0, 1, 0], "initial": {"position": angle}}
-    body = {"mass": 2e5, "center_of_mass": [0.1, 0, -0.5], "inertia": [1e6, 1e6, 1e6]}
-    data = _scene(10.0, -2.0, 2.0, 3, joint, body, added_mass=1, wet=2.0, drag=1.0)
-    report = check(from_data(data), states=3)
-    assert report.passed, str(report)

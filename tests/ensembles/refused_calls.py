@@ -1,0 +1,69 @@
+"""Refused calls of ensembles from Python with their texts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+
+from eomgen.products.ensembles import command, designs, simulate_many, statistics, variations
+from eomgen.products.ensembles.distributions import read_distribution
+
+NORMAL = read_distribution("vary x", "normal(0, 1)")
+PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
+
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "vary without a distribution": (
+        lambda: command._varied(("mass=",)),
+        "--vary mass=: a name and a distribution are needed; try: --vary 'mass=normal(1, 0.1)'",
+    ),
+    "vary twice": (
+        lambda: command._varied(("mass=normal(1, 2)", "mass = uniform(0, 1)")),
+        "--vary mass = uniform(0, 1): mass varies twice; try: one distribution for each name",
+    ),
+    "list of two numbers": (
+        lambda: read_distribution("vary x", "linspace(0, 1)"),
+        "vary x: linspace takes 3 numbers, not 2; try: linspace(low, high, count)",
+    ),
+    "latin hypercube": (
+        lambda: designs.random_design("latin_hypercube", [NORMAL] * 2, designs._MOST_AT_ONCE // 2 + 1, 0),
+        f"samples: latin_hypercube makes all of its {designs._MOST_AT_ONCE + 2} numbers at once,"
+        f" {designs._MOST_AT_ONCE} at most; try: fewer of them, or sobol",
+    ),
+    "no columns": (
+        lambda: simulate_many._columns(cast(Any, PILOT), []),
+        "columns: no column is looked at; try: one of model.simulate(...).columns()",
+    ),
+    "unknown column": (
+        lambda: simulate_many._columns(cast(Any, PILOT), ["forse"]),
+        "columns: there is no column 'forse'; try: force",
+    ),
+    "resume without a folder": (
+        lambda: simulate_many._check_options({}, None, resume=True),
+        "resume: there is no folder to go on with; try: folder=..., the folder of the ensemble before",
+    ),
+    "seed of an input": (
+        lambda: variations._track(cast(Any, SimpleNamespace(name="force", road=None))),
+        "input force: it is not a random road; try: an input with a road of a class",
+    ),
+    "sample beyond the last": (
+        lambda: simulate_many._numbers([2, 3], 3),
+        "keep: 3 is not the number of a sample; try: 0 to 2",
+    ),
+    "sample of a truth value": (
+        lambda: simulate_many._numbers([True], 3),
+        "keep: True is not the number of a sample; try: 0 to 2",
+    ),
+    "Sobol with a failure": (
+        lambda: statistics._sobol(8, ["a", "b"], "y", np.array([1.0] * 7 + [np.nan])),
+        "sensitivity: Sobol' indices need all 8 samples of the design, and 1 failed or are missing; try: distributions"
+        " without the samples that fail, or another design",
+    ),
+    "Sobol before the end": (
+        lambda: statistics._sobol(8, ["a", "b"], "y", np.ones(6)),
+        "sensitivity: Sobol' indices need all 8 samples of the design, and 2 failed or are missing; try: distributions"
+        " without the samples that fail, or another design",
+    ),
+}

@@ -1,0 +1,121 @@
+"""Refused calls of linear from Python with their texts, and calls at the border that are taken."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+import numpy as np
+
+from eomgen.control import OutputFeedback, Regulator, kalman, lqr
+from eomgen.products.linear import command as linearize
+from eomgen.products.linear.augmentation import delay_line, shaping_filter
+from eomgen.products.linear.control.riccati_equation import without_cross_terms
+from eomgen.products.linear.control.second_order import optimal_modal_gains, placed_modal_gains
+from eomgen.products.linear.control.stationary import stationary_covariance
+from eomgen.products.linear.sampling import seconds
+from eomgen.products.linear.spectra import InputSpectrum, MeasuredRoad
+from eomgen.products.linear.state_space import StateSpace
+from tests.failures.mistakes import arm
+
+
+def oscillator(feedthrough: float = 0.0) -> StateSpace:
+    A, B = np.array([[0.0, 1.0], [-4.0, -0.4]]), np.array([[0.0], [1.0]])
+    D = np.array([[feedthrough]])
+    return StateSpace(
+        A, B, np.zeros((2, 1)) + B, np.array([[1.0, 0.0]]), D, np.zeros((1, 1)),
+        states=("x", "v"), inputs=("u",), disturbances=("w",), outputs=("y",),
+    )  # fmt: skip  # two lines
+
+
+LAW, SEEN = lqr(oscillator(), {"x": 1.0}, {"u": 1.0}), kalman(oscillator(), {"w": 1.0}, {"y": 1.0})
+
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "modes from 1": (
+        lambda: linearize._modes("2,0"),
+        "--modes 2,0: numbers of modes from 1 on are needed; try: --modes 1,2,4",
+    ),
+    "modes in words": (
+        lambda: linearize._modes("one"),
+        "--modes one: numbers of modes from 1 on are needed; try: --modes 1,2,4",
+    ),
+    "delay of no sample": (
+        lambda: delay_line("u", "y", 0, 0.1),
+        "delay_line: a delay of 0 samples; try: a whole number of them, from 1 on",
+    ),
+    "delay of a truth value": (
+        lambda: delay_line("u", "y", True, 0.1),
+        "delay_line: a delay of True samples; try: a whole number of them, from 1 on",
+    ),
+    "filter of nothing": (
+        lambda: shaping_filter([1.0], [0.0, 0.0], "w", "u"),
+        "shaping_filter: the coefficients are not finite numbers; try: [2.0], [1.0, 0.5]",
+    ),
+    "regulator first": (
+        lambda: OutputFeedback(cast(Any, SEEN), cast(Any, LAW)),
+        "OutputFeedback: a Regulator comes first, not an Observer; try: OutputFeedback(regulator, observer), of lqr or"
+        " place, and of kalman or place_observer",
+    ),
+    "noise that is none": (
+        lambda: stationary_covariance(oscillator(), {"wind": 1.0}),
+        "noise: there is no disturbance or input 'wind'; try: one of w, u",
+    ),
+    "gain that is none": (lambda: LAW.gain("u", "z"), "gain: there is no 'z' among the gains; try: one of x, v"),
+    "cross terms": (
+        lambda: without_cross_terms(np.eye(2), np.array([[1.1], [0.0]])),
+        "the cost has no minimum: its cross terms outweigh the weights of states and inputs; try: smaller cross terms",
+    ),
+    "weight of a modal force": (
+        lambda: optimal_modal_gains([2.0, 3.0], [0.1, 0.1], [1.0, 0.0]),
+        "the weight of a modal force is 0; try: a number above zero",
+    ),
+    "frequency of zero": (
+        lambda: placed_modal_gains([2.0], [0.1], [0.0], [0.5]),
+        "a frequency of 0 rad/s is asked for; try: a number above zero",
+    ),
+    "ratio of zero": (
+        lambda: placed_modal_gains([2.0], [0.1], [1.0], [0.0]),
+        "a damping ratio of 0 is asked for; try: a number above zero",
+    ),
+    "time": (lambda: seconds("sample", cast(Any, [1.0])), 'sample: a time is needed, not list; try: 0.001 or "1 ms"'),
+    "time of a truth value": (
+        lambda: seconds("sample", True),
+        'sample: a time is needed, not bool; try: 0.001 or "1 ms"',
+    ),
+    "endless time": (
+        lambda: seconds("sample", math.inf),
+        'sample: sample is inf, not a finite number; try: 0.001 or "1 ms"',
+    ),
+    "frequency of an excitation": (
+        lambda: InputSpectrum("w", np.array([0.0, 1.0]), np.ones(2)),
+        "InputSpectrum: w: the frequencies have to be two or more positive numbers that increase, Hz; try: [1.0, 20.0,"
+        " 100.0]",
+    ),
+    "frequencies of an excitation": (
+        lambda: InputSpectrum("w", np.array([1.0, 1.0]), np.ones(2)),
+        "InputSpectrum: w: the frequencies have to be two or more positive numbers that increase, Hz; try: [1.0, 20.0,"
+        " 100.0]",
+    ),
+    "segments of a road": (
+        lambda: MeasuredRoad.of_profile(np.arange(64.0), np.zeros(64), segments=0),
+        "MeasuredRoad: segments: they are a whole number of 1 and more; try: segments=8",
+    ),
+    "spectrum of a road": (
+        lambda: MeasuredRoad(frequencies=np.array([1.0, 2.0]), density=np.array([1.0, -1e-9])),
+        "MeasuredRoad: a spectrum needs two or more frequencies above 0 that increase, and as many densities of 0 or"
+        " more; try: MeasuredRoad.of_profile(distance, elevation)",
+    ),
+}
+ACCEPTED: Sequence[Callable[[], object]] = (
+    lambda: delay_line("u", "y", 1, 0.1),
+    lambda: without_cross_terms(np.eye(2), np.array([[1.0], [0.0]])),
+    lambda: MeasuredRoad(frequencies=np.array([1.0, 2.0]), density=np.array([1.0, 0.0])),
+)
+
+
+def objects_with_names() -> list[object]:
+    """Return objects whose attributes have other names elsewhere."""
+    model = arm().linearize()
+    space = model.state_space()
+    return [model, model.modes(), space, Regulator(space, np.zeros((len(space.inputs), len(space.states))))]

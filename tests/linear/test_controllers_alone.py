@@ -1,0 +1,53 @@
+"""C of a controller alone whose law was designed for a linear model."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.control import OutputFeedback, kalman, lqr
+from tests.codegen.test_controller_alone import answers, compiled
+from tests.models.cache import shared_cache
+
+__all__ = ["shared_cache"]
+
+
+def estimated() -> dict[str, Any]:
+    """Return nested data of a cart with an observer and a regulator as sampled states."""
+    return {
+        "format": 1,
+        "name": "cart",
+        "bodies": {"b": {"mass": 2.0}},
+        "joints": {
+            "x": {
+                "type": "prismatic", "parent": "base", "child": "b", "axis": [1, 0, 0], "stiffness": 40.0,
+                "initial": {"position": 0.1},
+            }
+        },
+        "inputs": {"push": {"unit": "N"}},
+        "efforts": {"motor": {"joint": "x", "effort": "push"}},
+        "outputs": {"place": {"formula": "q.x + 0.02 * sin(q.x)", "unit": "m"}},
+    }  # fmt: skip  # a table
+
+
+@pytest.mark.slow
+def test_an_observer_with_a_regulator_gives_the_commands_of_the_closed_loop(tmp_path: Path) -> None:
+    data = estimated()
+    space = eomgen.build(data, profile="quick").linearize(at="initial", initial={"x": 0.0}).state_space()
+    law = OutputFeedback(
+        lqr(space, {"place": 400.0}, {"push": 0.1}, sample="10 ms", delay="5 ms"),
+        kalman(space, {"push": 0.1}, {"place": 1e-6}, sample="10 ms", delay="5 ms"),
+    )
+    closed = eomgen.with_controller(data, law)
+    eomgen.generate(closed, tmp_path / "c", only="controller")
+    run = eomgen.build(closed, profile="quick").simulate(0.5, 2.5e-3, method="rk4")
+    calls = slice(0, -2, 2)  # each 5 ms
+    held = answers(compiled(tmp_path / "c"), run.outputs["place"][calls, None])
+    names = [state.name for state in eomgen.load(closed).states]
+    after = run.z[1::2, names.index("push")][: len(held)]
+    np.testing.assert_allclose(held[:, 1], after, rtol=1e-13, atol=1e-13)
+    assert np.ptp(after) > 0.1

@@ -1,0 +1,162 @@
+"""Calls of linear models and designs of control that are hardly meant: what they are answered."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+import eomgen
+from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
+from eomgen.products.linear.state_space import StateSpace, spelled
+from eomgen.spectra import Road, RoadExcitation
+from tests.failures.mistakes import arm, pushed, slider
+from tests.models.cache import shared_cache
+
+pytestmark = pytest.mark.slow
+
+
+@cache
+def space() -> Any:
+    builder = slider(stiffness=50, damping=0.5).input("push").effort("push", "x", "push")
+    builder.output("place", formula="q.x", unit="m")
+    return eomgen.build(builder.build(), profile="quick").linearize().state_space()
+
+
+def regulator(**options: Any) -> Any:
+    return lqr(space(), {"place": 1.0}, {"push": 0.1}, **options)
+
+
+@cache
+def spring() -> eomgen.Model:
+    builder = eomgen.SceneBuilder("cart").body("m", 2.0)
+    builder.joint("x", "prismatic", "base", "m", axis=[1, 0, 0], stiffness=50, damping=0.5)
+    builder.input("f", unit="N").effort("f", "x", "f").output("place", formula="q.x", unit="m")
+    return eomgen.build(builder.build(), profile="quick")
+
+
+@cache
+def law() -> Any:
+    return lqr(spring().linearize(), {"place": 1.0}, {"f": 0.1})
+
+
+def observer() -> Any:
+    return kalman(spring().linearize(), {"f": 1.0}, {"place": 1e-4})
+
+
+def unpacked(result: Any) -> None:
+    _, _ = result
+
+
+CALLS: list[tuple[Callable[[], Any], str]] = [
+    (
+        lambda: OutputFeedback(kalman(space(), {"push": 0.1}, {"place": 1e-6}), regulator()),
+        "OutputFeedback: a Regulator comes first, not an Observer; try: OutputFeedback(regulator, observer)",
+    ),
+    (lambda: OutputFeedback(regulator(), regulator()), "an Observer comes second, not a Regulator"),
+    (
+        lambda: eomgen.with_controller(spring(), law()),  # type: ignore[arg-type]
+        "with_controller: the path of a scene file, or its nested data, is needed, not Model; try: with_controller(",
+    ),
+    (
+        lambda: eomgen.with_controller("scene.toml", law().gains),
+        "with_controller: a Regulator or an OutputFeedback is needed, not ndarray; try: the result of lqr, place",
+    ),
+    (lambda: unpacked(law()), "a Regulator is one object, and not several to be unpacked; try: law = ..., and law.ga"),
+    (lambda: unpacked(observer()), "an Observer is one object, and not several to be unpacked; try: observer = ..."),
+    (lambda: arm().linearize().A, "a Linearization has no 'A'; try: state_space().A"),
+    (lambda: arm().linearize().eigenvalues, "try: modes(), which has eigenvalues, frequency and damping"),
+    (lambda: arm().simulate(0.01, 1e-3).psd("q.elbow"), "usage error: psd: the solution has no curve"),
+    (
+        lambda: arm().linearize().rms("tip[2]", "C"),
+        "rms: an excitation is needed, not 'C'; try: RoadExcitation(Road(\"C\")",
+    ),
+    (lambda: arm().linearize().psd("tip[2]", 3.0), "psd: an excitation is needed, not float"),
+]
+
+
+@pytest.mark.parametrize(("call", "piece"), CALLS, ids=[piece[:40] for _, piece in CALLS])
+def test_each_is_answered_with_what_to_try(call: Callable[[], Any], piece: str) -> None:
+    with pytest.raises(eomgen.EomgenError) as error:
+        call()
+    assert piece in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("call", "piece"),
+    [
+        (
+            lambda: place(space(), [1, 2]),
+            "place: poles with positive real parts are asked for, 1, 2: such motions grow; try: negative real parts",
+        ),
+        (lambda: place(space(), [1 + 2j, 1 - 2j]), "asked for, 1+2j, 1-2j"),
+        (lambda: place(space(), [1, 2], sample="10 ms"), "poles z = e^(s T) outside the unit circle"),
+        (lambda: regulator(sample=500), 'is 500 s; try: sample="0.002 s" for 500 a second, or "500 s" if it is'),
+        (lambda: discretized(space(), 500), 'try: sample="0.002 s" for 500 a second'),
+    ],
+)  # fmt: skip  # a table
+def test_linear_designs_that_are_hardly_meant_are_warned_of(call: Callable[[], Any], piece: str) -> None:
+    with pytest.warns(RuntimeWarning) as seen:
+        call()
+    assert any(piece in str(item.message) for item in seen), [str(item.message) for item in seen]
+
+
+def test_linear_designs_that_are_meant_are_not_warned_of() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        place(space(), [-1, -2])
+        place(space(), [-1, -2], sample="10 ms")
+        regulator(sample="20 s")
+        regulator(sample=0.002)
+
+
+def refused(call: Callable[[], Any]) -> str:
+    with pytest.raises(eomgen.EomgenError) as caught:
+        call()
+    return str(caught.value)
+
+
+def test_names_of_states_are_taken_as_solutions_spell_them() -> None:
+    space = eomgen.build(pushed().build(), profile="quick").linearize().state_space()
+    linear = lqr(space, {"x": 2.0, "v.x": 1.0}, {"u": 1.0})
+    as_written = lqr(space, {"q.x": 2.0, "v.x": 1.0}, {"u": 1.0})
+    np.testing.assert_array_equal(as_written.gains, linear.gains)
+    np.testing.assert_allclose(linear.gains, [[np.sqrt(2.0), np.sqrt(1.0 + 2.0 * np.sqrt(2.0))]])
+    assert spelled("ff", ("heave", "v.heave", "z.ff")) == "z.ff"
+    assert spelled("heave", ("heave", "q.heave")) == "heave"
+    assert spelled("q.hight", ("heave",)) == "q.hight"
+    with pytest.raises(eomgen.UsageError, match="there is no output or state"):
+        lqr(space, {"q.y": 1.0}, {"u": 1.0})
+
+
+def test_speeds_of_rides_have_units() -> None:
+    road = RoadExcitation(Road("C"), 20.0, {"u": 0.0})
+    assert road.at("72 km/h") == road
+    assert "RoadExcitation: speed" in refused(lambda: road.at("72 kg"))
+
+
+def test_references_are_shown_in_a_line() -> None:
+    assert repr(arm().linearize().reference) == "<Reference: equilibrium at t = 0 s>"
+
+
+__all__ = ["shared_cache"]
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (lambda m: m.frequency_response(1.0, "u"), "frequency_response: the argument output is missing; try: output="),
+        (eomgen.control.lqr, "lqr: the arguments Q, R are missing; try: Q=..., R=..."),
+        (lambda m: eomgen.control.lqr(m, {"x": 1}, {"u": 1}, weight=2), "lqr: there is no argument 'weight'; try: one"),
+    ],
+)
+def test_linear_models_and_designs_answer_wrong_arguments(call: Callable[[StateSpace], object], text: str) -> None:
+    one, none = np.ones((1, 1)), np.zeros((1, 0))
+    space = StateSpace(-one, one, none, one, 0.0 * one, none, ("x",), ("u",), (), ("y",))
+    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+        call(space)

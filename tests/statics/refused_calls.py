@@ -1,0 +1,41 @@
+"""Refused calls of statics from Python with their texts, and calls at the border that are taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+
+from eomgen.products.statics import steady_motion
+from eomgen.products.statics.command import LoadPaths
+
+
+def rest_options(**given: object) -> dict[str, Any]:
+    """Return options of ``eomgen equilibrium``."""
+    return {"along": None, "over": (), "figure": None, "buckling": None, "path": None, **given}
+
+
+REFUSED: dict[str, tuple[Callable[[], object], str]] = {
+    "drives": (
+        lambda: steady_motion.check_drives(
+            cast(Any, SimpleNamespace(v_names=("v.hinge",), v_units=("rad/s",))), {"hinge": 2.0}, np.array([2.001])
+        ),
+        "velocity hinge: it is driven at 2 rad/s, and 2.001 rad/s is given; try: a tunable parameter in the law,"
+        ' drive = "w*t", and the value as that parameter\'s; or no drive',
+    ),
+    "over without path": (
+        lambda: LoadPaths(rest_options(over=("x",))),
+        "--over: it belongs to a path; try: --path load=0:10",
+    ),
+    "buckling and figure": (
+        lambda: LoadPaths(rest_options(figure="a.png", buckling="load")),
+        "--plot: it belongs to a path, or to an equilibrium alone; try: --path load=0:10",
+    ),
+    "path and buckling": (
+        lambda: LoadPaths(rest_options(along="load=0:10", buckling="load")),
+        "--buckling: it is asked for together with --path; try: one of them",
+    ),
+}
+ACCEPTED: Sequence[Callable[[], object]] = (lambda: LoadPaths(rest_options(figure="a.png")).answers,)
