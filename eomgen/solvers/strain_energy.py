@@ -40,9 +40,7 @@ class Strains:
     def _values(self, q: Array) -> Array:
         """Return the logarithms of the relative poses, (elements, 6)."""
         poses = self.beams.poses(q[np.newaxis])[0]
-        relative = numeric.compose(SE3, numeric.inverse(SE3, poses[self._first]), poses[self._second])
-        relative[relative[:, 0] < 0.0, :4] *= -1.0
-        return numeric.log(SE3, relative)
+        return numeric.difference(SE3, poses[self._first], poses[self._second])
 
     def changes(self, q: Array) -> Array:
         """Return the changes from the guess, (elements, 6), rotations first, rad and m."""
@@ -101,11 +99,9 @@ class Strains:
         for start, nodes in ((0, self._first), (6, self._second)):
             column, element = np.nonzero(np.any(less[:, nodes] != more[:, nodes], axis=-1))
             first, second = (poses[column, nodes[element]] for poses in (less, more))
-            between = numeric.compose(SE3, numeric.inverse(SE3, first), second)
-            between[between[:, 0] < 0.0, :4] *= -1.0
             rows.append((12 * element[:, np.newaxis] + start + np.arange(6)).ravel())
             columns.append(np.repeat(column, 6))
-            entries.append((numeric.log(SE3, between) / (2.0 * steps[column])[:, np.newaxis]).ravel())
+            entries.append((numeric.difference(SE3, first, second) / (2.0 * steps[column])[:, np.newaxis]).ravel())
         places = (np.concatenate(rows), np.concatenate(columns))
         return csr_array((np.concatenate(entries), places), shape=(12 * len(self._first), nv))
 

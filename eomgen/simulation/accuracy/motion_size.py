@@ -229,8 +229,7 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     try:
         with np.errstate(all="ignore"):
             held = parameters if parameters.ndim == 1 else parameters[::every]
-            (mass,) = model.evaluator.functions("mass", {"q": states.q.copy(), "p": held})
-            mass = mass.reshape(-1, model.nv, model.nv)  # one for all rows if it is constant
+            mass = model.evaluator.functions("mass", {"q": states.q.copy(), "p": held})[0].reshape(-1, *[model.nv] * 2)
             motion = np.stack([states.v, states.a], axis=2)
             moving, accelerating = (motion * (mass @ motion)).sum(axis=1).max(axis=0).tolist()
             diagonal = np.diagonal(mass, axis1=1, axis2=2).max(axis=0)
@@ -238,7 +237,6 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
             loads = np.sqrt(accelerating * diagonal)
     except EomgenError:
         return None
-    known = np.where(np.isfinite(rates), rates, 0.0)
     forces: dict[str, float] = {}
     for unit, load in zip(model.v_units, loads.tolist(), strict=True):
         if (dual := _DUAL.get(unit)) and math.isfinite(load):
@@ -246,7 +244,7 @@ def at_work(run: Run, rows: Array, parameters: Array) -> Work | None:
     duration = float(rows[-1, 0] - rows[0, 0])
     values = {item.name: item.value for item in model.description.parameters}
     gravity = [evaluate(entry, lambda symbol: values[symbol.name]) for entry in model.description.gravity]
-    return Work(known, duration, forces, 0.5 * math.hypot(*gravity) * duration**2)
+    return Work(np.where(np.isfinite(rates), rates, 0.0), duration, forces, 0.5 * math.hypot(*gravity) * duration**2)
 
 
 def motion_size(

@@ -309,13 +309,11 @@ def observed_orders(
         return result
     with np.errstate(all="ignore"):
         orders = np.log2(theirs / ours) / math.log2(ratio)
-    follow, last = theirs < _SATURATED, len(theirs) - 1
     for place, floor in enumerate(floors):
         known = (ours > floor) & (theirs > floor) & np.isfinite(theirs)
-        calm = known & follow
-        rows = np.where(calm.any(axis=0), last - np.argmax(calm[::-1], axis=0), np.argmax(known, axis=0))
-        chosen = np.take_along_axis(orders, rows[np.newaxis], axis=0)[0]
-        result[place] = np.where(known.any(axis=0), chosen, math.nan)
+        calm = known & (theirs < _SATURATED)
+        rows = np.where(calm.any(axis=0), len(calm) - 1 - np.argmax(calm[::-1], axis=0), np.argmax(known, axis=0))
+        result[place] = np.where(known.any(axis=0), np.take_along_axis(orders, rows[np.newaxis], axis=0)[0], math.nan)
     return result
 
 
