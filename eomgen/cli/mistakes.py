@@ -117,7 +117,8 @@ def of_usage(error: click.UsageError, path: str, words: Sequence[str]) -> str:
     if isinstance(error, click.NoSuchOption):
         if absent := _absent(error):
             return absent[1]
-        other = _OPTIONS.get(error.option_name, "") or "".join((error.possibilities or ())[:1])
+        close = difflib.get_close_matches(error.option_name[2:], [one[2:] for one in error.possibilities or ()], n=1)
+        other = _OPTIONS.get(error.option_name, "") or "".join(f"--{one}" for one in close)
         return f"{other}; {listing} lists all" if other else listing
     if isinstance(error, click.MissingParameter) and error.param is not None:
         name = error.param.name or ""

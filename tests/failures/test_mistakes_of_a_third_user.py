@@ -103,6 +103,7 @@ RUN = "--out o --no-plots"
     [
         (f"simulate s.toml {RUN} --duration 1", "no such option '--duration'; try: --t-end; eomgen simulate --help"),
         (f"simulate s.toml {RUN} --recordevery 1", "no such option '--recordevery'; try: --record-every; eomgen"),
+        ("latex s.toml --terms mass", "no such option '--terms'; try: eomgen latex --help [E0008]"),  # not --verbose
         (f"simulate s.toml {RUN} --set load=0.5,motor=2", "try: --set load=0.5 --set motor=2"),
         (f"simulate s.toml {RUN} --set motor=2", "--set motor: motor is an input; try: --input motor=2"),
         (f"simulate s.toml {RUN} --input load=2kg", "--input load: load is a parameter; try: --set load=2kg"),

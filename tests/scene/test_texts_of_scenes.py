@@ -398,3 +398,17 @@ TAKEN: dict[str, tuple[Changes, list[str]]] = {
 def test_a_change_within_the_bounds_is_taken_with_these_notes(name: str) -> None:
     changes, notes = TAKEN[name]
     assert list(from_data(changed(changes)).notes) == notes
+
+
+@pytest.mark.parametrize(
+    ("data", "problem"),
+    [
+        ({1: 2}, "scene ('1'): the key '1' is unknown here [E0722]"),
+        ({"bodies": {"rod": {2: 1.0}}}, "scene (bodies.rod[2]): a text is needed here, not 2 [E1475]"),
+    ],
+)
+def test_numbers_as_keys_of_a_mapping_are_refused(data: dict[Any, Any], problem: str) -> None:
+    with pytest.raises(DescriptionError) as refused:
+        from_data({"format": 1, "name": "one", **data})
+    one = refused.value.problems[0]
+    assert f"{one.where}: {one.what} [{one.code}]" == problem

@@ -326,7 +326,7 @@ def test_balances_need_two_rows_without_power_and_five_with() -> None:
     t = np.arange(5.0)
     assert energy_balance(t[:2], energies([1.0, 1.5]), conservative=True).error == pytest.approx(0.5 / 1.5)
     assert energy_balance(t[:1], energies([1.0]), conservative=True).unknown == (
-        "1 row are too few for the work in between"
+        "1 row is too few for the work in between"
     )
     assert "4 rows are too few" in energy_balance(t[:4], energies([1.0] * 4)).unknown
     assert energy_balance(t, energies([1.0] * 5)).error == 0.0

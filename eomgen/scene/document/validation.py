@@ -260,7 +260,7 @@ _AXES = ("x", "y", "z")
 _OF_NUMBERS = "+-0123456789.eE \t"
 #: Nouns of types, by the kind of pydantic's message.
 _NEEDED: Mapping[str, str] = {
-    "string_type": "a text",
+    **dict.fromkeys(("string_type", "invalid_key"), "a text"),
     "bool_type": "true or false",
     **dict.fromkeys(("int_type", "int_from_float"), "a whole number"),
     **dict.fromkeys(("dict_type", "model_type"), "a table"),
@@ -460,7 +460,7 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     schema = document_for(data)
     sections = section_keys(data)
     refused: dict[str, set[str]] = {section: set() for section in sections}
-    kept = dict(data)
+    kept = {str(key): entry for key, entry in data.items()}  # numbers as keys are unknown keys
     try:
         return schema.model_validate(kept), refused
     except ValidationError as error:

@@ -101,7 +101,7 @@ def energy_balance(
     if len(t) < (2 if conservative else _ROWS):
         if len(t) > 1 and (gained := _out_of_nothing(t, energy, moving)):
             return EnergyBalance(gained, gain=gained)
-        return EnergyBalance(None, f"{len(t)} row{'s' * (len(t) != 1)} are too few for the work in between")
+        return EnergyBalance(None, f"{len(t)} row{' is' if len(t) == 1 else 's are'} too few for the work in between")
     floor = max(1e-9, 100.0 * epsilon) * (max(abs(highest), abs(lowest)) + fastest)
     if conservative:
         return _shares(total - total[0], moving) if moving > floor else EnergyBalance(0.0)
