@@ -11,7 +11,7 @@ import jsonschema
 import pytest
 
 from eomgen.cli import main
-from eomgen.products.fields.documents import field_reading, reading
+from eomgen.products.fields.documents import reading
 from eomgen.products.fields.documents.entries import json_schema
 from tests.hamiltonian.test_hamiltonian import BODIES, HENON_HEILES, SWINGING, changed
 
@@ -40,22 +40,15 @@ def test_every_file_fits(draft: Any) -> None:
         assert faults(data, draft) == []
 
 
-def test_it_knows_the_keys_that_are_read() -> None:
-    assert set(COORDINATES["properties"]) == set(reading._KEYS)
-    assert set(FIELDS["properties"]) == set(field_reading._KEYS)
-    assert FIELDS["properties"]["mass"]["properties"]["choice"]["enum"] == list(field_reading._MASSES)
-
-
 @pytest.mark.parametrize(
     ("data", "text"),
     [
         (changed(masses={}), "'masses' was unexpected"),
         (changed(coordinates={"x": {}}), "'initial' is a required property"),
         (changed(coordinates={"x": {"initial": [1]}}), "[1] is too short"),
-        (changed(coordinates={"2x": {"initial": [1, 2]}}), "'2x' does not match"),
         (changed(hamiltonian=["x"]), "['x'] is not valid"),
         (changed(simulation={"step": "1 s"}), "'1 s' is not of type 'number'"),
-        (changed(simulation={"record_every": 0.5}), "0.5 is not of type 'integer'"),
+        (changed(simulation={"record_every": 1.5}), "1.5 is not of type 'integer'"),
         (changed(format=2), "2 is not one of [1]"),
         (changed(repeat={"a": {"indices": {"i": 2}, "bodies": {}}}), "'bodies' was unexpected"),
         (changed(repeat={"a": {"parameters": {"a{i}": 1.0}}}), "'indices' is a required property"),

@@ -10,7 +10,7 @@ from __future__ import annotations
 import json
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
@@ -183,23 +183,34 @@ if __name__ == "__main__":
 
 
 def schema() -> dict[str, Any]:
-    """Return the JSON Schema of scene files; ``x-unit`` and ``x-names`` are the unit of a key and the scope of the
-    formulas of a key.
+    """Return the JSON Schema of scene files, as ``schema_of``."""
+    point = {"type": "string", "description": "the name of a point"}
+    formula = {"type": ["string", "number"], "description": "the formula alone"}
+    short = {"Parameter": (NUMBER_SCHEMA, QUANTITY_SCHEMA), "Definition": (formula,), "Frame": (point,)}
+    return schema_of(every_document(), short)
+
+
+def schema_of(document: type[Table], short: Mapping[str, Sequence[dict[str, Any]]]) -> dict[str, Any]:
+    """Return the JSON Schema of files; ``x-unit`` and ``x-names`` are the unit of a key and the scope of the formulas
+    of a key.
 
     The schema has only keywords with equal meaning in draft 4 and later drafts, since editors of TOML know draft 4.
+
+    Parameters
+    ----------
+    document : type of Table
+        All of a file.
+    short : mapping
+        Schemas of other values in place of a table, by name of the table's class.
     """
-    document = every_document()
     description = document.model_json_schema()
     definitions = description["$defs"]
     for name, model in tables_of(document).items():
         properties = definitions.get(name, description)["properties"]  # the document is not a definition
         for key_name, (meaning, _) in fields_of(model).items():
             _annotate(properties[key_name], meaning)
-    definitions["Parameter"] = {"anyOf": [NUMBER_SCHEMA, QUANTITY_SCHEMA, definitions["Parameter"]]}
-    point = {"type": "string", "description": "the name of a point"}
-    formula = {"type": ["string", "number"], "description": "the formula alone"}
-    definitions["Definition"] = {"anyOf": [formula, definitions["Definition"]]}
-    definitions["Frame"] = {"anyOf": [point, definitions["Frame"]]}
+    for name, others in short.items():
+        definitions[name] = {"anyOf": [*others, definitions[name]]}
     return {"$schema": "http://json-schema.org/draft-04/schema#", **_of_every_draft(description)}
 
 

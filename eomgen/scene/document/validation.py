@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Annotated, Any, get_args, get_origin
+from typing import Annotated, Any, TypeVar, get_args, get_origin
 
 from pydantic import BaseModel, ValidationError
 
@@ -15,11 +15,12 @@ from eomgen.base.products import fault_of_absent, rows_of
 from eomgen.formula.units.parser import is_quantity
 from eomgen.scene.document.schema import Document, document_for, section_keys
 from eomgen.scene.joint_types import JOINTS_ELSEWHERE
-from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys
+from eomgen.scene.reading.key_metadata import ForeignKeys, added_keys, meaning_of
 from eomgen.scene.reading.kinds import FaultyText, described, is_matrix, is_plain_number, plain_angles
 from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
 
+Read = TypeVar("Read", bound=BaseModel)
 #: Examples by key.
 _BY_KEY: Mapping[str, str] = {
     "friction": "friction = { coulomb = 0.3, velocity = 0.01 }",
@@ -258,6 +259,13 @@ _LISTED = 12
 _AXES = ("x", "y", "z")
 #: Signs of numbers, before a unit.
 _OF_NUMBERS = "+-0123456789.eE \t"
+#: Numbers within a bound, by the kind of pydantic's message.
+_BOUNDS: Mapping[str, str] = {
+    "greater_than_equal": "{} or more",
+    "less_than_equal": "{} or less",
+    "greater_than": "a number above {}",
+    "less_than": "a number below {}",
+}
 #: Nouns of types, by the kind of pydantic's message.
 _NEEDED: Mapping[str, str] = {
     **dict.fromkeys(("string_type", "invalid_key"), "a text"),
@@ -299,21 +307,16 @@ def explained(
     last = str(location[-1])
     if kind == "extra_forbidden":
         return _unknown_key(location, given, table, depth)
+    own = _place_of(location[depth:], table)[1]
     if kind == "missing":
-        return f"the key {last} is missing [E1343]", required(location)
+        return f"the key {last} is missing [E1343]", own or required(location)
     if location == ("format",):
         return wrong_format(given)
     if kind == "literal_error":
-        return f"{described(given)} is not known here [E0263]", _word_meant(message, location, given)
-    if kind in ("greater_than_equal", "less_than_equal"):
-        bound = f"{message.rpartition(' ')[2]} or {'more' if kind == 'greater_than_equal' else 'less'}"
-        return f"{described(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]", bound
-    if kind in ("greater_than", "less_than"):
-        limit, side = message.rpartition(" ")[2], "above" if kind == "greater_than" else "below"
-        return (
-            f"{described(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]",
-            f"a number {side} {limit}",
-        )
+        return f"{described(given)} is not known here [E0263]", own or _word_meant(message, location, given)
+    if kind in _BOUNDS:
+        fault = f"{described(given)} is out of range here: it {message.removeprefix('Input ')} [E1480]"
+        return fault, _BOUNDS[kind].format(message.rpartition(" ")[2])
     fault = message[0].lower() + message[1:]
     if kind == "list" and isinstance(given, str) and given.lstrip("+-") in _AXES:
         sign = "-" if given[0] == "-" else ""
@@ -323,7 +326,7 @@ def explained(
         return fault, hint
     if kind in _NEEDED:
         fault = f"{_NEEDED[kind]} is needed here, not {described(given)} [E1475]"
-    return fault, example(location, given)
+    return fault, own or example(location, given)
 
 
 def _number_meant(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> str:
@@ -369,7 +372,7 @@ def _reported(
     detail: Any,
     report: Report,
     renamed: set[tuple[str | int, ...]],
-    schema: type[Document],
+    schema: type[BaseModel],
     data: Mapping[str, Any],
 ) -> tuple[str | int, ...]:
     """Report a fault that does not follow from a reported fault, and return the place of the fault.
@@ -425,14 +428,16 @@ def _letters(word: str) -> str:
     return "".join(filter(str.isalnum, word)).lower()
 
 
-def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
-    """Return the keys that the schema knows at a place within a table."""
+def _place_of(location: tuple[str | int, ...], model: Any) -> tuple[Any, str]:
+    """Return the schema at a place within a table, None for an unknown one, and the example of the innermost key."""
+    example_of_key = ""
     own_name = False  # whether the next part is one that the scene gives to an entry
     for part in location:
         if own_name:
             own_name = False
         elif isinstance(model, type) and issubclass(model, BaseModel) and part in model.model_fields:
-            model = model.model_fields[str(part)].annotation
+            field = model.model_fields[str(part)]
+            example_of_key, model = meaning_of(field).example, field.annotation
             own_name = get_origin(model) is dict
             while not isinstance(model, type) or not issubclass(model, BaseModel):
                 arguments = get_args(model)[:1] if get_origin(model) is Annotated else get_args(model)
@@ -440,8 +445,16 @@ def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
                     candidate for candidate in arguments if candidate is not type(None) and candidate is not str
                 ]
                 if not candidates:
-                    return []
+                    return None, example_of_key
                 model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
+    return model, example_of_key
+
+
+def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
+    """Return the keys that the schema knows at a place within a table."""
+    model, _ = _place_of(location, model)
+    if model is None:
+        return []
     if issubclass(model, Document):
         return list(model.known_keys())
     return [field.alias or name for name, field in model.model_fields.items()]
@@ -457,8 +470,14 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
     refused : dict
         For each section, the names of the entries left out: these names exist, and are not to be reported as unknown.
     """
-    schema = document_for(data)
-    sections = section_keys(data)
+    return read_table(document_for(data), section_keys(data), data, report, {"format": 1, "name": "scene"})
+
+
+def read_table(
+    schema: type[Read], sections: Sequence[str], data: Mapping[str, Any], report: Report, instead: Mapping[str, Any]
+) -> tuple[Read, dict[str, set[str]]]:
+    """Turn nested data into a table of a schema, with values ``instead`` of refused required keys; the rest as of
+    ``read_document``."""
     refused: dict[str, set[str]] = {section: set() for section in sections}
     kept = {str(key): entry for key, entry in data.items()}  # numbers as keys are unknown keys
     try:
@@ -476,4 +495,7 @@ def read_document(data: Mapping[str, Any], report: Report) -> tuple[Document, di
                 del kept[section]
     if broken:  # avoids a separate problem for every reference into a missing section
         report.raise_problems()
-    return schema.model_validate({"format": 1, "name": "scene", **kept}), refused
+    kept = {**instead, **kept}
+    if any(field.is_required() and name not in kept for name, field in schema.model_fields.items()):
+        report.raise_problems()
+    return schema.model_validate(kept), refused

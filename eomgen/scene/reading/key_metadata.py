@@ -81,6 +81,7 @@ class KeyMetadata:
     column : the column of a curve to which the numbers or the unit belong; for pairs, one column per entry.
     kind : words for the type of value, in place of words from the annotation.
     shown_default : words for the default, in place of the value.
+    example : a value, for messages.
     """
 
     unit: Units | Mapping[str, Units] = ""
@@ -91,6 +92,7 @@ class KeyMetadata:
     column: Column | tuple[Column, Column] = ""
     kind: str = ""
     shown_default: str = ""
+    example: str = ""
 
 
 def key(
@@ -105,6 +107,7 @@ def key(
     column: Column | tuple[Column, Column] = "",
     kind: str = "",
     shown_default: str = "",
+    example: str = "",
     **constraints: Any,
 ) -> Any:
     """Return a field of a table with metadata; ``constraints`` (``alias``, ``ge``, ``le``, ...) as in pydantic's
@@ -132,6 +135,8 @@ def key(
         Words for the type on the reference page, in place of the type's own.
     shown_default : str, optional
         Words for the default on the reference page.
+    example : str, optional
+        Value for messages about a missing or a wrong value: ``name = "arm"``.
     **constraints : object
         ``alias``, ``ge``, ``le`` and others, as of pydantic's ``Field``.
 
@@ -140,7 +145,7 @@ def key(
     object
         A field of a ``Table``.
     """
-    meaning = KeyMetadata(unit, names, refers, sets, path, column, kind, shown_default)
+    meaning = KeyMetadata(unit, names, refers, sets, path, column, kind, shown_default, example)
     field = Field(default, description=description, **constraints)
     field.metadata.append(meaning)
     return field

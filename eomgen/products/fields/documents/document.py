@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -14,6 +14,9 @@ from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, infix
+
+if TYPE_CHECKING:
+    from eomgen.products.fields.documents.schema import PowerTable
 
 #: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
@@ -222,14 +225,6 @@ VARIANCE = "_variance"
 
 
 @dataclass(frozen=True)
-class Table:
-    """A file of two columns, wave numbers and values, each column given by name or by index."""
-
-    file: str
-    columns: tuple[str, str] = ("", "")
-
-
-@dataclass(frozen=True)
 class Operator:
     """An operator from the white field, or from the result of the operator ``of``, to a field of cells.
 
@@ -244,7 +239,7 @@ class Operator:
     kind: OperatorKind
     formula: Formula = ZERO
     where: tuple[tuple[str, Formula], ...] = ()
-    table: Table | None = None
+    table: PowerTable | None = None
     axis: int = 0
     of: str = ""
 

@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 import os
-import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields as fields_of
 from pathlib import Path
 from typing import Any
 
@@ -30,24 +27,27 @@ from eomgen.products.fields.documents.document import (
     FieldSystem,
     Operator,
     Parameter,
-    Table,
 )
-from eomgen.products.fields.documents.entries import KIND, FieldEntries, cell_formula, check_keys
+from eomgen.products.fields.documents.entries import FieldEntries, cell_formula
+from eomgen.products.fields.documents.schema import (
+    DATA_FILES,
+    KIND,
+    DataTable,
+    FieldFile,
+    OperatorTable,
+    PowerTable,
+    said,
+)
 from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
-from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import read_text, shown_file
 from eomgen.scene.sources.toml import toml_data
 
 #: Commands and keys for Hamiltonian systems of coordinates, for messages.
 OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
-#: Reserved words of formulas, which are not valid names; the time is refused at its use.
-_WORDS = RESERVED - {"t"}
-_KEYS = (
-    "format", "kind", "name", "description", "mesh", "parameters", "definitions", "operators", "prior", "truth",
-    "data", "cell", "mass", "sampling",
-)  # fmt: skip  # a list of keys
+#: Sections of entries by name.
+_SECTIONS = ("parameters", "definitions", "operators", "data")
 _KINDS = frozenset({"parameter", "state"})
 _WAVES = Scope(f"{', '.join(OF_WAVES)}, {VOLUME} of a cell, parameters, definitions and names of where", _KINDS)
 _PLACES = Scope(f"{', '.join(OF_PLACES)} of a cell's centre, parameters, and data above", _KINDS)
@@ -55,11 +55,6 @@ _DRAWN = Scope(f"operators, {', '.join(OF_PLACES)} of a cell's centre, parameter
 _ANYWHERE = Scope("wave numbers, places, operators, data, parameters and other definitions", _KINDS)
 #: Data that cannot be below 0, by name.
 _NOT_NEGATIVE = ("counts", "response")
-_MASSES = ("fisher", "prior", "unit")
-_FILES = (".npy", ".csv")
-#: Text like the path of a file with another ending: no formula of places has a name with a dot.
-_PATH = re.compile(r"[^\s()+*]*[A-Za-z_]\w*\.[A-Za-z]\w*")
-_MOST_SEED = 2**63 - 1
 
 
 def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
@@ -114,30 +109,29 @@ def fields_from_data(
     return result
 
 
-class _FieldReader(FieldEntries):
+class _FieldReader(FieldEntries[FieldFile]):
+    words = RESERVED - {"t"}  # the time is refused at its use
+
     def __init__(self, data: Mapping[str, Any], report: Report, folder: Path) -> None:
-        super().__init__(data, report)
+        super().__init__(data, report, FieldFile, _SECTIONS)
         self.folder = folder
         self.known: list[Parameter] = []
         self.axes: tuple[str, ...] = ()
 
     def read(self) -> FieldSystem | None:
         """Return the system; None if a problem has been reported."""
-        data, report = self.data, self.report
-        name = self.head(_KEYS)
+        data, report, file = self.data, self.report, self.file
         self.known = self.parameters()
-        cells, lengths, unit = self.mesh()
+        cells, lengths = file.mesh.cells, self.lengths()
         self.axes = OF_PLACES[: len(cells)]
-        self.check_names()
-        own = [*self.section("operators")]
-        more = (*self.axes, *own, *(f"{name}{VARIANCE}" for name in own), *self.section("data"))
-        self.definitions(self.names(self.waves, more), _ANYWHERE, "exp(-(4*k)**2)")
+        self.check_every_name()
+        own = self.names_in("operators")
+        more = (*self.axes, *own, *(f"{name}{VARIANCE}" for name in own), *self.names_in("data"))
+        self.definitions(self.names(self.waves, more), _ANYWHERE)
         given = self.columns()
         operators = self.operators([item.name for item in given if item.kind not in DRAWN])
         truth = self.truth(given)
-        self.white_prior()
-        mass = self.mass()
-        energy, where = self.cell()
+        energy, where = _text(file.cell.energy), {name: _text(text) for name, text in file.cell.where.items()}
         fields = _last(operators)
         columns: tuple[str, ...] = ()
         if not (report.concerns("operators") or report.concerns("data")):  # else names are unknown because of faults
@@ -148,9 +142,9 @@ class _FieldReader(FieldEntries):
         if report.noted:
             return None
         return FieldSystem(
-            name,
-            tuple(cells),
-            tuple(lengths),
+            file.name,
+            cells,
+            lengths,
             energy,
             tuple(operators),
             tuple(given),
@@ -159,10 +153,10 @@ class _FieldReader(FieldEntries):
             columns,
             tuple(self.known),
             truth,
-            mass,
+            file.mass.choice,
             sampling,
-            unit,
-            self.text("", data, "description"),
+            file.mesh.unit,
+            file.description,
             self.folder,
             {key: report.where(key) for key in self.places(operators, given)},
             json.dumps(
@@ -177,49 +171,31 @@ class _FieldReader(FieldEntries):
     def places(self, operators: Iterable[Operator], given: Iterable[Data]) -> list[str]:
         """Return the keys that later messages name."""
         keys = ["mesh", "mesh.cells", "cell", "cell.energy", "mass", "operators", "data"]
-        keys += [f"sampling.{name}" for name in self.section("sampling")]
+        keys += [f"sampling.{name}" for name in self.file.sampling.model_fields_set]
         keys += [f"operators.{item.name}" for item in operators]
         return keys + [f"data.{item.name}" for item in given]
 
     # -- mesh --------------------------------------------------------------------------------------------------------
 
-    def mesh(self) -> tuple[list[int], list[float], str]:
-        """Return cells and lengths along each axis, and the unit of length."""
-        report, table = self.report, self.section("mesh")
-        check_keys("mesh", table, ("cells", "length", "unit"), report)
-        cells, length = table.get("cells"), table.get("length")
-        whole = [cells] if isinstance(cells, int) and not isinstance(cells, bool) else cells
-        counts = [count for count in whole if _is_whole(count, 2)] if isinstance(whole, list) else []
-        if not isinstance(whole, list) or len(counts) != len(whole) or not 1 <= len(counts) <= 3:
-            fault = f"the numbers of cells {'are missing' if cells is None else f'cannot be {_said(cells)}'} [E0726]"
-            report.add("mesh.cells", fault, "1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
-            counts = [2]
-        sides = length if isinstance(length, list) else [length] * len(counts)
-        if len(sides) != len(counts) or not all(_is_length(side) for side in sides):
-            fault = f"the length of the box {'is missing' if length is None else f'cannot be {_said(length)}'} [E0727]"
-            report.add("mesh.length", fault, "a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0")
-            sides = [1.0] * len(counts)
-        return counts, [float(side) for side in sides if side is not None], self.text("mesh", table, "unit")
+    def lengths(self) -> tuple[float, ...]:
+        """Return the length along each axis."""
+        sides, axes = self.file.mesh.length, len(self.file.mesh.cells)
+        if len(sides) not in (1, axes):
+            fault = f"the length of the box cannot be {said(sides)} [E0727]"
+            self.report.add("mesh.length", fault, f"one number, or {axes}: one for each axis")
+        return sides if len(sides) == axes else (sides[0],) * axes
 
-    def check_names(self) -> None:
-        """Report names that are not legal, that are words of formulas, and that two entries have."""
-        seen: dict[str, str] = {}
-        for section in ("parameters", "definitions", "operators", "data"):
-            for name in self.section(section):
-                key = f"{section}.{name}"
-                if not is_legal(name):
-                    self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
-                elif name in _own_names():
-                    fault = f"formulas have {name} of their own [E0728]"
-                    self.report.add(key, fault, f"another name than {', '.join(_own_names())}")
-                elif name in _WORDS:
-                    self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
-                elif name in seen:
-                    self.report.add(key, f"the name {name} is given twice, in {seen[name]} too [E0730]", "another name")
-                seen.setdefault(name, f"[{section}]")
-        for name in self.section("operators"):
+    def check_every_name(self) -> None:
+        """Report names that are not legal, that formulas have, and that two entries have."""
+        own = _own_names()
+        taken = {
+            name: (f"formulas have {name} of their own [E0728]", f"another name than {', '.join(own)}") for name in own
+        }
+        given = self.keys_in("parameters", "definitions", "operators", "data")
+        seen = self.check_names(given, taken)
+        for name in self.names_in("operators"):
             if f"{name}{VARIANCE}" in seen:
-                key = f"{seen[f'{name}{VARIANCE}'].strip('[]')}.{name}{VARIANCE}"
+                key = f"{seen[f'{name}{VARIANCE}']}.{name}{VARIANCE}"
                 self.report.add(key, f"this is the name of the variance of {name} [E0731]", "another name")
 
     @property
@@ -231,36 +207,28 @@ class _FieldReader(FieldEntries):
 
     def operators(self, data: Sequence[str]) -> list[Operator]:
         made: list[Operator] = []
-        entries = self.section("operators")
-        if not entries and not self.report.concerns("operators"):
+        if not self.file.operators and not self.report.concerns("operators"):
             hint = '[operators] and density = { power = "300*exp(-(4*k)**2)" }: by which white noise becomes a field'
             self.report.add("operators", "there is no operator [E0732]", hint)
-        for name, entry in entries.items():
-            key = f"operators.{name}"
-            if not isinstance(entry, Mapping):
-                hint = f'{name} = {{ power = "300*exp(-(4*k)**2)" }}'
-                self.report.add(key, f"a table is needed here, not {described(entry)} [E0716]", hint)
-                continue
-            result = self.operator(key, name, entry, data, [item.name for item in made])
+        for name, entry in self.file.operators.items():
+            result = self.operator(f"operators.{name}", name, entry, data, [item.name for item in made])
             if result is not None:
                 made.append(result)
         return made
 
     def operator(
-        self, key: str, name: str, entry: Mapping[str, Any], data: Sequence[str], above: Sequence[str]
+        self, key: str, name: str, entry: OperatorTable, data: Sequence[str], above: Sequence[str]
     ) -> Operator | None:
-        kind = self.kind_of(key, entry, OPERATOR_KINDS, ("of", "where"))
-        of = entry.get("of", "")
+        kind = self.kind_of(key, entry, OPERATOR_KINDS)
+        of = entry.of
         if of and of not in above:
-            hint = nearest(str(of), above) or "an operator above it"
+            hint = nearest(of, above) or "an operator above it"
             self.report.add(f"{key}.of", f"there is no operator {shown(of)} above this one [E0733]", hint)
             of = ""
         if kind is None:
             return None
-        where, value = self.named(f"{key}.where", entry.get("where", {}), self.waves), entry[kind]
+        where, value = self.named(f"{key}.where", entry.where, self.waves), getattr(entry, kind)
         if kind == "white":
-            if value is not True:
-                self.report.add(f"{key}.white", f"this is {described(value)} [E0719]", f"{name} = {{ white = true }}")
             return Operator(name, "white", of=of)
         if kind == "smoothing":
             radius, _ = self.number(f"{key}.smoothing", value, self.known)
@@ -269,58 +237,35 @@ class _FieldReader(FieldEntries):
             return Operator(name, "smoothing", self.formula(key, radius, SceneNames(), _WAVES) or ZERO, of=of)
         if kind == "difference":
             if value not in self.axes:
-                self.report.add(
-                    f"{key}.difference", f"there is no axis {_said(value)} [E0735]", f"one of {listed(self.axes)}"
-                )
+                fault = f"there is no axis {shown(value)} [E0735]"
+                self.report.add(f"{key}.difference", fault, f"one of {listed(self.axes)}")
                 return None
             return Operator(name, "difference", axis=self.axes.index(value), of=of)
         if kind == "mask":
             names = self.names(self.axes, data)
             return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
-        if isinstance(value, Mapping):
-            if kind == "filter":
-                fault = "a table is of a power spectrum, and a filter is a formula [E0736]"
-                self.report.add(f"{key}.filter", fault, 'filter = "exp(-(k/0.2)**2)"')
-            return Operator(name, kind, table=self.table(f"{key}.{kind}", value), of=of)
+        if isinstance(value, PowerTable):
+            return Operator(name, kind, table=value, of=of)
         names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
         made = self.formula(f"{key}.{kind}", value, names, _WAVES, inner)
         return Operator(name, kind, made or ZERO, where, of=of)
 
-    def kind_of(self, key: str, entry: Mapping[str, Any], kinds: Sequence[str], more: Sequence[str]) -> Any:
+    def kind_of(self, key: str, entry: object, kinds: Sequence[str]) -> Any:
         """Return the key of an entry that determines its kind."""
-        check_keys(key, entry, (*kinds, *more), self.report)
-        said = [kind for kind in kinds if kind in entry]
-        if len(said) != 1:
-            fault = f"{listed(said)} are said together [E0737]" if said else "no key gives its kind [E0738]"
+        given = [kind for kind in kinds if getattr(entry, kind) is not None]
+        if len(given) != 1:
+            fault = f"{listed(given)} are said together [E0737]" if given else "no key gives its kind [E0738]"
             self.report.add(key, fault, f"one of {listed(kinds)}")
             return None
-        return said[0]
+        return given[0]
 
-    def table(self, key: str, entry: Mapping[str, Any]) -> Table:
-        """Return a table of P by k."""
-        check_keys(key, entry, ("file", "columns"), self.report)
-        columns = entry.get("columns", ["", ""])
-        if not (isinstance(columns, list) and len(columns) == 2 and all(isinstance(name, str) for name in columns)):
-            hint = 'columns = ["k", "P"]; the first two if nothing is said'
-            self.report.add(
-                f"{key}.columns", f"two names of columns are needed, not {described(columns)} [E0739]", hint
-            )
-            columns = ["", ""]
-        file = self.text(key, entry, "file")
-        if not file:
-            self.report.add(key, "the file is missing [E0740]", 'file = "power.csv", a table of k and P')
-        return Table(file, (columns[0], columns[1]))
-
-    def named(self, key: str, entry: object, own: Sequence[str]) -> tuple[tuple[str, Formula], ...]:
+    def named(self, key: str, entry: Mapping[str, float | str], own: Sequence[str]) -> tuple[tuple[str, Formula], ...]:
         """Return the formulas of a table ``where``; each formula may use the previous names."""
         made: list[tuple[str, Formula]] = []
-        if not isinstance(entry, Mapping):
-            self.report.add(key, f"a table is needed here, not {described(entry)} [E0716]", 'where = { q = "k/0.2" }')
-            return ()
         for name, text in entry.items():
             if not is_legal(name) or name in (*_own_names(), *(item.name for item in self.known), *self.defined):
                 self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here [E0741]", NAME_RULE)
-            elif name in _WORDS:
+            elif name in self.words:
                 self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas [E0729]", f"{name}_value")
             names = self.names(own, [one for one, _ in made])
             result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(own, ()))
@@ -338,27 +283,22 @@ class _FieldReader(FieldEntries):
     def columns(self) -> list[Data]:
         """Return data that need no fields; ``drawn`` reads the formulas of random data."""
         made: list[Data] = []
-        for name, entry in self.section("data").items():
+        for name, entry in self.file.data.items():
             key = f"data.{name}"
-            if isinstance(entry, str) and (entry.lower().endswith(_FILES) or _PATH.fullmatch(entry)):
-                table: Mapping[str, Any] = {"file": entry}
-            else:
-                table = entry if isinstance(entry, Mapping) else {"formula": entry}
-            kind: DataKind | None = self.kind_of(key, table, DATA_KINDS, ("column", "minimum", "beta", "deviation"))
+            kind: DataKind | None = self.kind_of(key, entry, DATA_KINDS)
             if kind is None:
                 continue
-            least = self.minimum(key, name, table)
-            inner = f"{key}.{kind}" if isinstance(entry, Mapping) else key
+            least = self.minimum(key, name, entry)
+            inner = f"{key}.{kind}" if isinstance(self.data["data"][name], Mapping) else key
             if kind == "file":
-                file = table["file"]
-                if not isinstance(file, str) or not file.lower().endswith(_FILES):
-                    self.report.add(
-                        inner, f"{_said(file)} is not a file of data [E0742]", "a path that ends with .npy or .csv"
-                    )
-                made.append(Data(name, kind, file=str(file), column=self.text(key, table, "column"), minimum=least))
+                file = str(entry.file)
+                if not file.lower().endswith(DATA_FILES):
+                    fault = f"{shown(file)} is not a file of data [E0742]"
+                    self.report.add(inner, fault, "a path that ends with .npy or .csv")
+                made.append(Data(name, kind, file=file, column=entry.column, minimum=least))
             elif kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
-                read = self.formula(inner, table["formula"], self.names(self.axes, above), _PLACES)
+                read = self.formula(inner, getattr(entry, kind), self.names(self.axes, above), _PLACES)
                 made.append(Data(name, kind, read or ZERO, minimum=least))
             else:
                 made.append(Data(name, kind, minimum=least))
@@ -373,66 +313,32 @@ class _FieldReader(FieldEntries):
             if item.kind not in DRAWN:
                 made.append(item)
                 continue
-            entry = self.section("data")[item.name]
+            entry = self.file.data[item.name]
             more = [*own, *(f"{name}{VARIANCE}" for name in own), *(one.name for one in made)]
             names = self.names(self.axes, more)
-            mean = self.formula(f"{key}.{item.kind}", entry[item.kind], names, _DRAWN)
+            mean = self.formula(f"{key}.{item.kind}", getattr(entry, item.kind), names, _DRAWN)
             needed, spread = DRAWN[item.kind], None
-            if needed and needed not in entry:
+            if needed and getattr(entry, needed) is None:
                 self.report.add(key, f"{needed} is missing [E0743]", f'{item.kind} = "...", {needed} = 0.5')
             elif needed:
-                spread = self.formula(f"{key}.{needed}", entry[needed], names, _DRAWN)
+                spread = self.formula(f"{key}.{needed}", getattr(entry, needed), names, _DRAWN)
             made.append(Data(item.name, item.kind, mean or ZERO, spread, minimum=item.minimum))
         return made
 
-    def minimum(self, key: str, name: str, table: Mapping[str, Any]) -> float | None:
-        if "minimum" not in table:
+    def minimum(self, key: str, name: str, entry: DataTable) -> float | None:
+        if entry.minimum is None:
             return 0.0 if name in _NOT_NEGATIVE else None
-        return self.number(f"{key}.minimum", table["minimum"], self.known)[0]
+        return self.number(f"{key}.minimum", entry.minimum, self.known)[0]
 
     def truth(self, given: Sequence[Data]) -> int | None:
         """Return the seed of the truth; None without one."""
-        table, drawn = self.section("truth"), [item.name for item in given if item.kind in DRAWN]
-        check_keys("truth", table, ("seed",), self.report)
-        if "truth" not in self.data:
-            if drawn:
-                fault = f"{listed(drawn)} is drawn about fields of a truth that is missing [E0744]"
-                self.report.add(f"data.{drawn[0]}", fault, "[truth] and seed = 1")
-            return None
-        seed = table.get("seed")
-        if "seed" not in table:
-            self.report.add("truth", "the seed is missing [E0745]", "[truth] and seed = 1")
-            return None
-        if not isinstance(seed, int) or not _is_whole(seed, 0) or seed > _MOST_SEED:
-            self.report.add(
-                "truth.seed", f"{_said(seed)} is not a seed [E0746]", f"a whole number from 0 to {_MOST_SEED}"
-            )
-            return None
-        return seed
+        drawn = [item.name for item in given if item.kind in DRAWN]
+        if drawn and "truth" not in self.data:
+            fault = f"{listed(drawn)} is drawn about fields of a truth that is missing [E0744]"
+            self.report.add(f"data.{drawn[0]}", fault, "[truth] and seed = 1")
+        return None if self.file.truth is None else self.file.truth.seed
 
     # -- energy ------------------------------------------------------------------------------------------------------
-
-    def cell(self) -> tuple[str, dict[str, str]]:
-        """Return the formula of a cell, and the named formulas of the cell."""
-        table = self.section("cell")
-        check_keys("cell", table, ("energy", "where"), self.report)
-        energy, where = table.get("energy"), table.get("where", {})
-        if isinstance(energy, int | float) and not isinstance(energy, bool):
-            energy = repr(energy)
-        if not isinstance(energy, str) or not energy.strip():
-            fault = (
-                "the energy of a cell is missing [E0748]"
-                if energy is None
-                else f"a formula is needed, not {_said(energy)} [E0749]"
-            )
-            hint = 'energy = "exp(e) - counts*e", minus the logarithm of a likelihood; "0" for the prior alone'
-            self.report.add("cell.energy", fault, hint)
-            energy = ""
-        if not isinstance(where, Mapping) or not all(isinstance(text, str) for text in where.values()):
-            hint = '[cell.where] and e = "log(mean) + density"'
-            self.report.add("cell.where", f"a table of formulas is needed here, not {described(where)} [E0750]", hint)
-            where = {}
-        return energy, dict(where)
 
     def used(
         self, energy: str, where: Mapping[str, str], operators: Sequence[Operator], given: Sequence[Data]
@@ -447,7 +353,7 @@ class _FieldReader(FieldEntries):
             label = name.removeprefix("where.")
             if name != "energy" and (not is_legal(label) or label in (*known, *of_where, *self.defined)):
                 self.report.add(key, f"the name {shown(label)} is taken, or not legal [E0751]", NAME_RULE)
-            elif name != "energy" and label in _WORDS:
+            elif name != "energy" and label in self.words:
                 self.report.add(key, f"the name {label} is a word of formulas [E0729]", f"{label}_value")
             if text:
                 result |= self.named_in_cell(key, text, known, of_where)
@@ -465,49 +371,13 @@ class _FieldReader(FieldEntries):
                 self.report.add(key, problem.what, problem.hint)
         return set()
 
-    # -- the rest ----------------------------------------------------------------------------------------------------
-
-    def white_prior(self) -> None:
-        """Check ``[prior]``, which may only state the default: the state is white noise."""
-        table = self.section("prior")
-        check_keys("prior", table, ("white",), self.report)
-        if table.get("white", True) is not True:
-            fault = "the state is independent standard normal numbers, and nothing else [E0752]"
-            self.report.add("prior.white", fault, "white = true, and an operator that gives the field its covariance")
-
-    def mass(self) -> str:
-        table = self.section("mass")
-        check_keys("mass", table, ("choice",), self.report)
-        choice = table.get("choice", "fisher")
-        if choice not in _MASSES:
-            self.report.add("mass.choice", f"there is no mass {_said(choice)} [E0753]", f"one of {listed(_MASSES)}")
-            return "fisher"
-        return str(choice)
-
     def sampling(self, watched: Sequence[str]) -> Chains:
         """Return the defaults of ``sample``."""
-        table, standard = self.section("sampling"), Chains()
-        check_keys("sampling", table, [item.name for item in fields_of(Chains)], self.report)
-        given: dict[str, Any] = {}
-        for name, value in table.items():
-            if name not in Chains.__dataclass_fields__:
-                continue
-            wanted, key = getattr(standard, name), f"sampling.{name}"
-            if isinstance(wanted, str):
-                given[name] = self.text("sampling", table, name)
-                if wanted and value == "":
-                    self.report.add(key, f"the name of {name} is empty [E0754]", f"{name} = {wanted!r}, or no {name}")
-            elif isinstance(wanted, int):
-                if _is_whole(value, 0):
-                    given[name] = value
-                else:
-                    self.report.add(
-                        key, f"a whole number is needed here, not {_said(value)} [E0755]", f"{name} = {wanted}"
-                    )
-            elif isinstance(value, bool) or not isinstance(value, int | float) or math.isnan(value):
-                self.report.add(key, f"a number is needed here, not {_said(value)} [E0756]", f"{name} = {wanted}")
-            else:
-                given[name] = float(value)
+        given = self.file.sampling.model_dump(exclude_unset=True)
+        for name, value in given.items():
+            if value == "" and (standard := getattr(Chains(), name)):
+                hint = f"{name} = {standard!r}, or no {name}"
+                self.report.add(f"sampling.{name}", f"the name of {name} is empty [E0754]", hint)
         unknown = given.get("field") and given["field"] not in watched
         if unknown and not self.report.concerns("operators"):
             hint = listed(watched) or "no field"
@@ -525,14 +395,5 @@ def _last(operators: Sequence[Operator]) -> tuple[str, ...]:
     return tuple(item.name for item in operators if item.name not in before)
 
 
-def _is_whole(value: object, least: int) -> bool:
-    return isinstance(value, int) and not isinstance(value, bool) and value >= least
-
-
-def _is_length(value: object) -> bool:
-    """Return whether volumes of a box, and squares of wave numbers of the box, are finite numbers."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and 1e-100 <= value <= 1e100
-
-
-def _said(value: object) -> str:
-    return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list) else described(value)
+def _text(formula: float | str) -> str:
+    return formula if isinstance(formula, str) else repr(formula)

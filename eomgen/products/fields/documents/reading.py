@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +13,8 @@ from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.errors import Message, Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Operation
-from eomgen.formula.words import RESERVED
 from eomgen.products.fields.documents.document import (
     NO_START,
-    TOLERANCES,
     Coordinate,
     Dependence,
     Hamiltonian,
@@ -27,10 +23,10 @@ from eomgen.products.fields.documents.document import (
     Run,
     Term,
 )
-from eomgen.products.fields.documents.entries import FieldEntries, check_keys
+from eomgen.products.fields.documents.entries import FieldEntries
+from eomgen.products.fields.documents.schema import HamiltonianFile
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
-from eomgen.scene.reading.kinds import described
 from eomgen.scene.reading.report import Report
 from eomgen.scene.repeat import repeated
 from eomgen.scene.sources.source import read_text, shown_file
@@ -40,7 +36,6 @@ from eomgen.scene.sources.toml import toml_data
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
 #: Sections whose entries may repeat.
 SECTIONS = ("parameters", "coordinates", "definitions", "hamiltonian", "outputs")
-_KEYS = ("format", "kind", "name", "description", *SECTIONS, "repeat", "simulation")
 _OF_STATES = Scope("coordinates, momenta and parameters (H does not depend on time)", frozenset({"parameter", "state"}))
 #: Operations at which a sum of terms is split.
 _SUMS = ("add", "sub")
@@ -86,28 +81,32 @@ def hamiltonian_from_data(
         of_copies: dict[str, str] = {}
         data = repeated(data, report, of_copies, SECTIONS)
         report.lines = {**report.lines, **of_copies}
-    result = _HamiltonianReader(data, report).read()
+    result = _HamiltonianReader(data, report, HamiltonianFile, SECTIONS).read()
     report.raise_problems()
     assert result is not None  # without problems there is a system
     return result
 
 
-class _HamiltonianReader(FieldEntries):
+class _HamiltonianReader(FieldEntries[HamiltonianFile]):
     def read(self) -> Hamiltonian | None:
         """Return the system; None if a problem has been reported."""
-        data, report = self.data, self.report
-        name = self.head(_KEYS)
+        data, report, file = self.data, self.report, self.file
         parameters = self.parameters()
         coordinates = self.coordinates(parameters)
         if not coordinates:
             return None
         values = {item.name: item.value for item in parameters}
         states = tuple(state for item in coordinates for state in (item.name, item.momentum))
-        self.check_names([*values, *states, *self.section("definitions")])
-        names = SceneNames(parameters=dict.fromkeys(values, True), states=states)
-        self.definitions(names, _OF_STATES, "p_x**2/2")
-        names = replace(names, definitions=self.defined)
         momenta = {item.momentum for item in coordinates}
+        given = [(f"coordinates.{item.name}", name) for item in coordinates for name in (item.name, item.momentum)]
+        time = "t is the time, of which H does not depend [E0764]", "another name"
+        self.check_names([*self.keys_in("parameters"), *given, *self.keys_in("definitions")], {"t": time})
+        for key, name in self.keys_in("outputs"):
+            if not is_legal(name):
+                report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
+        names = SceneNames(parameters=dict.fromkeys(values, True), states=states)
+        self.definitions(names, _OF_STATES)
+        names = replace(names, definitions=self.defined)
         terms = self.terms(names, momenta)
         outputs = self.outputs(names)
         simulation = self.simulation()
@@ -117,13 +116,13 @@ class _HamiltonianReader(FieldEntries):
         self.check_start(terms, outputs, {**values, **start})
         self.check_momenta(terms, coordinates)
         return Hamiltonian(
-            name,
+            file.name,
             tuple(coordinates),
             tuple(terms),
             tuple(parameters),
             tuple(outputs),
             simulation,
-            self.text("", data, "description"),
+            file.description,
             json.dumps(
                 {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
             ).encode(),
@@ -139,68 +138,27 @@ class _HamiltonianReader(FieldEntries):
         return super().hint(error)
 
     def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:
-        made: list[Coordinate] = []
-        entries = self.section("coordinates")
-        if not entries and not self.report.concerns("coordinates"):
+        if not self.file.coordinates and not self.report.concerns("coordinates"):
             hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
             self.report.add("coordinates", "there is no coordinate [E0760]", hint)
-        for name, entry in entries.items():
-            key = f"coordinates.{name}"
-            if not isinstance(entry, Mapping):
-                self.report.add(key, f"a table is needed here, not {described(entry)} [E0716]", f"{name} = {_START}")
-                continue
-            check_keys(key, entry, ("momentum", "initial", "unit", "momentum_unit"), self.report)
-            initial = entry.get("initial")
-            if isinstance(initial, list | tuple) and len(initial) == 2:
-                position, position_formula = self.number(f"{key}.initial[0]", initial[0], parameters)
-                momentum, momentum_formula = self.number(f"{key}.initial[1]", initial[1], parameters)
-            else:
-                position = momentum = math.nan  # formulas may use the name of the coordinate
-                position_formula = momentum_formula = None
-                fault = (
-                    "the initial value is missing [E0761]"
-                    if initial is None
-                    else f"the start is {described(initial)} [E0762]"
-                )
-                self.report.add(f"{key}.initial", fault, f"{name} = {_START}: its position and its momentum")
-            made.append(
-                Coordinate(
-                    name,
-                    self.text(key, entry, "momentum") or f"p_{name}",
-                    position,
-                    momentum,
-                    self.text(key, entry, "unit"),
-                    self.text(key, entry, "momentum_unit"),
-                    position_formula,
-                    momentum_formula,
-                )
+        made = []
+        for name, entry in self.file.coordinates.items():
+            (position, of_position), (momentum, of_momentum) = (
+                self.number(f"coordinates.{name}.initial[{place}]", value, parameters)
+                for place, value in enumerate(entry.initial)
             )
+            named = entry.momentum or f"p_{name}"
+            units = entry.unit, entry.momentum_unit
+            made.append(Coordinate(name, named, position, momentum, *units, of_position, of_momentum))
         return made
-
-    def check_names(self, names: Iterable[str]) -> None:
-        """Report names that are not legal, and names that two entries have."""
-        seen: set[str] = set()
-        for name in names:
-            of_others = [section for section in ("parameters", "definitions") if name in self.section(section)]
-            section = of_others[-1] if of_others else "coordinates"
-            key = f"{section}.{name}" if name in self.section(section) else section
-            if not is_legal(name):
-                self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
-            elif name == "t":
-                self.report.add(key, "t is the time, of which H does not depend [E0764]", "another name")
-            elif name in RESERVED:  # formulas would read the word, and never this entry
-                self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
-            elif name in seen:
-                hint = 'momentum = "..." in a coordinate names its own' if not of_others else "another name"
-                self.report.add(key, f"the name {name} is given twice [E0765]", hint)
-            seen.add(name)
 
     def terms(self, names: SceneNames, momenta: set[str]) -> list[Term]:
         """Return the summands of H, each of momenta alone, coordinates alone, or both."""
-        entry = self.data.get("hamiltonian")
-        if entry is None or entry in ("", {}):
+        entry = self.file.hamiltonian
+        if entry in ("", {}):
             hint = 'hamiltonian = "p_x**2/2 + x**2/2", or a table [hamiltonian] of terms whose sum it is'
-            self.report.add("hamiltonian", "the Hamiltonian is missing [E0766]", hint)
+            if not self.report.concerns("hamiltonian"):
+                self.report.add("hamiltonian", "the Hamiltonian is missing [E0766]", hint)
             return []
         table = entry if isinstance(entry, Mapping) else {"": entry}
         made = []
@@ -214,48 +172,21 @@ class _HamiltonianReader(FieldEntries):
 
     def outputs(self, names: SceneNames) -> list[Output]:
         made = []
-        for name, entry in self.section("outputs").items():
-            key = f"outputs.{name}"
-            table = entry if isinstance(entry, Mapping) else {"formula": entry}
-            check_keys(key, table, ("formula", "unit"), self.report)
-            if not is_legal(name):
-                self.report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
-            formula = self.formula(key, table.get("formula"), names, _OF_STATES)
+        for name, entry in self.file.outputs.items():
+            formula = self.formula(f"outputs.{name}", entry.formula, names, _OF_STATES)
             if formula is not None:
-                made.append(Output(name, formula, self.text(key, table, "unit")))
+                made.append(Output(name, formula, entry.unit))
         return made
 
     def simulation(self) -> Run:
-        table = self.section("simulation")
-        check_keys("simulation", table, [item.name for item in fields(Run) if item.name != "place"], self.report)
-        given: dict[str, Any] = {}
-        for name in ("duration", "step", "tolerance"):
-            if name in table:
-                value = table[name]
-                if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-                    fault = f"a positive number is needed here, not {described(value)} [E0770]"
-                    self.report.add(f"simulation.{name}", fault, f"{name} = 0.01")
-                given[name] = value
-        if "method" in table:
-            given["method"] = self.text("simulation", table, "method")
-            given["place"] = self.report.where("simulation.method")
-            if table["method"] == "":
-                self.report.add("simulation.method", "the method has no name [E0771]", 'method = "omf4", or no key')
-        if "tolerance" in table and table.get("method") != "rk45":
+        given = self.file.simulation.model_dump(exclude_unset=True)
+        method = given.get("method")
+        if method == "":
+            self.report.add("simulation.method", "the method has no name [E0771]", 'method = "omf4", or no key')
+        if "tolerance" in given and method != "rk45":
             fault = "a tolerance is of rk45, and other methods take equal steps [E0767]"
             self.report.add("simulation.tolerance", fault, 'method = "rk45"')
-        elif "tolerance" in given and not TOLERANCES[0] <= given["tolerance"] <= TOLERANCES[1]:
-            fault = f"the tolerance must lie in {TOLERANCES[0]:g}..{TOLERANCES[1]:g} [E0769]"
-            self.report.add("simulation.tolerance", fault, "tolerance = 1e-6")
-        every = table.get("record_every", 1)
-        if isinstance(every, bool) or not isinstance(every, int) or every < 1:
-            fault = f"a whole number from 1 is needed here, not {described(every)} [E0768]"
-            self.report.add("simulation.record_every", fault, "record_every = 10")
-        given["record_every"] = every
-        compensated = table.get("compensated", False)
-        if not isinstance(compensated, bool):
-            self.report.add("simulation.compensated", f"this is {described(compensated)} [E0719]", "compensated = true")
-        return Run(**given, compensated=compensated)
+        return Run(**given, place=self.report.where("simulation.method") if "method" in given else "")
 
     def check_start(self, terms: list[Term], outputs: list[Output], values: Mapping[str, float]) -> None:
         """Report terms that have no finite real value at the start."""
@@ -280,9 +211,6 @@ class _HamiltonianReader(FieldEntries):
             if not used & {item.name, item.momentum}:
                 fault = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are [E0773]"
                 self.report.add(f"coordinates.{item.name}", fault, "a term of H with them, or leave it out")
-
-
-_START = "{ initial = [0.1, 0.0] }"
 
 
 def _of_start(item: Coordinate) -> tuple[tuple[str, float], tuple[str, float]]:

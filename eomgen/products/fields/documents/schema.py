@@ -1,0 +1,289 @@
+"""Schemas of files with ``kind = "hamiltonian"``: of systems of coordinates, and of fields on a mesh."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import MISSING, fields
+from typing import Annotated, Any, ClassVar, Literal
+
+from pydantic import Discriminator, Field, PlainValidator, Tag, WithJsonSchema, create_model, model_validator
+from pydantic_core import PydanticCustomError
+
+from eomgen.products.fields.documents.document import TOLERANCES, Chains, Run
+from eomgen.scene.reading.key_metadata import Table, key, optional
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, described, is_plain_number
+
+#: Value of the key ``kind`` in files of Hamiltonian systems.
+KIND = "hamiltonian"
+#: Endings of files of data.
+DATA_FILES = (".npy", ".csv")
+#: Text like the path of a file with another ending: no formula of places has a name with a dot.
+_PATH = re.compile(r"[^\s()+*]*[A-Za-z_]\w*\.[A-Za-z]\w*")
+_MOST_SEED = 2**63 - 1
+_POWER = '{ power = "300*exp(-(4*k)**2)" }'
+_START = "{ initial = [0.1, 0.0] }"
+
+
+def _cells(value: object) -> tuple[int, ...]:
+    """Return numbers of cells along one to three axes."""
+    counts = value if isinstance(value, list | tuple) else [value]
+    if not 1 <= len(counts) <= 3 or any(type(count) is not int or count < 2 for count in counts):
+        text = f"the numbers of cells cannot be {said(value)} [E0726]"
+        raise PydanticCustomError("cells", "{text}", {"text": text})
+    return tuple(counts)
+
+
+def _sides(value: object) -> tuple[float, ...]:
+    """Return lengths whose products, and squares of the wave numbers that follow from them, are finite numbers."""
+    sides = value if isinstance(value, list | tuple) else [value]
+    lengths = [float(side) for side in sides if is_plain_number(side) and 1e-100 <= side <= 1e100]
+    if not sides or len(lengths) < len(sides):
+        text = f"the length of the box cannot be {said(value)} [E0727]"
+        raise PydanticCustomError("length", "{text}", {"text": text})
+    return tuple(lengths)
+
+
+def said(value: object) -> str:
+    """Return a value as messages say it, lists with their entries."""
+    return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list | tuple) else described(value)
+
+
+def _either(entry: dict[str, Any]) -> dict[str, Any]:
+    """Return the JSON Schema of one entry, or of one to three."""
+    return {"anyOf": [entry, {"type": "array", "minItems": 1, "maxItems": 3, "items": entry}]}
+
+
+def _shape(value: object) -> str:
+    return "#table" if isinstance(value, Mapping) else "#formula"
+
+
+Positive = Annotated[Finite, Field(gt=0.0), WithJsonSchema({"type": "number", "minimum": 0})]
+Counts = Annotated[tuple[int, ...], PlainValidator(_cells), WithJsonSchema(_either({"type": "integer", "minimum": 2}))]
+Sides = Annotated[tuple[float, ...], PlainValidator(_sides), WithJsonSchema(_either({"type": "number", "minimum": 0}))]
+Formulas = dict[str, Value]
+
+
+class ShortTable(Table):
+    """A table of which any other value is the key ``short``."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_short(cls, data: object) -> object:
+        return data if isinstance(data, Mapping) else {cls.short: data}
+
+
+class ParameterTable(ShortTable):
+    """A named number, or a formula of the parameters above it."""
+
+    short: ClassVar[str] = "value"
+
+    value: Value = key("a number, or a formula of parameters", example="a finite number, or a formula of parameters")
+    unit: str = key("a label", "")
+    description: Description = key("in words", "")
+
+
+class CoordinateTable(Table):
+    """A coordinate with its momentum."""
+
+    initial: Pair = key("at the start", example="initial = [0.1, 0.0]: the position and the momentum")
+    momentum: str = key("name of the momentum; p_ and the coordinate by default", "")
+    unit: str = key("a label", "")
+    momentum_unit: str = key("a label", "")
+
+
+class OutputTable(ShortTable):
+    """A quantity of the state along a run."""
+
+    short: ClassVar[str] = "formula"
+
+    formula: Value = key("of the state and parameters", example='a text: "p_x**2/2"')
+    unit: str = key("a label", "")
+
+
+#: A formula, or a table of formulas by name.
+_Terms = Annotated[Annotated[Value, Tag("#formula")] | Annotated[Formulas, Tag("#table")], Discriminator(_shape)]
+
+
+class _Named(Table):
+    parameters: dict[str, ParameterTable] = key(
+        "numbers that runs may change", {}, example="[parameters] and a line for each: NAME = 1.0"
+    )
+    definitions: Formulas = key(
+        "names of formulas, each of other definitions in any order", {}, example='[definitions] and NAME = "sin(x)**2"'
+    )
+
+
+class _Sections(_Named):
+    coordinates: dict[str, CoordinateTable] = key(
+        "coordinates with their momenta", {}, example=f"NAME = {_START}: its position and its momentum"
+    )
+    hamiltonian: _Terms = key("H, or terms whose sum it is", "", example='a text: "p_x**2/2"')
+    outputs: dict[str, OutputTable] = key("quantities of the state along a run", {})
+
+
+class Copies(_Sections):
+    """Copies of entries, with indices in braces."""
+
+    indices: dict[str, Any] = key("i = 3, from 0 on, or i = [1, 3]: the first and the last")
+    where: str = key("a condition of indices", "")
+
+
+class File(_Named):
+    """All of a file."""
+
+    format: Literal[1] = key("of the file", example="format = 1")
+    kind: Literal["hamiltonian"] = key("of the file", example=f'kind = "{KIND}"')
+    name: str = key("of the system, a legal C identifier")
+    description: Description = key("in words", "")
+
+
+def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, Any]) -> type[Table]:
+    """Return the table whose keys are the fields of a dataclass, with the defaults and the types of the fields unless
+    ``kinds`` has others."""
+    made: dict[str, Any] = {}
+    for item in fields(model):
+        if item.name in descriptions or not descriptions:
+            standard = None if item.default is MISSING else item.default
+            example = f"{item.name} = {standard!r}" if standard else ""
+            kind = kinds.get(item.name) or kinds[str(item.type)]
+            made[item.name] = kind, key(descriptions.get(item.name, item.name), standard, example=example)
+    return create_model(model.__name__, __base__=Table, __doc__=model.__doc__, **made)
+
+
+RunTable: Any = _table_of(
+    Run,
+    {
+        "duration": "from t = 0 to the end",
+        "step": "of equal steps",
+        "method": "a composition, implicit_midpoint, gauss<order>, rk4 or rk45",
+        "record_every": "steps between recorded rows",
+        "compensated": "carry rounding errors of sums over to the next ones",
+        "tolerance": "of rk45",
+    },
+    {
+        "duration": Positive,
+        "step": Positive,
+        "tolerance": Annotated[Finite, Field(ge=TOLERANCES[0], le=TOLERANCES[1])],
+        "record_every": Annotated[int, Field(ge=1)],
+        "str": str,
+        "bool": bool,
+    },
+)
+
+
+class HamiltonianFile(_Sections, File):
+    """A system of coordinates and momenta."""
+
+    simulation: RunTable = key("defaults of runs", RunTable.model_construct())
+    repeat: dict[str, Copies] = key("copies", {})
+
+
+class MeshTable(Table):
+    """A periodic mesh."""
+
+    cells: Counts = key("along each axis", example="1 to 3 whole numbers from 2 on: cells = [64, 64, 64]")
+    length: Sides = key(
+        "of the box, or of each side",
+        example="a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0",
+    )
+    unit: str = key("of length, a label", "")
+
+
+class PowerTable(Table):
+    """A file of two columns, wave numbers and values, each column given by name or by index."""
+
+    file: str = key("k and P", example='file = "power.csv", a table of k and P')
+    columns: Annotated[tuple[str, str], Field(strict=False)] = key(
+        "of k and of P", ("", ""), example='columns = ["k", "P"]; the first two if nothing is said'
+    )
+
+
+_Power = Annotated[Annotated[Value, Tag("#formula")] | Annotated[PowerTable, Tag("#table")], Discriminator(_shape)]
+
+
+class OperatorTable(Table):
+    """An operator from the white field, or from the result of another operator."""
+
+    white: Literal[True] | None = optional("the white field itself: true", example="white = true")
+    power: _Power | None = optional("a formula of wave numbers, or a table: the power spectrum of the field")
+    lognormal_power: _Power | None = optional("the power spectrum of exp(field)")
+    filter: Value | None = optional("a formula of wave numbers", example='filter = "exp(-(k/0.2)**2)"')
+    smoothing: Value | None = optional("the radius of a Gaussian filter")
+    difference: Literal["x", "y", "z"] | None = optional("the axis of a derivative")
+    mask: Value | None = optional("a formula of places")
+    of: str = key("the operator before this one", "")
+    where: Formulas = key("formulas with a name", {}, example='where = { q = "k/0.2" }')
+
+
+class DataTable(Table):
+    """Numbers in the cells."""
+
+    file: str | None = optional("a .npy or .csv", example="a path that ends with .npy or .csv")
+    formula: Value | None = optional("the values")
+    poisson: Value | None = optional("the mean of random numbers")
+    negative_binomial: Value | None = optional("the mean of random numbers")
+    normal: Value | None = optional("the mean of random numbers")
+    column: str = key("of the .csv", "")
+    minimum: Value | None = optional("the value below which data have no meaning")
+    beta: Value | None = optional("of a negative binomial distribution")
+    deviation: Value | None = optional("of a normal distribution")
+
+    @model_validator(mode="before")
+    @classmethod
+    def _from_short(cls, data: object) -> object:
+        if isinstance(data, Mapping):
+            return data
+        is_path = isinstance(data, str) and (data.lower().endswith(DATA_FILES) or _PATH.fullmatch(data))
+        return {"file" if is_path else "formula": data}
+
+
+class PriorTable(Table):
+    """The distribution of the state."""
+
+    white: Literal[True] = key(
+        "independent standard normal numbers",
+        True,
+        example="white = true, independent standard normal numbers, and an operator that gives the field its"
+        " covariance",
+    )
+
+
+class TruthTable(Table):
+    """The field from which random data are made."""
+
+    seed: Annotated[int, Field(ge=0, le=_MOST_SEED)] = key("of the white field", example="seed = 1")
+
+
+class CellTable(Table):
+    """The energy of a cell."""
+
+    energy: Value = key(
+        "of fields and data",
+        example='energy = "exp(e) - counts*e", minus the logarithm of a likelihood; "0" for the prior alone',
+    )
+    where: Formulas = key("formulas with a name", {}, example='[cell.where] and e = "log(mean) + density"')
+
+
+class MassTable(Table):
+    """The mass matrix of the momenta."""
+
+    choice: Literal["fisher", "prior", "unit"] = key("of the momenta", "fisher")
+
+
+SamplingTable: Any = _table_of(Chains, {}, {"str": str, "int": Annotated[int, Field(ge=0)], "float": Finite})
+
+
+class FieldFile(File):
+    """Fields on a periodic mesh by a white prior and the energy of a cell."""
+
+    mesh: MeshTable = key("of the fields")
+    operators: dict[str, OperatorTable] = key(
+        "from the white field to fields of the cells", example=f"[operators] and density = {_POWER}"
+    )
+    prior: PriorTable = key("of the state", PriorTable.model_construct())
+    truth: TruthTable | None = optional("of random data")
+    data: dict[str, DataTable] = key("numbers in the cells", {})
+    cell: CellTable = key("the energy", example='[cell] and energy = "exp(e) - counts*e"')
+    mass: MassTable = key("of the momenta", MassTable.model_construct())
+    sampling: SamplingTable = key("defaults of sample", SamplingTable.model_construct())
