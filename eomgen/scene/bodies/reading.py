@@ -191,11 +191,7 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
 
 def read_body(name: str, body: written.Body, values: Values) -> Body:
     """Return a rigid body."""
-    key, formula = key_of("bodies", name), values.formula
-    entries = enumerate(body.inertia)
-    xx, yy, zz, xy, xz, yz = (formula(f"{key}.inertia[{place}]", entry, PARAMETERS) for place, entry in entries)
-    center = values.vector(f"{key}.center_of_mass", body.center_of_mass, PARAMETERS)
-    return Body(name, formula(f"{key}.mass", body.mass, PARAMETERS), center, (xx, yy, zz, xy, xz, yz))
+    return Body(name, **values.keys(key_of("bodies", name), body, "inertia", "center_of_mass", "mass"))
 
 
 def placed_body(body: Body, entry: written.Body, values: Values) -> Body:
@@ -243,9 +239,6 @@ def read_point(name: str, point: written.Point, bodies: Collection[str], values:
     key = key_of("points", name)
     if point.body not in bodies:
         report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
-    given, positioned = (
-        values.vector(f"{key}.position", point.position, PARAMETERS),
-        "position" in point.model_fields_set,
-    )
+    given, positioned = values.keys(key, point, "position")["position"], "position" in point.model_fields_set
     position, _ = read_placement(key, point.given_in, positioned, point.body, given, rows(np.eye(3)), values)
     return Point(name, point.body, position)

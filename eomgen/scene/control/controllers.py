@@ -46,12 +46,7 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
     if entry.damping is None and entry.groundhook is None:
         report.add(key, "a skyhook controller needs damping or groundhook [E1413]", "damping = 2000")
         return UNKNOWN
-    given = {
-        field: getattr(entry, field)
-        for field in ("damping", "groundhook", *_LIMITS)
-        if getattr(entry, field) is not None
-    }
-    numbers = {field: values.formula(f"{key}.{field}", value, PARAMETERS) for field, value in given.items()}
+    given = values.keys(key, entry, "damping", "groundhook", *_LIMITS)
     if not entry.clipped:
         for field in _LIMITS:
             if field in given:
@@ -69,20 +64,20 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
         return UNKNOWN
     first, second = ends[entry.spring]
     wanted: list[Formula] = []
-    if "damping" in numbers:
-        wanted.append(numbers["damping"] * _along(entry.spring, first, second, second))
-    if "groundhook" in numbers:
-        wanted.append(-(numbers["groundhook"] * _along(entry.spring, first, second, first)))
+    if "damping" in given:
+        wanted.append(given["damping"] * _along(entry.spring, first, second, second))
+    if "groundhook" in given:
+        wanted.append(-(given["groundhook"] * _along(entry.spring, first, second, first)))
     tension = functools.reduce(operator.add, wanted)
     if not entry.clipped:
         return tension
-    least, most = numbers.get("minimum_damping", Number(0.0)), numbers["maximum_damping"]
+    least, most = given.get("minimum_damping", Number(0.0)), given["maximum_damping"]
     field = "minimum_damping" if "minimum_damping" in given else "maximum_damping"
     values.require(f"{key}.{field}", RELATIONS["limits of a damper"], [least, most])
     rate = Symbol("rate", entry.spring)
-    if "width" not in numbers:
+    if "width" not in given:
         return _clipped(tension, rate, least, most)
-    return _rounded(tension, rate, least, most, numbers["width"])
+    return _rounded(tension, rate, least, most, given["width"])
 
 
 def _along(spring: str, first: str, second: str, point: str) -> Formula:
@@ -166,11 +161,8 @@ class OutputLimits:
     """The limits of a controller's output."""
 
     def __init__(self, key: str, entry: Written, values: Values) -> None:
-        self.bounds: dict[str, Formula] = {}
-        for end, operation in (("minimum", "max"), ("maximum", "min")):
-            written = getattr(entry, end)
-            if written is not None:
-                self.bounds[operation] = values.formula(f"{key}.{end}", written, PARAMETERS)
+        operations = {"minimum": "max", "maximum": "min"}
+        self.bounds = {operations[end]: bound for end, bound in values.keys(key, entry, *operations).items()}
         if len(self.bounds) == 2:
             values.require(f"{key}.minimum", RELATIONS["limits of an output"], [self.bounds["max"], self.bounds["min"]])
 

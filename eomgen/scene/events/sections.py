@@ -95,7 +95,7 @@ def read_event(
                 values.report.add(place, *fault)
             elif isinstance(symbol, Symbol):
                 resets.append((symbol, formula))
-    least = values.constant(f"{key}.least_interval", entry.least_interval or 0.0)
+    least = values.keys(key, entry, "least_interval").get("least_interval", 0.0)
     if least < 0.0:
         values.report.add(f"{key}.least_interval", f"{least:.6g} s is negative [E1490]", "a small positive time")
     return Event(
@@ -104,9 +104,9 @@ def read_event(
         direction=entry.direction,
         action=entry.action,
         resets=tuple(resets),
-        restitution=_restitution(f"{key}.restitution", entry.restitution, values),
+        restitution=_restitution(key, entry, values),
         mode=entry.mode or "",
-        value=_value(f"{key}.to", entry.to, values),
+        value=values.keys(key, entry, "to").get("to"),
         least_interval=least,
         description=entry.description,
         place=values.report.where(f"{key}.when"),
@@ -121,16 +121,12 @@ def _is_comparison(formula: Formula) -> bool:
     return formula.name in ("lt", "le") or joined
 
 
-def _value(key: str, value: float | str | None, values: Values) -> Formula | None:
-    return None if value is None else values.formula(key, value, EVERYTHING)
-
-
-def _restitution(key: str, value: float | str | None, values: Values) -> Formula | None:
+def _restitution(key: str, entry: WrittenEvent, values: Values) -> Formula | None:
     """Return the formula of a restitution: from 0 to 1 if the formula has parameters only; for other formulas a run
     refuses negative values."""
-    formula = _value(key, value, values)
+    formula: Formula | None = values.keys(key, entry, "restitution").get("restitution")
     if formula is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
-        values.require(key, _RESTITUTION, [formula])
+        values.require(f"{key}.restitution", _RESTITUTION, [formula])
     return formula
 
 

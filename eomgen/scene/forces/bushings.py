@@ -86,8 +86,7 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
         for side, frame in (("first", entry.first), ("second", entry.second))
     )
     stiffness, damping = _rows(key, entry, "stiffness", values), _rows(key, entry, "damping", values)
-    rotational = values.vector(f"{key}.rotational_preload", entry.rotational_preload, PARAMETERS)
-    preload = (*rotational, *values.vector(f"{key}.preload", entry.preload, PARAMETERS))
+    preload = sum(values.keys(key, entry, "rotational_preload", "preload").values(), ())
     parts = [entry for row in (*stiffness, *damping, preload) for entry in row]
     if not values.report.concerns(key) and all(part in (ZERO, Number(-0.0)) for part in parts):
         values.report.add(
@@ -99,7 +98,7 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
         second=second,
         stiffness=stiffness,
         damping=damping,
-        rest=values.vector(f"{key}.rest", entry.rest, PARAMETERS),
+        **values.keys(key, entry, "rest"),
         rest_orientation=rows(sequence(values.constant_rotations(f"{key}.rest_rotation", entry.rest_rotation) or [])),
         preload=preload,
     )
@@ -110,10 +109,8 @@ def _rows(key: str, entry: BushingEntry, quantity: str, values: Values) -> Rows:
     fields = (f"rotational_{quantity}", quantity)
     matrix = getattr(entry, f"{quantity}_matrix")
     if matrix is None:
-        diagonal: list[Formula] = []
-        for field in fields:
-            given = getattr(entry, field)
-            diagonal += ZERO_VECTOR if given is None else values.vector(f"{key}.{field}", given, PARAMETERS)
+        given = values.keys(key, entry, *fields)
+        diagonal = [part for field in fields for part in given.get(field, ZERO_VECTOR)]
         return tuple(tuple(diagonal[i] if i == j else ZERO for j in range(6)) for i in range(6))
     for field in fields:
         if getattr(entry, field) is not None:

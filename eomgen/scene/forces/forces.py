@@ -75,7 +75,7 @@ class Force(ForceElement):
 
 def read_force(name: str, force: ForceEntry, site: Site) -> Force:
     """Return a force and a torque."""
-    key, values, vector = key_of("forces", name), site.values, site.values.vector
+    key, values = key_of("forces", name), site.values
     if force.body in (BASE, WORLD):
         why = "its motion is prescribed" if force.body == BASE else "it rests"
         values.report.add(f"{key}.body", f"a force on the {force.body} moves nothing: {why} [E1499]", "a body")
@@ -85,12 +85,11 @@ def read_force(name: str, force: ForceEntry, site: Site) -> Force:
         values.report.add(f"{key}.body", fault, hint)
     else:
         check_reference(f"{key}.body", force.body, site.bodies, "body", values.report)
-    point = vector(f"{key}.point", force.point, PARAMETERS)
+    point = values.keys(key, force, "point")["point"]
     if force.body in site.bodies:
         positioned = "point" in force.model_fields_set
         point, _ = read_placement(key, force.given_in, positioned, force.body, point, rows(np.eye(3)), values, "point")
-    force_vector = vector(f"{key}.force", force.force, LOCAL_LOAD)
-    return Force(name, force.body, point, force_vector, vector(f"{key}.torque", force.torque, LOCAL_LOAD), force.axes)
+    return Force(name, point=point, **values.keys(key, force, "body", "force", "torque", "axes"))
 
 
 SECTION = ElementSection(
@@ -146,7 +145,7 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
             values.report.add(
                 f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index} [E1501]", hint
             )
-    return Effort(name, effort.joint, values.formula(f"{key}.effort", effort.effort, LOAD), effort.index)
+    return Effort(name, **values.keys(key, effort))
 
 
 EFFORT_SECTION = ElementSection(

@@ -64,7 +64,7 @@ class Spring(ForceElement):
 
 def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
     """Return a spring along the line between two points."""
-    key, values, formula = key_of("springs", name), site.values, site.values.formula
+    key, values = key_of("springs", name), site.values
     known = True
     for field, point in (("first", spring.first), ("second", spring.second)):
         known = values.point(f"{key}.{field}", point) and known
@@ -72,10 +72,7 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
         values.report.add(
             f"{key}.second", f"the spring connects the point {spring.first} to itself [E1502]", "another point"
         )
-    fields = ("stiffness", "damping", "length")
-    stiffness, damping, length = (formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields)
-    force = formula(f"{key}.force", spring.force, SPRING_FORCE)
-    return Spring(name, spring.first, spring.second, stiffness, damping, length, force)
+    return Spring(name, **values.keys(key, spring))
 
 
 SECTION = ElementSection(
@@ -146,11 +143,7 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
         values.report.add(
             f"{key}.second", f"the spring connects the joint {spring.first} to itself [E1505]", "another joint, or none"
         )
-    fields = ("stiffness", "damping", "rest")
-    constants = [values.formula(f"{key}.{field}", getattr(spring, field), PARAMETERS) for field in fields]
-    stiffness, damping, rest = constants
-    indices = {"first_index": spring.first_index, "second_index": spring.second_index}
-    return TorsionSpring(name, spring.first, spring.second, stiffness, damping, rest, **indices)
+    return TorsionSpring(name, **values.keys(key, spring))
 
 
 TORSION_SECTION = ElementSection(

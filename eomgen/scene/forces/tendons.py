@@ -148,12 +148,8 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
         if before.after == behind.after:
             fault = f"two obstacles follow the point {entry.points[before.after]} [E1508]"
             report.add(f"{key}.wraps", fault, "a point of the path between the obstacles")
-    stiffness, damping, length = (
-        values.formula(f"{key}.{field}", getattr(entry, field), PARAMETERS)
-        for field in ("stiffness", "damping", "length")
-    )
-    force = values.formula(f"{key}.force", entry.force, SPRING_FORCE)
-    return Tendon(name, entry.points, tuple(kept), stiffness, damping, length, force)
+    numbers = values.keys(key, entry, "stiffness", "damping", "length", "force")
+    return Tendon(name, entry.points, tuple(kept), **numbers)
 
 
 def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap | None:

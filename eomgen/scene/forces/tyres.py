@@ -113,7 +113,7 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
             f" nothing [E1512]"
         )
         report.add(f"{key}.center", fault, "a point of the wheel's body")
-    damping = values.formula(f"{key}.damping", entry.damping, PARAMETERS)
+    numbers = values.keys(key, entry, "damping")
     road = _height(f"{key}.road", entry.road, entry.center, values)
     kinds = {symbol.kind for symbol in symbols(road)}
     moving = bool(kinds & {"time", "input"})
@@ -123,16 +123,14 @@ def read_tyre(name: str, entry: TyreEntry, site: Site) -> Tyre:
         if not moving and not report.concerns(f"{key}.road"):
             fault = "neither time nor an input moves the road, so it has no rate of its own [E1513]"
             report.add(f"{key}.road_rate", fault, "a road that moves, or no road_rate")
-    elif "input" in kinds and damping != Number(0.0):
+    elif "input" in kinds and numbers["damping"] != Number(0.0):
         fault = "the damping needs the rate of the road, which does not follow from an input [E1514]"
         report.add(key, fault, _KNOWN_RATE)
     return Tyre(
         name=name,
         center=entry.center,
-        radius=values.formula(f"{key}.radius", entry.radius, PARAMETERS),
-        stiffness=values.formula(f"{key}.stiffness", entry.stiffness, PARAMETERS),
-        damping=damping,
-        onset=values.formula(f"{key}.onset", entry.onset, PARAMETERS),
+        **numbers,
+        **values.keys(key, entry, "radius", "stiffness", "onset"),
         road=road,
         road_rate=rate,
         moving_road=moving,
@@ -163,13 +161,11 @@ def _slip(key: str, slip: SlipEntry, values: Values) -> Slip | None:
         )
         values.report.add(f"{key}.stiffness", fault, "[15, 12]")
         return None
-    places = [f"{key}.stiffness[{place}]" for place in range(len(slip.stiffness))]
-    stiffness = [values.formula(place, value, PARAMETERS) for place, value in zip(places, slip.stiffness, strict=True)]
-    friction = values.formula(f"{key}.friction", slip.friction, PARAMETERS)
-    velocity = values.formula(f"{key}.velocity", slip.velocity, PARAMETERS)
+    numbers = values.keys(key, slip, "stiffness", "friction", "velocity")
     if axis is None:
         return None
-    return Slip((float(axis[0]), float(axis[1]), float(axis[2])), (stiffness[0], stiffness[-1]), friction, velocity)
+    stiffness = numbers.pop("stiffness")
+    return Slip((float(axis[0]), float(axis[1]), float(axis[2])), (stiffness[0], stiffness[-1]), **numbers)
 
 
 #: Roads whose rates are known.

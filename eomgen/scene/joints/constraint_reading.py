@@ -15,9 +15,9 @@ from eomgen.base.messages import key_of
 from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
-from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Application, Formula, Operation, Symbol
+from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Symbol
 from eomgen.scene.design_poses import UnknownPoseError, size_of
-from eomgen.scene.formula.scope import BETWEEN_FRAMES, PARAMETERS, POSITIONS, SURFACE, VELOCITIES
+from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
 from eomgen.scene.joints.frames import check_two_bodies, read_frame
@@ -99,9 +99,10 @@ def read_constraint(
     equation, unit = read_equation(key, entry, points, values) if entry.type == "formula" else (None, Constraint.unit)
     law = "length" if entry.type == "distance" else "drive"
     smooth = read_smoothing(key, entry.smooth, law if getattr(entry, law) is None else "", values)
-    radius, tube = (_number(f"{key}.{field}", getattr(entry, field), values) for field in ("radius", "tube_radius"))
+    sizes = values.keys(key, entry, "radius", "tube_radius")
     if "shape" in CONSTRAINTS[entry.type].keys:
-        values.note(_doubtful_contact(key, shape, second, radius, tube, values))
+        radii = sizes.get("radius", ZERO), sizes.get("tube_radius", ZERO)
+        values.note(_doubtful_contact(key, shape, second, *radii, values))
     return Constraint(
         name=name,
         type=entry.type,
@@ -109,13 +110,9 @@ def read_constraint(
         second=second,
         drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
         length=_length(key, entry, first, second, smooth, values) if entry.type == "distance" else ZERO,
-        radius=radius,
         shape=shape,
-        pitch=_number(f"{key}.pitch", entry.pitch, values),
-        semi_axes=ZERO_VECTOR
-        if entry.semi_axes is None
-        else values.vector(f"{key}.semi_axes", entry.semi_axes, PARAMETERS),
-        tube_radius=tube,
+        **sizes,
+        **values.keys(key, entry, "pitch", "semi_axes"),
         surface=_surface(f"{key}.surface", entry.surface, values) if entry.surface is not None else None,
         equation=equation,
         at_velocity=entry.velocity_equation is not None,
@@ -222,10 +219,6 @@ def _needs(entry: written.Constraint) -> tuple[Need, Need]:
     if "shape" in CONSTRAINTS[entry.type].keys and entry.shape in ("sphere", "ellipsoid"):
         return "z", "nothing" if entry.shape == "sphere" else "any"
     return CONSTRAINTS[entry.type].uses
-
-
-def _number(key: str, value: float | str | None, values: Values) -> Formula:
-    return ZERO if value is None else values.formula(key, value, PARAMETERS)
 
 
 def _kind(entry: written.Constraint) -> str:

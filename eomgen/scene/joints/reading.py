@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import key_of, shown
 from eomgen.formula.nodes import ZERO, Formula, Number
@@ -140,7 +140,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
     """Return a checked joint; faults go to the report of ``values``."""
     key = key_of("joints", name)
     axis, second = _axes(key, joint, values)
-    coefficients = {field: _coefficients(key, field, joint, values) for field in _COEFFICIENTS}
+    coefficients: dict[str, Any] = {field: _coefficients(key, field, joint, values) for field in _COEFFICIENTS}
     drive = read_drives(key, joint, values)
     start, speed = driven_start(key, drive, values)
     return Joint(
@@ -150,8 +150,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         child=joint.child,
         axis=axis,
         second_axis=second,
-        pitch=Number(0.0) if joint.pitch is None else values.formula(f"{key}.pitch", joint.pitch, PARAMETERS),
-        position=values.vector(f"{key}.position", joint.position, PARAMETERS),
+        **values.keys(key, joint, "pitch", "position"),
         orientation=read_orientation(key, joint.rotation, joint.orientation, values),
         initial_position=start if drive else _initial_position(key, joint, values),
         initial_velocity=speed if drive else _initial_velocity(key, joint, values),
@@ -160,10 +159,7 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
         friction=read_friction(key, joint, values),
         mimic=_mimic(key, joint, values),
         drive=drive,
-        stiffness=coefficients["stiffness"],
-        damping=coefficients["damping"],
-        rest=coefficients["rest"],
-        rotor_inertia=coefficients["rotor_inertia"],
+        **coefficients,
     )
 
 
@@ -236,8 +232,7 @@ def _mimic(key: str, joint: written.Joint, values: Values) -> Mimic | None:
         if getattr(joint.initial, field) is not None:
             fault = "a joint that follows another has no initial state of its own [E1663]"
             values.report.add(f"{key}.initial.{field}", fault, f"the initial state of {shown(joint.mimic.joint)}")
-    multiplier = values.formula(f"{key}.mimic.multiplier", joint.mimic.multiplier, PARAMETERS)
-    return Mimic(joint.mimic.joint, multiplier, values.formula(f"{key}.mimic.offset", joint.mimic.offset, PARAMETERS))
+    return Mimic(**values.keys(f"{key}.mimic", joint.mimic))
 
 
 def _known(

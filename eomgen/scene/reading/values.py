@@ -9,6 +9,7 @@ import copy
 import math
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,7 @@ from eomgen.scene.formula.scope import ALONG_A_BEAM, FIXED_PARAMETERS, PARAMETER
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.joint_types import GROUPS, JOINTS
 from eomgen.scene.reading.formula_units import FACTOR, disagreement, hidden_unit, labelled_dimension, unit_of
+from eomgen.scene.reading.key_metadata import Table, fields_of
 from eomgen.scene.reading.kinds import FaultyText, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
@@ -373,6 +375,29 @@ class Values:
             self.report.add(key, f"{name} is a body, not a point [E1632]", hint)
             return False
         return check_reference(key, name, self.names.points, "point", self.report)
+
+    def keys(self, key: str, entry: Table, *names: str) -> dict[str, Any]:
+        """Return the values of an entry by its schema: formulas in the scope of each key, numbers of fixed parameters,
+        and values without a scope as they are. Keys that the entry does not give are left out.
+
+        Parameters
+        ----------
+        names : keys in the order of reading; all keys by default
+        """
+        meanings = fields_of(type(entry))
+        given = ((name, getattr(entry, name)) for name in names or meanings)
+        return {
+            name: self._by_scope(f"{key}.{name}", value, meanings[name][0].names)
+            for name, value in given
+            if value is not None
+        }
+
+    def _by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
+        if scope is None:
+            return value
+        if isinstance(value, tuple):
+            return tuple(self._by_scope(f"{key}[{place}]", part, scope) for place, part in enumerate(value))
+        return self.constant(key, value) if scope is FIXED_PARAMETERS else self.formula(key, value, scope)
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
         """Return three formulas."""

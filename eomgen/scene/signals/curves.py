@@ -240,9 +240,8 @@ class Curves:
 
     def wave(self, key: str, name: str, wave: written.Wave) -> Curve:
         """Return a periodic curve that jumps or bends between two values."""
-        period, start, duty, low, high = self.values.constants(
-            key, (wave.period, wave.start, wave.duty, wave.low, wave.high)
-        )
+        numbers = self.values.keys(key, wave, "period", "start", "duty", "low", "high")
+        period, start, duty, low, high = numbers.values()
         if period <= 0.0:
             self.report.add(f"{key}.period", f"the period {period:.6g} is not positive [E1860]", "a period such as 0.5")
         if not (0.0 < duty < 1.0 or math.isnan(duty)):
@@ -261,10 +260,10 @@ class Curves:
 
     def bump(self, key: str, name: str, bump: written.Bump) -> Bump:
         """Return a single bump."""
-        position, length, height = self.values.constants(key, (bump.position, bump.length, bump.height))
-        if length <= 0.0:  # NaN is reported on reading
+        numbers = self.values.keys(key, bump, "position", "length", "height")
+        if (length := numbers["length"]) <= 0.0:  # NaN is reported on reading
             self.report.add(f"{key}.length", f"the length {length:.6g} is not positive [E1862]", "a length such as 0.5")
-        return Bump(name, position, length, height)
+        return Bump(name, **numbers)
 
     def signal(self, key: str, entry: written.Input) -> list[Formula]:
         """Return the parts of an input besides formula and road, each a curve over time."""

@@ -230,10 +230,7 @@ class _Parameters(Section):
 
     def parameters(self, entries: Mapping[str, Any]) -> Sequence[Parameter]:
         written: Mapping[str, schema.Parameter] = entries
-        return [
-            Parameter(name, entry.value, entry.tunable, entry.unit, entry.description)
-            for name, entry in written.items()
-        ]
+        return [Parameter(name, **dict(entry)) for name, entry in written.items()]
 
 
 class _Curves(Section):
