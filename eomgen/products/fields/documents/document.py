@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import ZERO, Formula, infix
-
-if TYPE_CHECKING:
-    from eomgen.products.fields.documents.schema import PowerTable
 
 #: Functions and commands for Hamiltonian systems, for messages.
 OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate and generate"
@@ -225,6 +222,14 @@ VARIANCE = "_variance"
 
 
 @dataclass(frozen=True)
+class Table:
+    """A file of two columns, wave numbers and values, each column given by name or by index."""
+
+    file: str
+    columns: tuple[str, str] = ("", "")
+
+
+@dataclass(frozen=True)
 class Operator:
     """An operator from the white field, or from the result of the operator ``of``, to a field of cells.
 
@@ -239,7 +244,7 @@ class Operator:
     kind: OperatorKind
     formula: Formula = ZERO
     where: tuple[tuple[str, Formula], ...] = ()
-    table: PowerTable | None = None
+    table: Table | None = None
     axis: int = 0
     of: str = ""
 

@@ -27,6 +27,7 @@ from eomgen.products.fields.documents.document import (
     FieldSystem,
     Operator,
     Parameter,
+    Table,
 )
 from eomgen.products.fields.documents.entries import FieldEntries, cell_formula
 from eomgen.products.fields.documents.schema import (
@@ -245,7 +246,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             names = self.names(self.axes, data)
             return Operator(name, "mask", self.formula(f"{key}.mask", value, names, _PLACES) or ZERO, of=of)
         if isinstance(value, PowerTable):
-            return Operator(name, kind, table=value, of=of)
+            return Operator(name, kind, table=Table(**dict(value)), of=of)
         names, inner = self.names(self.waves, [*dict(where)]), self.names(self.waves, ())
         made = self.formula(f"{key}.{kind}", value, names, _WAVES, inner)
         return Operator(name, kind, made or ZERO, where, of=of)

@@ -28,8 +28,8 @@ from eomgen.products.fields.documents.document import (
     Data,
     FieldSystem,
     Operator,
+    Table,
 )
-from eomgen.products.fields.documents.schema import PowerTable
 from eomgen.products.fields.posteriors import (
     CellEnergy,
     FieldPosterior,
@@ -329,7 +329,7 @@ class _FileObjects:
         result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
         return np.array(np.broadcast_to(result, mesh.half))
 
-    def tabled(self, table: PowerTable) -> Array:
+    def tabled(self, table: Table) -> Array:
         """Return the power of a table at the wave numbers, straight lines of logarithms; 0 at k = 0."""
         path = self.system.folder / table.file
         names, rows = read_table(path)
