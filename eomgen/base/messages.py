@@ -68,7 +68,7 @@ def log_notes(name: str, notes: tuple[str, ...]) -> None:
 
     Without handlers Python prints such messages to stderr, which is done here for processes without ``logging``.
     """
-    more = [f"... and {len(notes) - _NOTED} more: see .notes"] if len(notes) > _NOTED else []
+    more = [f"... and {len(notes) - _NOTED} more: eomgen info lists all"] if len(notes) > _NOTED else []
     text = "\n".join(f"{name}: note: {note}" for note in [*notes[:_NOTED], *more])
     if notes and "logging" in sys.modules:
         sys.modules["logging"].getLogger("eomgen.notes").warning("%s", text)

@@ -14,6 +14,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+import eomgen
 from eomgen.base.limits import Limit
 from eomgen.base.message_codes import code_of_finding
 from eomgen.compiled.rest.state_warnings import LargestBending
@@ -96,7 +97,7 @@ def bounded(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
 
 
 FOUND = Finding(text="it is found", hint="another one", value=2.0, time=0.05)
-STILL, FAST = Rate.none(), Rate(1e6, 0.05, "v.hinge")
+STILL, FAST = Rate(), Rate(1e6, 0.05, "v.hinge")
 DECAYING, GROWING = FastestRates(FAST, STILL, STILL, FAST), FastestRates(STILL, FAST, FAST, STILL)
 #: For every check: how to make it find something.
 WITNESSES: dict[str, tuple[Change, ...]] = {
@@ -262,3 +263,9 @@ def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
     assert limits and all(limit.unit and limit.meaning and limit.source for limit in limits)
     copy = pickle.loads(pickle.dumps(limits[0]))
     assert copy == limits[0] == float(limits[0]) and copy.source == limits[0].source and isinstance(copy, Limit)
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_run_without_a_step_is_judged_without_warnings_of_numpy() -> None:
+    model = eomgen.build(Path(__file__).parents[2] / "examples/quarter_car/scene.toml", method="rk4", profile="quick")
+    assert model.simulate(0.0, 1e-3).message == "reached t = 0 s in 0 steps"

@@ -94,7 +94,7 @@ def with_balance(error: float) -> FinishedRun:
 def rounding(share: float) -> FinishedRun:
     states = SimpleNamespace(multipliers=np.ones((2, 1)))
     run = run_of(statistics={"max_rounding": share}, states=states, run=METHOD, single=False, longest_part=0.01)
-    return run_of(**vars(run), settings={"step": 0.01}, fastest=FastestRates(*[Rate.none()] * 4))
+    return run_of(**vars(run), settings={"step": 0.01}, fastest=FastestRates())
 
 
 def variables() -> SimpleNamespace:

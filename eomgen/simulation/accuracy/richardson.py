@@ -334,16 +334,12 @@ _HALF_OF_DIGITS = math.ldexp(1.0, -_HALVINGS)
 
 
 class Rate(NamedTuple):
-    """A rate of the equations, 1/s, at a time, s, with the velocity or the kind of states in words."""
+    """A rate of the equations, 1/s, at a time, s, with the velocity or the kind of states in words; by default of a run
+    without decay and growth."""
 
-    rate: float
-    time: float
-    name: str
-
-    @classmethod
-    def none(cls) -> Rate:
-        """Return the rate of a run without decay and growth."""
-        return cls(0.0, np.nan, "")
+    rate: float = 0.0
+    time: float = math.nan
+    name: str = ""
 
 
 class FastestRates(NamedTuple):
@@ -357,10 +353,10 @@ class FastestRates(NamedTuple):
     states : decay of internal states at the rows
     """
 
-    decay: Rate
-    growth: Rate
-    passed: Rate
-    states: Rate
+    decay: Rate = Rate()
+    growth: Rate = Rate()
+    passed: Rate = Rate()
+    states: Rate = Rate()
 
 
 def fastest_rates(run: Run, rows: Array, parameters: Array) -> FastestRates:
@@ -372,9 +368,9 @@ def fastest_rates(run: Run, rows: Array, parameters: Array) -> FastestRates:
     parameters : (np,), or (n, np), at the rows
     """
     try:
-        return _Rates(run, rows, parameters).fastest()
+        return _Rates(run, rows, parameters).fastest() if len(rows) > 1 else FastestRates()
     except (EomgenError, np.linalg.LinAlgError, KeyError):  # states at which the equations give no numbers
-        return FastestRates(*[Rate.none()] * 4)
+        return FastestRates()
 
 
 class _Rates:
@@ -389,14 +385,14 @@ class _Rates:
         needed = NEEDED if model.multipliers else ("forward_dynamics",)
         resisted = model.functions.library.layout["facts"]["velocity_forces"]  # else no velocity decays or grows
         moves = bool(model.nv) and resisted and all(map(model.functions.of_runs, needed))  # compiles no other function
-        decay = growth = passed = Rate.none()
+        decay = growth = passed = Rate()
         for step, column in self._steepest() if moves else ():
             held, grows, passes = self._within(step, column)
             decay, growth, passed = max(decay, held), max(growth, grows), max(passed, passes)
         spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
         if moves:
             decay = max([decay, *filter(None, map(self._lasting, spread))], key=lambda one: one.rate)
-        states = max([Rate.none(), *map(self._state_decay, spread)]) if model.nz else Rate.none()
+        states = max([Rate(), *map(self._state_decay, spread)]) if model.nz else Rate()
         return FastestRates(decay, growth, passed, states)
 
     def _inputs(self, row: int) -> Array | None:
@@ -428,8 +424,6 @@ class _Rates:
     def _steepest(self) -> list[tuple[int, int]]:
         """Return the steps, and the velocities, whose accelerations change most, relative to the velocities."""
         t, _, v, a, *_ = self._states
-        if len(t) < 2:
-            return []
         size = np.abs(v).max(axis=0)
         kicks = np.abs(np.diff(np.where(np.isfinite(a), a, 0.0), axis=0)) * np.diff(t)[:, np.newaxis]
         with np.errstate(all="ignore"):
@@ -451,7 +445,7 @@ class _Rates:
 
     def _within(self, step: int, column: int) -> tuple[Rate, Rate, Rate]:
         """Return the decay to a level that holds the velocity, the growth, and the steepest slope within a step."""
-        none, v = Rate.none(), self._states.v
+        none, v = Rate(), self._states.v
         if self._left < _HALVINGS:
             return none, none, none
         ends = float(v[step, column]), float(v[step + 1, column]), float(self._next_velocities()[step, column])
@@ -559,10 +553,10 @@ class _Rates:
         """Return the fastest decay of internal states at a row, by the eigenvalues of -Fz: 0 if no state decays."""
         model, states = self._model, self._states
         if not model.functions.of_runs("internal_partials"):
-            return Rate.none()
+            return Rate()
         t = float(states.t[row])
         given = states.q[row], states.v[row], states.z[row], t, self._inputs(row)
         by_state = model.internal_partials(*given, parameters=self._parameters(row)).rate_z
         if not np.all(np.isfinite(by_state)):
-            return Rate.none()
+            return Rate()
         return Rate(float((-np.linalg.eigvals(by_state).real).max(initial=0.0)), t, "internal states")
