@@ -267,5 +267,6 @@ def test_limits_are_numbers_with_unit_meaning_and_source() -> None:
 
 @pytest.mark.filterwarnings("error")
 def test_a_run_without_a_step_is_judged_without_warnings_of_numpy() -> None:
-    model = eomgen.build(Path(__file__).parents[2] / "examples/quarter_car/scene.toml", method="rk4", profile="quick")
+    scene = Path(__file__).parents[2] / "examples/quarter_car/scene.toml"
+    model = eomgen.build(scene, method="rk4", profile="quick", terms=["forward_dynamics"])
     assert model.simulate(0.0, 1e-3).message == "reached t = 0 s in 0 steps"
