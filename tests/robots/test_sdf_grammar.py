@@ -210,9 +210,9 @@ def outcome(text: str, folder: Path, *, strict: bool = False) -> tuple[dict[str,
 #: Values that are felt nowhere, by a part of the mutant's label: a note of the base file stands for some.
 UNFELT = (
     (r"^/place/physics", "1 physics"),
-    (r"^/place/machine/ground", "links fixed to another are parts of its body"),
+    (r"^/place/machine/ground", "merged into the bod"),
     (r"^/place/machine/fixed/axis", "1 axis of fixed joints"),
-    (r"^/place/machine/fixed", "links fixed to another are parts of its body"),
+    (r"^/place/machine/fixed", "merged into the bod"),
     (
         r"^/place/machine/ball/axis .*(xyz|use_parent_model_frame)|^/place/machine/ball/axis/xyz",
         "1 direction of ball joints",

@@ -245,13 +245,14 @@ def test_dry_friction_is_taken_where_it_is_asked_for() -> None:
         ("f", "revolute", "E", rubbing("0")),
     )
     assert all(not joint.friction for joint in load_urdf(text).joints)
-    assert "not modelled: dry friction (5: a, b, c, d, e)" in load_urdf(text).notes
+    assert "not modelled: dry friction (4: a, b, c, e)" in load_urdf(text).notes
+    assert "not modelled: dry friction of floating joints (1: d)" in load_urdf(text).notes
     scene = load_urdf(text, friction=True)
     found = [joint.friction for joint in scene.joints]
     assert [len(entry) for entry in found] == [1, 1, 1, 0, 0, 0]
     numbers = [[value_of(getattr(entry[0], name), {}) for name in ("coulomb", "velocity")] for entry in found[:3]]
     assert numbers == [[3.0, 0.01], [4.0, 0.001], [5.0, 0.01]]
-    assert "not modelled: dry friction (2: d, e)" in scene.notes
+    assert "not modelled: dry friction (1: e)" in scene.notes
 
 
 @pytest.mark.parametrize(

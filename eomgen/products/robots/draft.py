@@ -1,144 +1,222 @@
-"""The scene that a file of another format becomes, while its parts are converted one after another."""
+"""Draft of a file of robots: models with links, joints, frames and models within them, as all readers give them.
+
+Names are the names of the file; poses are as written, in the frames that they name. ``conversion`` makes a scene of a
+draft.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import is_legal, legal_name, listed
-from eomgen.formula.words import RESERVED
-from eomgen.lie.numeric import rotation_matrix
-from eomgen.scene.reading.report import Report
-from eomgen.scene.rotations import rows, snapped_rotation
-from eomgen.system.description import BASE, WORLD
+from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.scene.inertia import Inertia
+from eomgen.scene.joint_types import JOINTS
+
+#: Name of the frame of a model within it, and of the frame at rest.
+MODEL_FRAME, WORLD_FRAME = "__model__", "world"
 
 
 @dataclass(frozen=True)
-class Place:
-    """Name of the file for messages, and line of an element."""
+class WrittenPose:
+    """A pose in the frame that it names; without a name in the frame that the format has as default."""
 
-    file: str
-    line: int
-
-    def __str__(self) -> str:
-        return f"{self.file}:{self.line}"
+    place: Place
+    orientation: Array = field(default_factory=lambda: np.eye(3))
+    position: Array = field(default_factory=lambda: np.zeros(3))
+    relative_to: str = ""
 
 
 @dataclass(frozen=True)
-class LinkPlace:
-    """Body of the scene that carries a frame of the file, and the pose of this frame in the body."""
+class Visual:
+    """A solid or a mesh, by default in the frame of its link; ``entry`` has type, sizes and colour of ``[shapes]``."""
 
-    body: str
-    orientation: Array
-    position: Array
-
-    def of(self, position: Array, quaternion: Array | None = None) -> LinkPlace:
-        """Return the pose in the body of a frame that is given in this one."""
-        turned = self.orientation if quaternion is None else self.orientation @ rotation_matrix(np.array(quaternion))
-        return LinkPlace(self.body, turned, self.orientation @ position + self.position)
-
-    @property
-    def entry(self) -> dict[str, Any]:
-        """Body, position and orientation, as keys of a scene."""
-        return {"body": self.body, "position": self.position.tolist(), "orientation": matrix(self.orientation)}
+    pose: WrittenPose
+    entry: Mapping[str, Any]
 
 
-def matrix(orientation: Array) -> list[list[float]]:
-    """Return an orientation as the key of a scene."""
-    return [list(row) for row in rows(snapped_rotation(orientation))]
+@dataclass(frozen=True)
+class Link:
+    """A link: mass properties in its frame, visuals, and whether gravity pulls it; ``body`` is the name of its body if
+    the link itself has a name that no body can have."""
+
+    name: str
+    place: Place
+    inertia: Inertia
+    pose: WrittenPose
+    pulled: bool = True
+    visuals: Sequence[Visual] = ()
+    body: str = ""
 
 
-@dataclass
-class SceneDraft:
-    """The scene so far.
+@dataclass(frozen=True)
+class Frame:
+    """A frame, attached to the model if it names no other."""
+
+    name: str
+    place: Place
+    pose: WrittenPose
+    attached_to: str
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """Leader of an axis: q = multiplier (q_leader - reference) + offset."""
+
+    place: Place
+    joint: str
+    multiplier: float
+    offset: float
+    axis: str = "axis"
+    reference: float = 0.0
+
+
+@dataclass(frozen=True)
+class Axis:
+    """An axis with the dynamics of its coordinate; ``stop`` has stiffness and damping of the stops, None without.
+
+    Limits that are infinite are none; ``limited`` are the quantities with a limit in the file, in words.
+    """
+
+    place: Place
+    vector: tuple[float, ...]
+    expressed_in: str = ""
+    damping: float = 0.0
+    friction: float = 0.0
+    stiffness: float = 0.0
+    rest: float = 0.0
+    lower: float = -np.inf
+    upper: float = np.inf
+    effort: float = np.inf
+    limited: tuple[str, ...] = ()
+    stop: tuple[float, float] | None = None
+    mimic: Mimic | None = None
+
+
+@dataclass(frozen=True)
+class Gear:
+    """theta_2 = - ratio theta_1, of angles of the child and of the parent against a body."""
+
+    ratio: float
+    reference: str
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint, with its type in a scene (empty for an unknown one) and in the file.
 
     Attributes
     ----------
-    report : of problems that refuse the file
-    data, lines : of the scene, as of ``ConvertedScene``
-    notes : on names, frames and starts
-    warnings : places and words of omissions
-    taken : names that are taken, by kind
-    omitted : names of elements of which a property is left out, by the property
-    included : whether the file is a part of a scene, in which its base may move
-    kept : legal names of the file by kind, which no other element may take
+    parent, child : frames that the joint connects
+    pitch : of a screw, m/rad
+    cut : whether the file says that the joint closes a loop
+    around : of a joint without axes, as a ball joint: an axis whose dynamics hold in all directions, as in Drake
     """
 
-    report: Report
-    data: dict[str, Any]
-    lines: dict[str, int | str] = field(default_factory=dict)
+    name: str
+    place: Place
+    pose: WrittenPose
+    type: str
+    written: str
+    parent: str
+    child: str
+    axes: tuple[Axis, ...] = ()
+    pitch: float = 0.0
+    gear: Gear | None = None
+    cut: bool = False
+    around: Axis | None = None
+
+    @property
+    def components(self) -> int:
+        """Number of velocity components; one if the type is not known."""
+        return JOINTS[self.type].v_size if self.type else 1
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate, rad or m; empty unless there is exactly one coordinate."""
+        return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
+
+
+@dataclass(frozen=True)
+class Loop:
+    """A joint that closes a loop by a frame in each of two links: z along the axis of the joint; of a universal joint
+    first x and second y."""
+
+    name: str
+    place: Place
+    type: str
+    links: tuple[str, ...]
+    poses: tuple[WrittenPose, ...]
+
+
+@dataclass
+class Model:
+    """A model, or the world of a file; keys of links, joints, frames and models are unique among all of them.
+
+    Attributes
+    ----------
+    merged : names that models merged into this one give it, with the keys of these models
+    """
+
+    name: str
+    place: Place
+    pose: WrittenPose
+    static: bool = False
+    canonical: str = ""
+    placement: str = ""
+    links: dict[str, Link] = field(default_factory=dict)
+    joints: dict[str, Joint] = field(default_factory=dict)
+    frames: dict[str, Frame] = field(default_factory=dict)
+    models: dict[str, Model] = field(default_factory=dict)
+    merged: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def names(self) -> list[str]:
+        """Keys of all that the model holds."""
+        return [*self.links, *self.joints, *self.frames, *self.models, *self.merged]
+
+    def has(self, name: str) -> bool:
+        """Return whether the model holds something of a name."""
+        return any(name in part for part in (self.links, self.joints, self.frames, self.models, self.merged))
+
+    def every(self, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Model]]:
+        """Yield the model and the models within it with their paths, from this one."""
+        yield path, self
+        for name, model in self.models.items():
+            yield from model.every((*path, name))
+
+
+@dataclass
+class Draft:
+    """The content of a file.
+
+    Attributes
+    ----------
+    name : of the scene
+    world : holds all links and models
+    gravity : None if the file gives none
+    leftovers : parts that are not read
+    undrawn : reasons for which visuals are left out, with the links
+    notes : on the file
+    loops : joints between links that close loops in any case
+    root : ``free`` or ``fixed`` for the joint of a root link that stays a body; empty for links that move freely
+    root_joint : name of this joint
+    legal : whether names are legal and unique as they are
+    tunable : links whose mass properties are parameters
+    """
+
+    name: str
+    world: Model
+    leftovers: Leftovers
+    gravity: Sequence[float] | None = None
+    undrawn: dict[str, list[str]] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
-    warnings: list[tuple[Place, str]] = field(default_factory=list)
-    taken: dict[str, set[str]] = field(default_factory=dict)
-    omitted: dict[str, list[str]] = field(default_factory=dict)
-    included: bool = False
-    kept: dict[str, set[str]] = field(default_factory=dict)
-
-    def keep(self, kind: str, names: Iterable[str]) -> None:
-        """Keep the legal names of a kind for the elements that have them in the file."""
-        self.kept.setdefault(kind, set()).update(name for name in names if is_legal(name))
-
-    def section(self, name: str) -> dict[str, Any]:
-        """Return a section of the scene."""
-        section: dict[str, Any] = self.data.setdefault(name, {})
-        return section
-
-    def name(self, kind: str, written: str, default: str, *, joined: bool = False) -> str:
-        """Return a legal name that no other element of the kind has, and take it; ``joined`` for a name that is made of
-        several names of the file."""
-        taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
-        wanted = written or default
-        if kind == "body" and wanted in (BASE, WORLD):
-            wanted = f"{wanted}_body"
-        kept = self.kept.get(kind, set())
-        # a name that is made here, or made legal, leaves the names of the file to their elements
-        owner = wanted == written and not joined
-        name = legal_name(wanted, taken if owner or wanted not in kept else {*taken, wanted}, kept)
-        taken.add(name)
-        if written and name != written:
-            self.notes.append(f"{kind} {written!r} of the file is called {name} [W0143]")
-        return name
-
-    def carry_mass(self, entry: dict[str, Any]) -> None:
-        """Add a body with the mass properties of all that rests on the base, for a base that may move."""
-        if self.included and entry["mass"]:
-            body = self.name("body", "", "base_links")
-            self.section("bodies")[body] = entry
-            self.section("joints")[self.name("joint", "", "base_links")] = {
-                "type": "fixed",
-                "parent": BASE,
-                "child": body,
-            }
-
-    def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
-        """Report an element that would change the motion and cannot be converted."""
-        self.report.add_place(place.file, place.line, key, fault, hint)
-
-    def leave_out(self, place: Place, note: str) -> None:
-        """Note an element that has no part in the scene."""
-        self.warnings.append((place, note))
-
-    def left_out(self, feature: str, name: str) -> None:
-        """Note a property of an element that has no part in the scene; one note lists all elements."""
-        self.omitted.setdefault(feature, []).append(name)
-
-    def all_warnings(self) -> list[tuple[Place, str]]:
-        """Return a place and a note for all that is left out."""
-        many = [
-            (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)}) [W0197]")
-            for feature, names in self.omitted.items()
-        ]
-        return [*self.warnings, *many]
-
-    def place_of(self, name: str) -> Place:
-        """Return the place of a joint, constraint or body of the scene; the start of the file without one."""
-        keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
-        line = next((self.lines[key] for key in keys if key in self.lines), 1)
-        if isinstance(line, int):
-            return Place(self.report.file, line)
-        file, _, number = line.rpartition(":")
-        return Place(file, int(number))
+    loops: Sequence[Loop] = ()
+    root: str = ""
+    root_joint: str = ""
+    legal: bool = False
+    tunable: Collection[str] = ()

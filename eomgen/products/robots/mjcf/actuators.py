@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.products.robots.draft import Place
+from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf import quaternions
 from eomgen.products.robots.mjcf.controllers import SIGNALS, Plant, motor_force, nearest, pid_force
-from eomgen.products.robots.mjcf.draft import Draft, clipped, number, odd_power, polynomial, times, total
+from eomgen.products.robots.mjcf.draft import Draft, clipped, odd_power, polynomial, times, total
 from eomgen.products.robots.mjcf.muscles import Muscle, activation_rate
 from eomgen.products.robots.mjcf.tendons import add_armature, add_tension
 from eomgen.products.robots.mjcf.transmissions import Drive, moved_joints, transmission
 from eomgen.products.robots.mjcf.tree import HINGE, SLIDE, compensated_by, compensation_on
+from eomgen.products.robots.scene_draft import number
 
 
 def convert_actuators(draft: Draft) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import DescriptionError, Problem, UsageError
-from eomgen.products.robots.draft import Place
+from eomgen.products.robots.leftovers import Place
 from eomgen.scene.reading.xml import Element, read_xml
 from eomgen.scene.sources.source import read_text, shown_file
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 from math import pi
 
 from eomgen.base.data import dataclass
-from eomgen.products.robots.mjcf.draft import clipped, number, times, total
+from eomgen.products.robots.mjcf.draft import clipped, times, total
+from eomgen.products.robots.scene_draft import number
 
 #: Bits of the inputs of an actuator, in the order of its controls.
 SIGNALS = {"pos": 1, "vel": 2, "ff": 4, "voltage": 8}

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.messages import legal_name, listed, nearest, shown
-from eomgen.products.robots.draft import Place
+from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf.actuators import convert_actuators
 from eomgen.products.robots.mjcf.compiled import compiled, elements_of, mujoco_module, out_of_range
 from eomgen.products.robots.mjcf.coverage import note_unknown_attributes
@@ -41,7 +41,7 @@ _WORD = re.compile(r"[A-Za-z_]\w*")
 def mjcf_data(
     text: str,
     *,
-    file: str,
+    file: str = "model.xml",
     strict: bool = False,
     path: Path | None = None,
     limits: bool = False,

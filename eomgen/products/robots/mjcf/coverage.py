@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from eomgen.products.robots.draft import Place
+from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf.draft import Draft
 
 READ, IDLE, NOTED, REFUSED = "read", "without effect", "noted", "refused"

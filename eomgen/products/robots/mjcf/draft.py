@@ -10,19 +10,14 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.products.robots.draft import LinkPlace, Place, SceneDraft
+from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf.compiled import Elements
+from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
 
 #: Most terms of a sum in one text.
 _TERMS = 20
 #: Flags of parts that MuJoCo solves as constraints, which the flag ``constraint`` switches off together.
 _CONSTRAINTS = ("CONTACT", "EQUALITY", "FRICTIONLOSS", "LIMIT")
-
-
-def number(value: float) -> str:
-    """Return a number as part of a formula: in brackets if it is negative."""
-    text = repr(float(value))
-    return f"({text})" if text.startswith("-") else text
 
 
 def times(factor: float, term: str) -> str:

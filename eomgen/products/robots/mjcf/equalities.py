@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.products.robots.draft import LinkPlace
-from eomgen.products.robots.mjcf.draft import Draft, number, plain_power, polynomial
+from eomgen.products.robots.mjcf.draft import Draft, plain_power, polynomial
 from eomgen.products.robots.mjcf.tree import HINGE
+from eomgen.products.robots.scene_draft import LinkPlace, number
 
 
 def convert_equalities(draft: Draft) -> None:

@@ -12,8 +12,8 @@ from math import pi
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.robots.draft import LinkPlace
-from eomgen.products.robots.mjcf.draft import Draft, cross, dot, number, times, total
+from eomgen.products.robots.mjcf.draft import Draft, cross, dot, times, total
+from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.system.description import BASE
 
 #: Square of a speed, (m/s)^2, or of a spin, (rad/s)^2, that stands for rest, so that roots and quotients have slopes.

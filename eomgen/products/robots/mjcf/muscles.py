@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from eomgen.base.data import dataclass
-from eomgen.products.robots.mjcf.draft import number
+from eomgen.products.robots.scene_draft import number
 
 
 def activation_rate(control: str, activation: str, parameters: Sequence[float]) -> str:

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from eomgen.base.messages import listed
-from eomgen.products.robots.draft import LinkPlace
-from eomgen.products.robots.mjcf.draft import Draft, clipped, number, times, total
+from eomgen.products.robots.mjcf.draft import Draft, clipped, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
+from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.system.description import BASE
 
 

@@ -11,9 +11,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.draft import LinkPlace
 from eomgen.products.robots.mjcf.draft import Draft
-from eomgen.products.robots.urdf.conversion import turns_of
+from eomgen.products.robots.scene_draft import LinkPlace, turns_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.rotations import snapped_rotation
 

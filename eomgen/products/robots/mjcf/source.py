@@ -2,47 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 from eomgen.scene.sources.source import FRICTION, LIMITS, ConvertedScene, Option, Source
 
 
-def read_mjcf(
-    text: str,
-    *,
-    file: str = "model.xml",
-    strict: bool = False,
-    included: bool = False,
-    path: Path | None = None,
-    limits: bool = False,
-    friction: bool = False,
-    keyframe: str = "",
-    mocap: bool = False,
-) -> ConvertedScene:
-    """Return an MJCF file in the form of a scene file; the options as in ``MJCF``.
-
-    Parameters
-    ----------
-    path : Path, optional
-        The file, from whose folder included files and meshes are read.
-
-    Raises
-    ------
-    DescriptionError, OptionError, UsageError
-    """
+def read_mjcf(text: str, **options: Any) -> ConvertedScene:
+    """Return an MJCF file in the form of a scene file; the options as of ``mjcf_data``."""
     from eomgen.products.robots.mjcf.conversion import mjcf_data  # noqa: PLC0415  # most scenes are not MJCF
 
-    return mjcf_data(
-        text,
-        file=file,
-        strict=strict,
-        path=path,
-        limits=limits,
-        friction=friction,
-        keyframe=keyframe,
-        mocap=mocap,
-        included=included,
-    )
+    return mjcf_data(text, **options)
 
 
 MJCF = Source(

@@ -11,7 +11,6 @@ import numpy as np
 from eomgen.products.robots.mjcf.draft import (
     Draft,
     clipped,
-    number,
     odd_power,
     plain_power,
     polynomial,
@@ -19,6 +18,7 @@ from eomgen.products.robots.mjcf.draft import (
     total,
 )
 from eomgen.products.robots.mjcf.equalities import site_place
+from eomgen.products.robots.scene_draft import number
 
 
 def convert_tendons(draft: Draft) -> None:

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.data import dataclass
-from eomgen.products.robots.draft import LinkPlace
 from eomgen.products.robots.mjcf import quaternions
-from eomgen.products.robots.mjcf.draft import Draft, cross, dot, number, times, total
+from eomgen.products.robots.mjcf.draft import Draft, cross, dot, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
 from eomgen.products.robots.mjcf.tree import BALL, HINGE, SLIDE, bodies_above
+from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.system.description import BASE
 
 

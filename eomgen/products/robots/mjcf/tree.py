@@ -15,9 +15,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import listed
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.draft import LinkPlace, matrix
 from eomgen.products.robots.mjcf.draft import Draft, cross, dot, odd_power, plain_power, polynomial
-from eomgen.products.robots.urdf.conversion import body_entry
+from eomgen.products.robots.scene_draft import LinkPlace, body_entry, matrix
 from eomgen.scene.inertia import Inertia, combined
 from eomgen.scene.rotations import about_axis
 from eomgen.system.description import BASE

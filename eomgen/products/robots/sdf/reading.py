@@ -10,22 +10,23 @@ from pathlib import Path
 import numpy as np
 
 from eomgen.base.data import replace
-from eomgen.base.messages import nearest, shown
+from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import DescriptionError, FileError
-from eomgen.products.robots.draft import Place
-from eomgen.products.robots.sdf.elements import (
+from eomgen.products.robots.draft import (
     MODEL_FRAME,
     WORLD_FRAME,
+    Axis,
+    Draft,
+    Frame,
     Gear,
-    SdfAxis,
-    SdfFrame,
-    SdfJoint,
-    SdfLink,
-    SdfMimic,
-    SdfModel,
+    Joint,
+    Link,
+    Mimic,
+    Model,
     WrittenPose,
 )
-from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, Leftovers, Values
+from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, Values
 from eomgen.products.robots.sdf.visuals import VisualReader
 from eomgen.products.robots.uris import is_remote, is_there, located
 from eomgen.scene.inertia import Inertia, tensor
@@ -33,6 +34,17 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element, read_xml
 from eomgen.scene.sources.source import read_text, shown_file
 
+#: Types of joints in scenes, of all types that have them.
+SCENE_TYPES = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "screw": "helical",
+    "universal": "universal",
+    "revolute2": "universal",
+    "ball": "spherical",
+    "fixed": "fixed",
+}
 #: Types of joints, with their number of axes.
 TYPES: Mapping[str, int] = {
     "revolute": 1, "continuous": 1, "prismatic": 1, "screw": 1, "universal": 2, "revolute2": 2, "ball": 0, "fixed": 0,
@@ -65,14 +77,11 @@ class SdfReader:
         self.report, self.packages = report, packages
         self.leftovers = Leftovers()
         self.visuals = VisualReader(home)
-        self.gravity: tuple[float, ...] | None = None
-        self.has_world = False
-        self.world_name = ""
         self.defaulted: list[str] = []
         self.liberties: list[str] = []
 
-    def world(self, root: Element, file: str, folder: Path) -> SdfModel:
-        """Return the world of a file; of a file of models alone a world that holds them."""
+    def draft(self, root: Element, file: str, folder: Path) -> Draft:
+        """Return the draft of a file; of a file of models alone with a world that holds them."""
         reading = _FileReader(self, file, folder, ())
         self.liberties += root.liberties
         minor = reading.version(root)
@@ -80,12 +89,12 @@ class SdfReader:
             self.report.raise_problems()
         reading.values.minor = minor or 0
         worlds = list(root.named("world"))
-        result = SdfModel(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
+        result = Model(WORLD_FRAME, reading.place(root), WrittenPose(reading.place(root)))
+        gravity, name = None, ""
         for element in worlds[:1]:
-            self.has_world = True
             result.place = reading.place(element)
-            self.gravity = reading.gravity(element)
-            self.world_name = element.get("name").replace("default", "")
+            gravity = reading.gravity(element)
+            name = element.get("name").replace("default", "")
             reading.contents(element, "world", result)
         for element in worlds[1:]:
             reading.values.refuse(element, "a file with several worlds is not read [E1947]", "a file for each")
@@ -95,7 +104,15 @@ class SdfReader:
         if not result.models and not result.joints:
             reading.values.refuse(root, "the file has no <model> [E1948]", '<model name="..."> with links')
         self.report.raise_problems()
-        return result
+        notes = [*self.liberties]
+        if gravity is None:
+            notes.append("the file has no <world>, which would give gravity: the scene has its own, 9.81 m/s^2 [W0166]")
+        if self.defaulted:
+            note = f"links without <inertial> have 1 kg and 1 kg m^2, as SDF says: {listed(self.defaulted)} [W0168]"
+            notes.append(note)
+        only = next(iter(result.models)) if len(result.models) == 1 else ""
+        name = only or name or Path(file).stem or "model"
+        return Draft(name, result, self.leftovers, gravity, self.visuals.left_out, notes)
 
 
 class _FileReader:
@@ -137,7 +154,7 @@ class _FileReader:
             self.reader.leftovers.count("physics")
         return result
 
-    def add(self, model: SdfModel, kind: str, item: SdfLink | SdfJoint | SdfFrame | SdfModel, element: Element) -> None:
+    def add(self, model: Model, kind: str, item: Link | Joint | Frame | Model, element: Element) -> None:
         """Put a link, joint, frame or model into a model; its name may not be there yet."""
         name = item.name
         if not name:
@@ -154,7 +171,7 @@ class _FileReader:
         else:
             getattr(model, kind)[name] = item
 
-    def contents(self, element: Element, key: str, result: SdfModel) -> None:
+    def contents(self, element: Element, key: str, result: Model) -> None:
         """Read frames, links, joints, models and includes of a model or a world into it."""
         for child in element.named("link") if key == "model" else ():
             self.add(result, "links", self.link(child), child)
@@ -168,10 +185,10 @@ class _FileReader:
             self.include(child, result)
         self.reader.leftovers.keep(element, key, self.file, result.name)
 
-    def model(self, element: Element) -> SdfModel:
+    def model(self, element: Element) -> Model:
         """Return a model."""
         name = element.get("name")
-        result = SdfModel(
+        result = Model(
             name,
             self.place(element),
             self.values.pose(element, name),
@@ -192,13 +209,13 @@ class _FileReader:
             )
         return result
 
-    def frame(self, element: Element) -> SdfFrame:
+    def frame(self, element: Element) -> Frame:
         name = element.get("name")
-        result = SdfFrame(name, self.place(element), self.values.pose(element, name), element.get("attached_to"))
+        result = Frame(name, self.place(element), self.values.pose(element, name), element.get("attached_to"))
         self.reader.leftovers.keep(element, "frame", self.file, name)
         return result
 
-    def link(self, element: Element) -> SdfLink:
+    def link(self, element: Element) -> Link:
         """Return a link; without mass properties in the file 1 kg and 1 kg m^2, as the format says."""
         name, values = element.get("name"), self.values
         inertia = self.inertia(element, name)
@@ -221,7 +238,7 @@ class _FileReader:
         pose = values.pose(element, name)
         visuals = self.reader.visuals.of_link(name, element, values, self.folder, self.reader.packages)
         self.reader.leftovers.keep(element, "link", self.file, name)
-        return SdfLink(name, self.place(element), pose, inertia, pulled, visuals)
+        return Link(name, self.place(element), inertia, pose, pulled, visuals)
 
     def inertia(self, link: Element, name: str) -> Inertia:
         element, values = link.first("inertial"), self.values
@@ -251,7 +268,7 @@ class _FileReader:
         self.reader.leftovers.keep(element, "inertial", self.file, name)
         return Inertia(mass, np.zeros(3), tensor(entries)).moved(pose.orientation, pose.position)
 
-    def joint(self, element: Element) -> SdfJoint:
+    def joint(self, element: Element) -> Joint:
         """Return a joint."""
         name, values, kind = element.get("name"), self.values, element.get("type")
         if kind not in TYPES:
@@ -270,10 +287,11 @@ class _FileReader:
         gear = None
         if kind == "gearbox":
             gear = Gear(values.number(element, "gearbox_ratio", 1.0), values.text(element, "gearbox_reference_body"))
-        result = SdfJoint(
+        result = Joint(
             name,
             self.place(element),
             values.pose(element, name),
+            SCENE_TYPES.get(kind, ""),
             kind,
             parent,
             child,
@@ -333,7 +351,7 @@ class _FileReader:
         self.reader.leftovers.keep(physics, "joint/physics", self.file, owner)
         return result
 
-    def axis(self, joint: Element, tag: str) -> SdfAxis | None:
+    def axis(self, joint: Element, tag: str) -> Axis | None:
         """Return an axis with its dynamics and limits; None without one."""
         element, values, name = joint.first(tag), self.values, joint.get("name")
         if element is None:
@@ -349,51 +367,53 @@ class _FileReader:
         if self.values.minor < SINCE_FRAMES:
             of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < _SINCE_JOINT_AXES)
             frame = frame or (MODEL_FRAME if of_model else "")
-        result = SdfAxis(self.place(element), vector, frame)
+        result = Axis(self.place(element), vector, frame)
         if (dynamics := element.first("dynamics")) is not None:
             tags = ("damping", "friction", "spring_stiffness", "spring_reference")
             damping, friction, stiffness, rest = (values.number(dynamics, part, 0.0) for part in tags)
             result = replace(result, damping=damping, friction=friction, stiffness=stiffness, rest=rest)
             self.reader.leftovers.keep(dynamics, "dynamics", self.file, name)
         if (limit := element.first("limit")) is not None:
-            result = self.limits(limit, result, name)
+            result = self.limits(limit, result, joint)
         if (mimic := element.first("mimic")) is not None:
             result = replace(result, mimic=self.mimic(mimic, name))
         self.reader.leftovers.keep(element, "axis", self.file, name)
         return result
 
-    def limits(self, element: Element, axis: SdfAxis, name: str) -> SdfAxis:
+    def limits(self, element: Element, axis: Axis, joint: Element) -> Axis:
         values = self.values
-        lower = values.number(element, "lower", -math.inf, infinite=True)
-        upper = values.number(element, "upper", math.inf, infinite=True)
-        effort = values.number(element, "effort", math.inf, infinite=True)
-        speed = values.number(element, "velocity", math.inf, infinite=True)
+        defaults = {"lower": -math.inf, "upper": math.inf, "effort": math.inf, "velocity": math.inf}
+        lower, upper, effort, speed = (values.number(element, tag, defaults[tag], infinite=True) for tag in defaults)
+        ends = {"position": min(-lower, upper)}
+        ends |= {word: end if end >= 0.0 else math.inf for word, end in (("velocity", speed), ("effort", effort))}
+        if joint.get("type") == "continuous" and math.isfinite(ends.pop("position")):
+            self.reader.leftovers.count("limits of continuous joints")
         written = any(element.first(tag) is not None for tag in ("stiffness", "dissipation"))
         stop = (values.number(element, "stiffness", 1e8), values.number(element, "dissipation", 1.0))
-        self.reader.leftovers.keep(element, "limit", self.file, name)
+        self.reader.leftovers.keep(element, "limit", self.file, joint.get("name"))
         return replace(
             axis,
             lower=lower,
             upper=upper,
             effort=effort if effort >= 0.0 else math.inf,
-            speed=speed if speed >= 0.0 else math.inf,
+            limited=tuple(word for word, end in ends.items() if math.isfinite(end)),
             stop=stop if written else None,
         )
 
-    def mimic(self, element: Element, name: str) -> SdfMimic:
+    def mimic(self, element: Element, name: str) -> Mimic:
         values = self.values
-        result = SdfMimic(
+        result = Mimic(
             self.place(element),
             element.get("joint"),
-            element.get("axis", "axis"),
             values.number(element, "multiplier", 1.0),
             values.number(element, "offset", 0.0),
+            element.get("axis", "axis"),
             values.number(element, "reference", 0.0),
         )
         self.reader.leftovers.keep(element, "mimic", self.file, name)
         return result
 
-    def include(self, element: Element, into: SdfModel) -> None:
+    def include(self, element: Element, into: Model) -> None:
         """Put the model of another file into a model or a world."""
         values, address = self.values, self.values.text(element, "uri")
         name, merge = values.text(element, "name"), values.flag_of(element, "merge")
@@ -424,7 +444,7 @@ class _FileReader:
         into.models[inner.name] = inner
         into.merged |= dict.fromkeys(inner.names, inner.name)
 
-    def included(self, element: Element, address: str) -> SdfModel | None:
+    def included(self, element: Element, address: str) -> Model | None:
         """Return the model of an included file; None for a fault."""
         values = self.values
         if not address:

@@ -2,52 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from pathlib import Path
+from typing import Any
 
 from eomgen.scene.sources.source import ACTUATED, FRICTION, LIMITS, LOCK, ConvertedScene, Option, Source
 
 
-def read_sdf(
-    text: str,
-    *,
-    file: str = "model.sdf",
-    strict: bool = False,
-    included: bool = False,
-    path: Path | None = None,
-    lock: Sequence[str] = (),
-    limits: bool = False,
-    friction: bool = False,
-    actuated: bool = False,
-    weld: Sequence[str] = (),
-    packages: Sequence[str] = (),
-) -> ConvertedScene:
-    """Return an SDF file in the form of a scene file; the options as in ``SDF``.
-
-    Parameters
-    ----------
-    path : Path, optional
-        The file, from whose folder included files are read.
-
-    Raises
-    ------
-    DescriptionError, OptionError
-    """
+def read_sdf(text: str, **options: Any) -> ConvertedScene:
+    """Return an SDF file in the form of a scene file; the options as of ``sdf_data``."""
     from eomgen.products.robots.sdf.conversion import sdf_data  # noqa: PLC0415  # most scenes are not SDF
 
-    return sdf_data(
-        text,
-        file=file,
-        strict=strict,
-        path=path,
-        lock=lock,
-        limits=limits,
-        friction=friction,
-        actuated=actuated,
-        weld=weld,
-        packages=packages,
-        included=included,
-    )
+    return sdf_data(text, **options)
 
 
 WELD = Option(

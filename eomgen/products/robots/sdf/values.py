@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import listed, nearest, shown
+from eomgen.base.messages import shown
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.draft import Place
-from eomgen.products.robots.sdf.coverage import IDLE, NOTED, STATUSES
-from eomgen.products.robots.sdf.elements import WrittenPose
+from eomgen.products.robots.draft import WrittenPose
+from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.urdf.reading import NEARLY, NUMBER, UNIT_LENGTH, off_right
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
@@ -154,77 +154,3 @@ class Values:
             if SNAP < off_right(angle) <= NEARLY:
                 self.leftovers.nearly_right.setdefault(owner, f"{angle:.9g}")
         return snapped_rotation(roll_pitch_yaw(roll, pitch, yaw))
-
-
-class Leftovers:
-    """Parts of files that are not read: with their status if the table knows them."""
-
-    def __init__(self) -> None:
-        self.unread: dict[str, list[tuple[Place, str]]] = {}
-        self.noted: dict[str, list[tuple[Place, str]]] = {}
-        self.idle: dict[str, int] = {}
-        self.nearly_right: dict[str, str] = {}
-
-    def count(self, part: str) -> None:
-        """Count a part without effect."""
-        self.idle[part] = self.idle.get(part, 0) + 1
-
-    def keep(self, element: Element, key: str, file: str, owner: str) -> None:
-        """Keep the rest of an element; ``key`` is its row in the table."""
-        known = STATUSES.get(key, {})
-        for attribute in element.unread_attributes:
-            status = known.get(f"@{attribute}")
-            if status == IDLE:
-                self.count(attribute)
-            elif status == NOTED:
-                self.noted.setdefault(attribute, []).append((Place(file, element.line), owner))
-            else:
-                meant = _meant(attribute, [name[1:] for name in known if name.startswith("@")])
-                kind = f"the attribute {shown(attribute)} of <{element.tag}>{meant}"
-                self.unread.setdefault(kind, []).append((Place(file, element.line), owner))
-        if element.has_text:
-            self.unread.setdefault(f"the text in <{element.tag}>", []).append((Place(file, element.line), owner))
-        read = {child.tag for child in element.read_children}
-        for child in element.unread_children:
-            place, whose = Place(file, child.line), owner or child.get("name")
-            status = known.get(child.tag)
-            if child.tag in read:
-                self.unread.setdefault(f"a second <{child.tag}>", []).append((place, whose))
-            elif status == IDLE:
-                self.count(child.tag)
-            elif status == NOTED:
-                self.noted.setdefault(child.tag, []).append((place, whose))
-            else:
-                meant = _meant(child.tag, [name for name in known if not name.startswith("@")])
-                kind = f"elements <{child.tag[:64]}> of <{element.tag}>{meant}"
-                self.unread.setdefault(kind, []).append((place, whose))
-
-    def warnings(self) -> list[tuple[Place, str]]:
-        """Return one note for each kind of part that is not read or not modelled, with its first place."""
-        result = []
-        for kinds, words in ((self.unread, "not read: {} {} [W0193]"), (self.noted, "not modelled: <{}> {} [W0197]")):
-            for kind, places in kinds.items():
-                owners = [name for name in dict.fromkeys(name for _, name in places) if name]
-                count = f"({len(places)}{': ' if owners else ''}{listed(owners)})"
-                result.append((places[0][0], words.format(kind, count)))
-        return result
-
-    def notes(self) -> list[str]:
-        """Return notes on parts without effect, and on angles that are nearly right angles."""
-        result = []
-        if self.idle:
-            counts = [f"{count} {tag}" for tag, count in self.idle.items()]
-            result.append(f"without a part in the equations of motion: {', '.join(counts)} [W0173]")
-        if self.nearly_right:
-            angles = [f"{name} ({angle})" for name, angle in list(self.nearly_right.items())[:8]]
-            more = f" and {len(self.nearly_right) - 8} more" if len(self.nearly_right) > 8 else ""
-            result.append(
-                f"angles near a right angle, but not exact, are kept in the poses of {', '.join(angles)}{more}: pi/2"
-                f" written in full, {math.pi / 2!r}, would be made exact and save operations [W0174]"
-            )
-        return result
-
-
-def _meant(name: str, known: Sequence[str]) -> str:
-    hint = nearest(name, [one for one in known if one != name])
-    return "" if hint.startswith("one of ") or not hint else f" (is {hint} meant?)"

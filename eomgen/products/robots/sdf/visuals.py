@@ -9,8 +9,9 @@ from typing import Any
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, shown
-from eomgen.products.robots.sdf.elements import SdfVisual
-from eomgen.products.robots.sdf.values import Leftovers, Values
+from eomgen.products.robots.draft import Visual
+from eomgen.products.robots.leftovers import Leftovers
+from eomgen.products.robots.sdf.values import Values
 from eomgen.products.robots.urdf.visuals import NotDrawnError
 from eomgen.products.robots.uris import is_remote, located
 from eomgen.scene.bodies.mesh_files import ENDINGS
@@ -50,7 +51,7 @@ class VisualReader:
 
     def of_link(
         self, link: str, element: Element, values: Values, folder: Path, packages: Mapping[str, Path]
-    ) -> tuple[SdfVisual, ...]:
+    ) -> tuple[Visual, ...]:
         """Return the visuals of a link that can be drawn."""
         result = []
         for visual in element.named("visual"):
@@ -83,7 +84,7 @@ class _Folders:
         return os.path.relpath(located(address, self.folder, self.packages), self.home)
 
 
-def _visual(element: Element, values: Values, folders: _Folders) -> SdfVisual:
+def _visual(element: Element, values: Values, folders: _Folders) -> Visual:
     pose = values.pose(element, "")
     geometry = element.first("geometry")
     solids = [(kind, item) for kind in _SIZES for item in (geometry.named(kind) if geometry else ())]
@@ -98,7 +99,7 @@ def _visual(element: Element, values: Values, folders: _Folders) -> SdfVisual:
         entry[key] = list(sizes) if len(sizes) > 1 else sizes[0]
     if kind == "mesh":
         entry |= _mesh(solid, values, folders)
-    return SdfVisual(pose, entry | _color(element, values))
+    return Visual(pose, entry | _color(element, values))
 
 
 def _mesh(element: Element, values: Values, folders: _Folders) -> dict[str, Any]:

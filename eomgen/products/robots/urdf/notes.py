@@ -6,17 +6,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
 from eomgen.base.messages import listed, shown
-from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Joint, Robot
-from eomgen.scene.inertia import impossible
+from eomgen.products.robots.draft import Axis
+from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
 
 _MEANING = {
-    "limit": "limits of position, velocity and effort",
-    "friction": "dry friction",
     "safety_controller": "safety controllers",
     "calibration": "calibration",
     "transmission": "transmissions",
@@ -28,6 +25,17 @@ _TURN = 2.0 * math.pi + 1e-3
 _ABSURD = 100.0
 #: Elements left out of moving joints, without effect on held joints.
 _OF_MOVING_JOINTS = ("safety_controller", "calibration")
+
+
+NO_TRANSMISSION = "the file has no <transmission>, so none gives inputs; actuated=True gives one for each joint [W0176]"
+
+
+def notes_of_friction(robot: Robot) -> list[str]:
+    """Return a note on friction that is asked for if no joint has any."""
+    axes = [axis for joint in robot.joints.values() if joint.unit for axis in joint.axes]
+    if any(axis.friction > 0.0 for axis in axes):
+        return []
+    return ["friction=True changes nothing: no joint has <dynamics> with a friction above 0 [W0177]"]
 
 
 def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[str]:
@@ -47,11 +55,9 @@ def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[st
     return notes
 
 
-def notes_of_names_and_angles(robot: Robot, locked: set[str]) -> list[str]:
-    """Return notes on locked joints, changed names, and angles made exact or not."""
+def notes_of_names_and_angles(robot: Robot) -> list[str]:
+    """Return notes on changed names, and angles made exact or not."""
     notes = []
-    if locked:
-        notes.append(f"joints locked at zero: {listed(sorted(locked))} [W0171]")
     if robot.original:
         pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
         notes.append(
@@ -76,12 +82,12 @@ def notes_of_sizes(robot: Robot) -> list[str]:
     """Return notes on numbers that look like another unit: ranges of more than a turn, and moments of inertia too large
     for the robot."""
     notes = []
-    ranges = {joint.name: joint.limit for joint in robot.joints.values() if joint.unit == "rad" and joint.limit}
-    wide = [name for name, limit in ranges.items() if max(abs(limit.lower), abs(limit.upper)) > _TURN]
+    turning = [joint for joint in robot.joints.values() if joint.unit == "rad"]
+    wide = [joint.name for joint in turning for axis in joint.axes if axis.limited and _is_wide(axis)]
     if wide:
         note = f"limits of more than a turn at {listed(wide)}"
         notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
-    lengths = [float(np.linalg.norm(joint.position)) for joint in robot.joints.values()]
+    lengths = [float(np.linalg.norm(joint.pose.position)) for joint in robot.joints.values()]
     offsets = [float(np.linalg.norm(link.inertia.center)) for link in robot.links.values()]
     size = sum(lengths) + max(offsets, default=0.0)
     for link in robot.links.values():
@@ -93,6 +99,10 @@ def notes_of_sizes(robot: Robot) -> list[str]:
             note = f"link {link.name}: the radius of gyration {radius:.3g} m is large for the robot, {size:.3g} m"
             notes.append(f"{note}; moments of inertia of URDF are in kg m^2 [W0188]")
     return notes
+
+
+def _is_wide(axis: Axis) -> bool:
+    return max(abs(axis.lower), abs(axis.upper)) > _TURN
 
 
 def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], leaders: Mapping[str, str]) -> list[str]:
@@ -113,16 +123,6 @@ def _joints(names: Sequence[str]) -> str:
         f"the joint{'s' * (len(names) != 1)}"
         f" {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
     )
-
-
-def inertia_warnings(robot: Robot) -> list[tuple[int, str]]:
-    """Return the line and the fault of each link that no body can be."""
-    result = []
-    for link in robot.links.values():
-        fault = impossible(float(link.inertia.mass), link.inertia.about_center)
-        if fault:
-            result.append((link.line, f"link {link.name}: {fault}"))
-    return result
 
 
 def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
@@ -154,31 +154,3 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
                 (1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)}) [W0197]")
             )
     return result
-
-
-#: Deformation of a stop under the largest effort of its joint, by unit of the coordinate.
-GIVE = {"rad": 0.01, "m": 0.001}
-#: Damping of a stop over its stiffness, s.
-DAMPING_TIME = 0.01
-#: Speed well below which a joint with friction counts as sticking, by unit of the coordinate, per second.
-STICKING = {"rad": 0.01, "m": 0.001}
-
-
-def stops_of(joint: Joint) -> dict[str, Any] | None:
-    """Return the ``limits`` of a joint; None if the file gives no range, or no effort to measure a stop by."""
-    limit = joint.limit
-    if joint.unit not in GIVE or joint.written_type == "continuous" or limit is None:
-        return None
-    ends = {"lower": limit.lower, "upper": limit.upper}
-    finite = {name: value for name, value in ends.items() if math.isfinite(value)}
-    if not finite or not limit.lower < limit.upper or not 0.0 < limit.effort < math.inf:
-        return None
-    stiffness = limit.effort / GIVE[joint.unit]
-    return {**finite, "stiffness": stiffness, "damping": DAMPING_TIME * stiffness}
-
-
-def friction_of(joint: Joint) -> dict[str, Any] | None:
-    """Return the ``friction`` of a joint; None for no friction, a negative one, or a joint of several coordinates."""
-    if joint.unit not in STICKING or joint.friction <= 0.0:
-        return None
-    return {"coulomb": joint.friction, "velocity": STICKING[joint.unit]}

@@ -14,15 +14,17 @@ from typing import TypeVar
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
-from eomgen.products.robots.urdf.visuals import NotDrawnError, VisualReader, Visuals
+from eomgen.products.robots.draft import Axis, Joint, Link, Loop, Mimic, WrittenPose
+from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.urdf.visuals import NotDrawnError, VisualNotes, VisualReader
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
-from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
+from eomgen.scene.rotations import SNAP, frame_about, roll_pitch_yaw, snapped_rotation, unit_axis
 
 #: Types of joints by name in the format.
 JOINT_TYPES = {
@@ -62,86 +64,6 @@ _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 _GEOMETRY = ("visual", "collision", "material")
 
 
-@dataclass(frozen=True)
-class UrdfLink:
-    """A link with mass properties in the link frame."""
-
-    name: str
-    line: int
-    inertia: Inertia
-
-
-@dataclass(frozen=True)
-class Mimic:
-    """Leader of a joint, by name in the file: q = multiplier q_leader + offset."""
-
-    joint: str
-    multiplier: float
-    offset: float
-    line: int
-
-
-@dataclass(frozen=True)
-class UrdfLimit:
-    """Range of a joint's coordinate, and largest effort; zeros by default, infinite since version 1.2."""
-
-    lower: float
-    upper: float
-    effort: float
-
-
-@dataclass(frozen=True)
-class Joint:
-    """A joint: type in eomgen's words, empty for an unknown type; placement of the child's frame in the parent's."""
-
-    name: str
-    line: int
-    type: str
-    parent: str
-    child: str
-    orientation: Array
-    position: Array
-    axis: tuple[float, ...]
-    damping: float
-    written_type: str
-    mimic: Mimic | None = None
-    limit: UrdfLimit | None = None
-    friction: float = 0.0
-    pitch: float = 0.0
-
-    @property
-    def components(self) -> int:
-        """Number of velocity components; one if the type is not known."""
-        return JOINTS[self.type].v_size if self.type else 1
-
-    @property
-    def unit(self) -> str:
-        """Unit of the coordinate, rad or m; empty unless there is exactly one coordinate."""
-        return JOINTS[self.type].units[0] if self.type and self.components == 1 else ""
-
-
-@dataclass(frozen=True)
-class LoopEnd:
-    """One end of a joint that closes a loop: a frame in a link, and the axis of the joint in this frame."""
-
-    link: str
-    orientation: Array
-    position: Array
-    axis: tuple[float, ...]
-
-
-@dataclass(frozen=True)
-class LoopJoint:
-    """A joint that closes a loop: a ``loop_joint``, as in Drake's first parser and Isaac Sim, or a ``constraint``, as
-    proposed in pull request 264 of urdfdom."""
-
-    name: str
-    line: int
-    type: str
-    first: LoopEnd
-    second: LoopEnd
-
-
 #: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
 NEARLY = 1e-3
 
@@ -156,20 +78,21 @@ class Robot:
     snapped : joints whose placement became exact
     nearly_right : joints with an angle near a right one that did not become exact, with that angle
     several_turns : links and joints whose rpy has an angle of more than a turn
+    links : by the keys of ``link_key``
     left_out : known elements without a model, or unknown elements, with the names of links and joints
     unread : attributes, repeated elements and text without use, with line and name of each link or joint
     without_effect : joints with an element that has no effect on joints of this type, by tag
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
-    implied_world : whether joints name a link ``world`` that the file lacks
-    visuals : of links, for pictures
+    notes : on the file
+    visuals : notes on visuals
     """
 
     name: str
     minor: int = 0
-    links: dict[str, UrdfLink] = field(default_factory=dict)
+    links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
-    loops: dict[str, LoopJoint] = field(default_factory=dict)
+    loops: dict[str, Loop] = field(default_factory=dict)
     original: dict[str, str] = field(default_factory=dict)
     snapped: list[str] = field(default_factory=list)
     nearly_right: dict[str, str] = field(default_factory=dict)
@@ -179,8 +102,8 @@ class Robot:
     without_effect: dict[str, list[str]] = field(default_factory=dict)
     geometry: dict[str, int] = field(default_factory=dict)
     quaternions: list[tuple[int, str]] = field(default_factory=list)
-    implied_world: bool = False
-    visuals: Visuals = field(default_factory=Visuals)
+    notes: list[str] = field(default_factory=list)
+    visuals: VisualNotes = field(default_factory=VisualNotes)
 
 
 def read_robot(root: Element, report: Report) -> Robot:
@@ -220,8 +143,8 @@ class _UrdfReader:
         self.tell_left_over(root, "")
         for element in links:
             if name := self.name(element, "link", self.link_names):
-                self.out.links[name] = self.link(name, element)
-                visuals.link(name, element)
+                link = self.link(name, element)
+                self.out.links[link_key(name)] = replace(link, visuals=visuals.link(name, element))
                 self.tell_left_over(element, name)
         self.add_world(joints)
         for element in joints:
@@ -246,8 +169,8 @@ class _UrdfReader:
         lines = [end.line for end in ends if end.get("link") == "world"]
         if lines and "world" not in self.link_names:
             self.link_names["world"] = "world"
-            self.out.links["world"] = UrdfLink("world", lines[0], NOTHING)
-            self.out.implied_world = True
+            self.out.links[link_key("world")] = self.bare_link("world", lines[0], NOTHING)
+            self.out.notes.append("joints name the link world, which the file lacks: it is a link without mass [W0271]")
 
     def version(self, root: Element) -> int:
         """Return the minor version; a file that gives none is of version 1.0."""
@@ -336,18 +259,21 @@ class _UrdfReader:
     def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
         """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not
         exact."""
-        origin = element.first("origin")
-        roll, pitch, yaw = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
-        if max(abs(roll), abs(pitch), abs(yaw)) > 2.0 * math.pi:
+        exact, position, angles = self.origin(element.first("origin"), key, name)
+        if max(map(abs, angles)) > 2.0 * math.pi:
             self.out.several_turns.append(name)
-        quaternion = self.quaternion(origin, key, name)
-        exact = roll_pitch_yaw(roll, pitch, yaw) if quaternion is None else quaternion
         orientation = snapped_rotation(exact)
-        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
-        nearly = next((angle for angle in (roll, pitch, yaw) if SNAP < off_right(angle) <= NEARLY), None)
+        nearly = next((angle for angle in angles if SNAP < off_right(angle) <= NEARLY), None)
         changed = orientation[orientation != exact]
         made_exact = changed.size > 0 and bool(np.any(np.isin(changed, (-1.0, 0.0, 1.0))))
         return orientation, position, made_exact, "" if nearly is None else f"{nearly:.9g}"
+
+    def origin(self, origin: Element | None, key: str, name: str) -> tuple[Array, Array, Sequence[float]]:
+        """Return orientation, position and the angles of an origin."""
+        angles = self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))
+        quaternion = self.quaternion(origin, key, name)
+        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
+        return roll_pitch_yaw(*angles) if quaternion is None else quaternion, position, angles
 
     def quaternion(self, origin: Element | None, key: str, name: str) -> Array | None:
         """Return the matrix of an origin's ``quat_xyzw``; None without one."""
@@ -367,11 +293,15 @@ class _UrdfReader:
         self.out.quaternions.append((origin.line, name))
         return rotation_matrix(np.array([w, x, y, z]) / length)
 
-    def link(self, name: str, element: Element) -> UrdfLink:
+    def bare_link(self, name: str, line: int, inertia: Inertia) -> Link:
+        place = Place(self.report.file, line)
+        return Link(name, place, inertia, WrittenPose(place))
+
+    def link(self, name: str, element: Element) -> Link:
         key = f"links.{name}"
         inertial = element.first("inertial")
         if inertial is None:
-            return UrdfLink(name, element.line, NOTHING)
+            return self.bare_link(name, element.line, NOTHING)
         (mass,) = self.required(inertial, "mass", ("value",), key)
         if mass < 0.0:
             self.report.add_at(
@@ -379,7 +309,8 @@ class _UrdfReader:
             )
         entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
-        return UrdfLink(name, element.line, Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center))
+        inertia = Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center)
+        return self.bare_link(name, element.line, inertia)
 
     def required(self, inertial: Element, tag: str, attributes: Sequence[str], key: str) -> list[float]:
         """Return numbers that mass properties need; zeros if missing, which is reported."""
@@ -411,25 +342,47 @@ class _UrdfReader:
         for tag in without_effect if kind and not kind.coordinates else ():
             if element.first(tag) is not None:
                 self.out.without_effect.setdefault(tag, []).append(name)
-        dynamics = element.first("dynamics")
-        (damping,) = self.numbers(dynamics, "damping", key, (0.0,))
-        (friction,) = self.numbers(dynamics, "friction", key, (0.0,))
+        parent, child = (self.end(element, tag, key) for tag in ("parent", "child"))
+        axis = self.axis(element, key)
+        axes, around = [axis], None
+        if kind and not kind.coordinates:
+            axes, around = [], axis if kind.moves else None
+        elif kind and kind.name == "universal":
+            axes, around = [Axis(axis.place, vector) for vector in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))], axis
+        place = Place(self.report.file, element.line)
         return Joint(
             name=name,
-            line=element.line,
+            place=place,
+            pose=WrittenPose(place, orientation, position, link_key(parent)),
             type=kind.name if kind else "",
-            parent=self.end(element, "parent", key),
-            child=self.end(element, "child", key),
-            orientation=orientation,
-            position=position,
-            axis=self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0)),
-            damping=damping,
-            written_type=written,
-            mimic=self.mimic(element, key),
-            limit=self.limit(element, key),
-            friction=friction,
+            written=written,
+            parent=link_key(parent),
+            child=link_key(child),
+            axes=tuple(axes),
             pitch=self.pitch(element, key) if written in _SCREWS else 0.0,
+            around=around,
         )
+
+    def axis(self, element: Element, key: str) -> Axis:
+        """Return the axis of a joint with the dynamics and limits of the joint."""
+        vector = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
+        dynamics, mimic, limit = (element.first(tag) for tag in ("dynamics", "mimic", "limit"))
+        damping, friction = (self.numbers(dynamics, tag, key, (0.0,))[0] for tag in ("damping", "friction"))
+        result = Axis(Place(self.report.file, element.line), vector, damping=damping, friction=friction)
+        if mimic is not None:
+            (multiplier,) = self.numbers(mimic, "multiplier", key, (1.0,))
+            (offset,) = self.numbers(mimic, "offset", key, (0.0,))
+            place = Place(self.report.file, mimic.line)
+            result = replace(result, mimic=Mimic(place, mimic.get("joint"), multiplier, offset))
+        if limit is None:
+            return result
+        for tag in _OTHER_LIMITS:
+            limit.get(tag)
+        defaults = _OPEN if self.out.minor >= _WITH_OPEN_RANGES else _CLOSED
+        ends = zip(("lower", "upper", "effort"), defaults, strict=True)
+        lower, upper, effort = (self.numbers(limit, tag, key, (default,))[0] for tag, default in ends)
+        effort = effort if effort >= 0.0 else math.inf
+        return replace(result, lower=lower, upper=upper, effort=effort, limited=("position", "velocity", "effort"))
 
     def pitch(self, element: Element, key: str) -> float:
         """Return the travel of a screw of Drake, m/rad; files have m per turn."""
@@ -439,7 +392,7 @@ class _UrdfReader:
             self.report.add_at(element.line, key, "the thread pitch of a screw joint is not 0 [E1962]", hint)
         return travel / (2.0 * math.pi)
 
-    def loop(self, name: str, element: Element) -> LoopJoint:
+    def loop(self, name: str, element: Element) -> Loop:
         key, written = f"loop_joints.{name}", element.get("type")
         if written not in LOOP_TYPES:
             fault = f"the type {shown(written)} of a loop joint is not known [E1713]"
@@ -449,79 +402,64 @@ class _UrdfReader:
             self.report.add_at(
                 element.line, key, "the axis of the loop joint has no direction [E1714]", '<axis xyz="0 0 1"/>'
             )
-        first, second = (
-            self.loop_end("loop joint", element, tag, element.first(tag), axis, key) for tag in ("link1", "link2")
-        )
-        return LoopJoint(name, element.line, LOOP_TYPES.get(written, ""), first, second)
+        links = tuple(self.end(element, tag, key, "loop joint") for tag in ("link1", "link2"))
+        origins = [element.first(tag) for tag in ("link1", "link2")]
+        return self.loop_between(name, element, key, LOOP_TYPES.get(written, ""), links, origins, [axis, axis])
 
-    def constraint(self, name: str, element: Element) -> LoopJoint:
+    def constraint(self, name: str, element: Element) -> Loop:
         key, written = f"constraints.{name}", element.get("type")
         types = {**LOOP_TYPES, "universal": "universal"}
         if written not in types:
             fault = f"the type {shown(written)} of a constraint is not known [E1715]"
             self.report.add_at(element.line, key, fault, nearest(written, types))
-        ends = []
+        axes = []
         for side in ("parent", "child"):
-            axis = self.numbers(element.first(f"{side}_axis"), "xyz", key, (1.0, 0.0, 0.0))
-            if not any(axis):
+            axes.append(self.numbers(element.first(f"{side}_axis"), "xyz", key, (1.0, 0.0, 0.0)))
+            if not any(axes[-1]):
                 fault = f"the {side}_axis of the constraint has no direction [E1716]"
                 self.report.add_at(element.line, key, fault, f'<{side}_axis xyz="0 0 1"/>')
-            origin = element.first(f"{side}_origin")
-            ends.append(self.loop_end("constraint", element, side, origin, axis, key))
-        return LoopJoint(name, element.line, types.get(written, ""), ends[0], ends[1])
+        links = tuple(self.end(element, tag, key, "constraint") for tag in ("parent", "child"))
+        origins = [element.first(f"{side}_origin") for side in ("parent", "child")]
+        return self.loop_between(name, element, key, types.get(written, ""), links, origins, axes)
 
-    def loop_end(
-        self, title: str, element: Element, tag: str, origin: Element | None, axis: tuple[float, ...], key: str
-    ) -> LoopEnd:
-        """Return an end whose link an element names, and whose place in the link an element has."""
+    def loop_between(
+        self,
+        name: str,
+        element: Element,
+        key: str,
+        kind: str,
+        links: Sequence[str],
+        origins: Sequence[Element | None],
+        axes: Sequence[Sequence[float]],
+    ) -> Loop:
+        """Return a loop whose ends have origins in their links, and axes in the frames there."""
+        place, poses = Place(self.report.file, element.line), []
+        for origin, axis, columns in zip(origins, axes, ((2, 0, 1), (1, 2, 0)), strict=True):
+            orientation, position, _ = self.origin(origin, key, element.get("name"))
+            along = unit_axis(axis)
+            of_axis = np.array(frame_about(np.array([0.0, 0.0, 1.0]) if along is None else along))
+            of_axis = of_axis[:, columns] if kind == "universal" else of_axis
+            poses.append(WrittenPose(place, snapped_rotation(orientation) @ of_axis, position))
+        return Loop(name, place, kind, tuple(map(link_key, links)), tuple(poses))
+
+    def end(self, element: Element, tag: str, key: str, title: str = "joint") -> str:
+        """Return the name of a link that a joint connects; empty without one."""
         end = element.first(tag)
         written = end.get("link") if end else ""
         if not written:
-            self.report.add_at(element.line, key, f"the {title} has no <{tag} link=...> [E1717]", "")
+            fault = f"the {title} has no <{tag} link=...> [E1717]"
+            fault = f"the joint has no <{tag} link=...> [E1976]" if title == "joint" else fault
+            self.report.add_at(element.line, key, fault, "")
         elif written not in self.link_names:
+            line = end.line if end else element.line
             hint = nearest(written, self.link_names)
-            self.report.add_at(
-                end.line if end else element.line, key, f"there is no link {shown(written)} [E1718]", hint
-            )
-        exact = self.quaternion(origin, key, element.get("name"))
-        exact = roll_pitch_yaw(*self.numbers(origin, "rpy", key, (0.0, 0.0, 0.0))) if exact is None else exact
-        position = np.array(self.numbers(origin, "xyz", key, (0.0, 0.0, 0.0)))
-        orientation = snapped_rotation(exact)
-        return LoopEnd(self.link_names.get(written, ""), orientation, position, axis)
-
-    def mimic(self, element: Element, key: str) -> Mimic | None:
-        result = element.first("mimic")
-        if result is None:
-            return None
-        (multiplier,) = self.numbers(result, "multiplier", key, (1.0,))
-        (offset,) = self.numbers(result, "offset", key, (0.0,))
-        return Mimic(result.get("joint"), multiplier, offset, result.line)
-
-    def limit(self, element: Element, key: str) -> UrdfLimit | None:
-        limits = element.first("limit")
-        if limits is None:
-            return None
-        for name in _OTHER_LIMITS:
-            limits.get(name)
-        defaults = zip(
-            ("lower", "upper", "effort"), _OPEN if self.out.minor >= _WITH_OPEN_RANGES else _CLOSED, strict=True
-        )
-        return UrdfLimit(*(self.numbers(limits, name, key, (default,))[0] for name, default in defaults))
-
-    def end(self, element: Element, tag: str, key: str) -> str:
-        """Return the name of a joint's parent or child link; empty without one."""
-        end = element.first(tag)
-        written = end.get("link") if end else ""
-        if not written:
-            self.report.add_at(element.line, key, f"the joint has no <{tag} link=...> [E1976]", "")
-        elif written not in self.link_names:
-            self.report.add_at(
-                end.line if end else element.line,
-                key,
-                f"there is no link {shown(written)} [E1718]",
-                nearest(written, self.link_names),
-            )
+            self.report.add_at(line, key, f"there is no link {shown(written)} [E1718]", hint)
         return self.link_names.get(written, "")
+
+
+def link_key(name: str) -> str:
+    """Return the key of a link in a draft, in which joints may not have the names of links."""
+    return f"link {name}"
 
 
 def _drawn_numbers(element: Element | None, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:

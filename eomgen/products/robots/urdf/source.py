@@ -2,47 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 from eomgen.scene.sources.source import ACTUATED, FRICTION, LIMITS, LOCK, ConvertedScene, Option, Source
 
 
-def read_urdf(
-    text: str,
-    *,
-    file: str = "robot.urdf",
-    strict: bool = False,
-    included: bool = False,
-    root: str = "fixed",
-    lock: Sequence[str] = (),
-    limits: bool = False,
-    friction: bool = False,
-    actuated: bool = False,
-    transmissions: bool = False,
-    tunable: Sequence[str] = (),
-) -> ConvertedScene:
-    """Return a URDF in the form of a scene file; the options as in ``URDF``.
-
-    Raises
-    ------
-    DescriptionError, OptionError
-    """
+def read_urdf(text: str, **options: Any) -> ConvertedScene:
+    """Return a URDF in the form of a scene file; the options as of ``urdf_data``."""
     from eomgen.products.robots.urdf.conversion import urdf_data  # noqa: PLC0415  # most scenes are not URDF
 
-    held = "attached" if included and root == "fixed" else root
-    data, lines, notes = urdf_data(
-        text,
-        file=file,
-        strict=strict,
-        root=held,
-        lock=lock,
-        limits=limits,
-        friction=friction,
-        actuated=actuated,
-        transmissions=transmissions,
-        tunable=tunable,
-    )
-    return ConvertedScene(data, lines, notes, inertias_checked=True)
+    return urdf_data(text, **options)
 
 
 URDF = Source(

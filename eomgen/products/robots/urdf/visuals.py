@@ -9,6 +9,8 @@ from typing import Any
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import listed, shown
+from eomgen.products.robots.draft import Visual, WrittenPose
+from eomgen.products.robots.leftovers import Place
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.reading.xml import Element
 
@@ -30,28 +32,17 @@ class NotDrawnError(Exception):
     """A visual that pictures leave out, with the reason."""
 
 
-@dataclass(frozen=True)
-class Visual:
-    """A solid or a mesh in the frame of a link; ``entry`` holds type, sizes and colour as keys of ``[shapes]``."""
-
-    orientation: Array
-    position: Array
-    entry: Mapping[str, Any]
-
-
 @dataclass
-class Visuals:
-    """Visuals of all links.
+class VisualNotes:
+    """Notes on the visuals of all links.
 
     Attributes
     ----------
-    by_link : drawn visuals
     substituted : reasons for which collision geometry takes the place of visuals, with the links
     left_out : reasons for which visuals without collision geometry in their place are left out, with the links
     limited : colours with parts beyond 0 to 1, with the links
     """
 
-    by_link: dict[str, list[Visual]] = field(default_factory=dict)
     substituted: dict[str, list[str]] = field(default_factory=dict)
     left_out: dict[str, list[str]] = field(default_factory=dict)
     limited: dict[str, list[str]] = field(default_factory=dict)
@@ -80,18 +71,17 @@ class VisualReader:
 
     def __init__(self, root: Element, numbers: Numbers, placement: Placement) -> None:
         self.numbers, self.placement = numbers, placement
-        self.result = Visuals()
+        self.result = VisualNotes()
         self.materials = {item.get("name"): item for item in root.named("material")}
 
-    def link(self, name: str, element: Element) -> None:
-        """Keep the visuals of a link, or its collision geometry if no visual can be drawn."""
+    def link(self, name: str, element: Element) -> Sequence[Visual]:
+        """Return the visuals of a link, or its collision geometry if no visual can be drawn."""
         visuals = list(element.named("visual"))
         drawn, reasons = self._drawn(name, visuals)
         instead = self._drawn(name, list(element.named("collision")))[0] if visuals and not drawn else []
         for reason in reasons:
             (self.result.substituted if instead else self.result.left_out).setdefault(reason, []).append(name)
-        if drawn or instead:
-            self.result.by_link[name] = drawn or instead
+        return drawn or instead
 
     def _drawn(self, name: str, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
         drawn, reasons = [], []
@@ -116,7 +106,8 @@ class VisualReader:
             entry[key] = list(values) if count > 1 else values[0]
         if kind == "mesh":
             entry |= self._mesh(solid)
-        return Visual(*self.placement(element), entry | self._color(name, element))
+        entry |= self._color(name, element)
+        return Visual(WrittenPose(Place("", element.line), *self.placement(element)), entry)
 
     def _mesh(self, element: Element) -> dict[str, Any]:
         file = element.get("filename")

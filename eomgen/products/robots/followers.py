@@ -1,4 +1,4 @@
-"""Joints of SDF that follow others: mimics, and gearboxes between two joints."""
+"""Joints that follow others: mimics, and gearboxes between two joints."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import nearest, shown
-from eomgen.products.robots.draft import LinkPlace, Place, SceneDraft
-from eomgen.products.robots.mjcf.draft import number
-from eomgen.products.robots.sdf.elements import SdfMimic
-from eomgen.products.robots.sdf.frames import WORLD_NODE, Frames, Node
-from eomgen.products.robots.sdf.joints import axes_in_world
-from eomgen.products.robots.sdf.tree import Edge, Step
+from eomgen.products.robots.draft import Mimic
+from eomgen.products.robots.frames import WORLD_NODE, Frames, Node
+from eomgen.products.robots.joints import axes_in_world
+from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, number
+from eomgen.products.robots.tree import Edge, Step
 
 #: Cosine of the angle between axes of gears above which they are parallel.
 _PARALLEL = 1.0 - 1e-9
@@ -71,7 +71,7 @@ class _Followers:
             return f"q.{name}" if index == 0 else f"q.{name}_second"
         return f"q.{name}[{count - 1 - index if step.turned else index}]"
 
-    def mimic(self, step: Step, index: int, mimic: SdfMimic) -> None:
+    def mimic(self, step: Step, index: int, mimic: Mimic) -> None:
         """Couple an axis with the axis of another joint."""
         path, own = step.edge.key
         *outer, last = mimic.joint.split("::")
@@ -143,7 +143,7 @@ class _Followers:
         for step in self.moving.values():
             joint = step.edge.joint
             ends = self.places[step.edge.parent].body, self.places[step.edge.child].body
-            if joint.type not in ("revolute", "continuous") or ends not in ((reference, body), (body, reference)):
+            if joint.type != "revolute" or ends not in ((reference, body), (body, reference)):
                 continue
             along = float(axes_in_world(self.frames, step.edge)[0] @ axis)
             if abs(along) < _PARALLEL:

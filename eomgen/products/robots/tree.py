@@ -1,7 +1,7 @@
-"""The tree of an SDF model: links that are fixed to one another, joints that carry links, joints that close loops, and
+"""The tree of a draft: links that are fixed to one another, joints that carry links, joints that close loops, and
 links that move freely.
 
-The format has no tree: joints connect links in any way, and a link that no joint holds is free. Here joints are taken
+A draft has no tree: joints connect links in any way, and a link that no joint holds is free. Here joints are taken
 one after another, fixed ones first, then joints with forces of their own, and each that would close a loop becomes a
 constraint. A joint whose child carries its parent is turned around.
 """
@@ -11,24 +11,25 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from eomgen.base.data import dataclass, field
-from eomgen.products.robots.sdf.elements import SdfJoint
-from eomgen.products.robots.sdf.frames import WORLD_NODE, Node
+from eomgen.products.robots.draft import Joint
+from eomgen.products.robots.frames import WORLD_NODE, Node
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A joint of a model at a path between two links; ``key`` has the path and the name."""
+    """A joint of a model at a path between two links; ``key`` has the path and the name, ``held`` is the coordinate of
+    a joint that does not move."""
 
     key: Node
-    joint: SdfJoint
+    joint: Joint
     parent: Node
     child: Node
-    held: bool
+    held: float | None
 
     @property
     def fixed(self) -> bool:
         """Whether its links do not move against each other."""
-        return self.held or self.joint.type == "fixed"
+        return self.held is not None or self.joint.type == "fixed"
 
     @property
     def rank(self) -> int:

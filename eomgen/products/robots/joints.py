@@ -1,4 +1,4 @@
-"""Joints of SDF as joints of a scene."""
+"""Joints of drafts as joints of a scene."""
 
 from __future__ import annotations
 
@@ -9,40 +9,61 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.robots.sdf.elements import SdfAxis
-from eomgen.products.robots.sdf.frames import Frames
-from eomgen.products.robots.sdf.tree import Edge
-from eomgen.products.robots.urdf.notes import DAMPING_TIME, GIVE, STICKING
+from eomgen.products.robots.draft import Axis, Joint
+from eomgen.products.robots.frames import Frames, Node
+from eomgen.products.robots.scene_draft import LinkPlace
+from eomgen.products.robots.tree import Edge
+from eomgen.scene.joint_types import JOINTS
+from eomgen.scene.joints.tree import displaced
 from eomgen.scene.rotations import frame_about, unit_axis
 
-#: Types of joints, and of constraints that close loops.
-SCENE_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "screw": "helical",
-    "universal": "universal",
-    "revolute2": "universal",
-    "ball": "spherical",
-    "fixed": "fixed",
-}
-#: Unit of the coordinates of joints by type.
-UNITS = {"prismatic": "m"}
+#: Deformation of a stop under the largest effort of its joint, by unit of the coordinate.
+GIVE = {"rad": 0.01, "m": 0.001}
+#: Damping of a stop over its stiffness, s.
+DAMPING_TIME = 0.01
+#: Speed well below which a joint with friction counts as sticking, by unit of the coordinate, per second.
+STICKING = {"rad": 0.01, "m": 0.001}
 #: Cosine of an angle between axes below which they are perpendicular.
 _ACROSS = 1e-9
 
 
 def axes_in_world(frames: Frames, edge: Edge) -> list[Array]:
     """Return the unit vectors of the axes of a joint in the world, in the configuration of the file."""
-    path, _ = edge.key
+    path, own = edge.key
     result = []
     for axis in edge.joint.axes:
-        name = axis.expressed_in or edge.joint.name
+        name = axis.expressed_in or own
         known = frames.known(path, name, axis.place, "expressed_in")
         vector = unit_axis(axis.vector)
         turned = frames.pose((path, name)).orientation if known else np.eye(3)
         result.append(turned @ (np.array([0.0, 0.0, 1.0]) if vector is None else vector))
     return result
+
+
+def axes_in_link(frames: Frames, edge: Edge, link: Node) -> list[Array]:
+    """Return the axes of a joint in a link, as long as in the draft."""
+    path, name = edge.key
+    turns = [frames.between(link, (path, axis.expressed_in or name)).orientation for axis in edge.joint.axes]
+    return [turn @ np.array(axis.vector) for turn, axis in zip(turns, edge.joint.axes, strict=True)]
+
+
+def displacement(joint: Joint, value: float) -> tuple[Array, Array]:
+    """Return rotation and shift of the child of a joint that is held at a coordinate."""
+    axis = unit_axis(joint.axes[0].vector) if value else None
+    if axis is None:
+        return np.eye(3), np.zeros(3)
+    return displaced(JOINTS[joint.type], axis, np.zeros(3), [value])[:2]
+
+
+def gap_of(kind: str, ends: Sequence[LinkPlace]) -> tuple[float, float]:
+    """Return the distance, m, and the turn of the ends of a loop in one body, as far as its type holds both."""
+    (first, start), (second, end) = ((end.orientation, end.position) for end in ends)
+    gap = first.T @ (end - start)
+    apart = {"prismatic": gap[:2], "planar": gap[2:]}.get(kind, gap)
+    about = {"revolute": first[:, :2].T @ second[:, 2], "planar": first[:, :2].T @ second[:, 2]}
+    about |= {"universal": first[:, 2:].T @ second[:, 2], "spherical": np.zeros(1)}
+    turned = about.get(kind, first.T @ second - np.eye(3))
+    return float(np.linalg.norm(apart)), float(np.max(np.abs(turned)))
 
 
 def are_perpendicular(axes: Sequence[Array]) -> bool:
@@ -59,7 +80,7 @@ def loop_frame(kind: str, axes: Sequence[Array]) -> Array:
     return frame_about(axes[0])
 
 
-def forces_of(axes: Sequence[SdfAxis]) -> dict[str, Any]:
+def forces_of(axes: Sequence[Axis]) -> dict[str, Any]:
     """Return springs and dampers of a joint as keys of a scene."""
     entry: dict[str, Any] = {}
     for key, values in (("damping", [a.damping for a in axes]), ("stiffness", [a.stiffness for a in axes])):
@@ -71,7 +92,7 @@ def forces_of(axes: Sequence[SdfAxis]) -> dict[str, Any]:
     return entry
 
 
-def friction_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
+def friction_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
     """Return the dry friction of a joint as a key of a scene; None without."""
     levels = [axis.friction for axis in axes]
     if not any(level > 0.0 for level in levels):
@@ -79,7 +100,7 @@ def friction_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
     return {"coulomb": levels[0] if len(levels) == 1 else levels, "velocity": STICKING[unit]}
 
 
-def stops_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
+def stops_of(axes: Sequence[Axis], unit: str) -> dict[str, Any] | None:
     """Return the limits of a joint as a key of a scene; None without a range, for one of no width, or without a measure
     of the stops: the stiffness of the file, or the largest effort, under which they give way as in URDF."""
     bounded = [math.isfinite(axis.lower) or math.isfinite(axis.upper) for axis in axes]
@@ -95,10 +116,12 @@ def stops_of(axes: Sequence[SdfAxis], unit: str) -> dict[str, Any] | None:
         "stiffness": [stop[0] for stop in stiff],
         "damping": [stop[1] for stop in stiff],
     }
-    return {key: several[0] if len(several) == 1 else several for key, several in values.items()}
+    if len(axes) > 1:
+        return values
+    return {key: value for key, (value,) in values.items() if math.isfinite(value)}
 
 
-def _by_effort(axis: SdfAxis, unit: str) -> tuple[float, float] | None:
+def _by_effort(axis: Axis, unit: str) -> tuple[float, float] | None:
     if not math.isfinite(axis.effort) or axis.effort == 0.0:
         return None
     stiffness = axis.effort / GIVE[unit]

@@ -1,4 +1,4 @@
-"""Frames of SDF: poses in the frames that they name, and links that carry frames.
+"""Frames of drafts: poses in the frames that they name, and links that carry frames.
 
 Poses are of the file's configuration, in which all coordinates are zero. A name may lead into a model: ``arm::hand``.
 Semantics of frames and poses: http://sdformat.org/tutorials?tut=pose_frame_semantics.
@@ -13,8 +13,8 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, nearest, shown
-from eomgen.products.robots.draft import Place
-from eomgen.products.robots.sdf.elements import MODEL_FRAME, WORLD_FRAME, SdfModel, WrittenPose
+from eomgen.products.robots.draft import MODEL_FRAME, WORLD_FRAME, Model, WrittenPose
+from eomgen.products.robots.leftovers import Place
 from eomgen.scene.reading.report import Report
 from eomgen.scene.rotations import snapped_rotation
 
@@ -53,7 +53,7 @@ IDENTITY = Pose(np.eye(3), np.zeros(3))
 class Frames:
     """Poses of all frames of a file, and the links that carry them; faults go to the report, once each."""
 
-    def __init__(self, world: SdfModel, report: Report) -> None:
+    def __init__(self, world: Model, report: Report) -> None:
         self.world, self.report = world, report
         self.models = dict(world.every())
         self._bases: dict[Node, tuple[Node, Pose]] = {}

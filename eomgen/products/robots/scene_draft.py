@@ -1,0 +1,172 @@
+"""The scene that a file of another format becomes, while its parts are converted one after another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import is_legal, legal_name, listed
+from eomgen.formula.words import RESERVED
+from eomgen.lie.numeric import rotation_matrix
+from eomgen.products.robots.leftovers import Place
+from eomgen.scene.inertia import Inertia
+from eomgen.scene.reading.report import Report
+from eomgen.scene.rotations import quaternion_of_matrix, rows, snapped_rotation
+from eomgen.system.description import BASE, WORLD
+
+
+@dataclass(frozen=True)
+class LinkPlace:
+    """Body of the scene that carries a frame of the file, and the pose of this frame in the body."""
+
+    body: str
+    orientation: Array
+    position: Array
+
+    def of(self, position: Array, quaternion: Array | None = None) -> LinkPlace:
+        """Return the pose in the body of a frame that is given in this one."""
+        turned = self.orientation if quaternion is None else self.orientation @ rotation_matrix(np.array(quaternion))
+        return LinkPlace(self.body, turned, self.orientation @ position + self.position)
+
+    @property
+    def entry(self) -> dict[str, Any]:
+        """Body, position and orientation, as keys of a scene."""
+        return {"body": self.body, "position": self.position.tolist(), "orientation": matrix(self.orientation)}
+
+
+def matrix(orientation: Array) -> list[list[float]]:
+    """Return an orientation as the key of a scene."""
+    return [list(row) for row in rows(snapped_rotation(orientation))]
+
+
+def number(value: float) -> str:
+    """Return a number as part of a formula: in brackets if it is negative."""
+    text = repr(float(value))
+    return f"({text})" if text.startswith("-") else text
+
+
+_ENTRIES = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+
+
+def body_entry(inertia: Inertia) -> dict[str, Any]:
+    """Return the entry of a body with the given mass properties."""
+    tensor = [float(inertia.about_center[place]) for place in _ENTRIES.values()]
+    return {"mass": inertia.mass, "center_of_mass": np.asarray(inertia.center).tolist(), "inertia": tensor}
+
+
+def tunable_body(link: str, inertia: Inertia) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return ten tunable parameters with the values of a link, and the entry of a body that uses these parameters.
+
+    The parameters are ``LINK_mass``, ``LINK_center_x`` (and y, z), m in the link's frame, and ``LINK_inertia_xx`` (yy,
+    zz, xy, xz, yz), kg m^2 about the centre of mass in the link's axes.
+    """
+    fixed = body_entry(inertia)
+    values = {f"{link}_mass": (fixed["mass"], "kg")}
+    values |= {f"{link}_center_{x}": (value, "m") for x, value in zip("xyz", fixed["center_of_mass"], strict=True)}
+    values |= {f"{link}_inertia_{x}": (value, "kg m^2") for x, value in zip(_ENTRIES, fixed["inertia"], strict=True)}
+    names = list(values)
+    parameters = {name: {"value": value, "unit": unit, "tunable": True} for name, (value, unit) in values.items()}
+    return parameters, {"mass": names[0], "center_of_mass": names[1:4], "inertia": names[4:]}
+
+
+def turns_of(orientation: Array) -> list[dict[str, Any]]:
+    """Return a rotation as the entries of a key ``rotation``."""
+    w, *vector = quaternion_of_matrix(orientation.tolist())
+    sine = float(np.linalg.norm(vector))
+    return [{"axis": vector, "angle": 2.0 * float(np.arctan2(sine, w))}] if sine else []
+
+
+@dataclass
+class SceneDraft:
+    """The scene so far.
+
+    Attributes
+    ----------
+    report : of problems that refuse the file
+    data, lines : of the scene, as of ``ConvertedScene``
+    notes : on names, frames and starts
+    warnings : places and words of omissions
+    taken : names that are taken, by kind
+    omitted : names of elements of which a property is left out, by the property
+    included : whether the file is a part of a scene, in which its base may move
+    kept : legal names of the file by kind, which no other element may take
+    """
+
+    report: Report
+    data: dict[str, Any]
+    lines: dict[str, int | str] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    warnings: list[tuple[Place, str]] = field(default_factory=list)
+    taken: dict[str, set[str]] = field(default_factory=dict)
+    omitted: dict[str, list[str]] = field(default_factory=dict)
+    included: bool = False
+    kept: dict[str, set[str]] = field(default_factory=dict)
+
+    def keep(self, kind: str, names: Iterable[str]) -> None:
+        """Keep the legal names of a kind for the elements that have them in the file."""
+        self.kept.setdefault(kind, set()).update(name for name in names if is_legal(name))
+
+    def section(self, name: str) -> dict[str, Any]:
+        """Return a section of the scene."""
+        section: dict[str, Any] = self.data.setdefault(name, {})
+        return section
+
+    def name(self, kind: str, written: str, default: str, *, joined: bool = False) -> str:
+        """Return a legal name that no other element of the kind has, and take it; ``joined`` for a name that is made of
+        several names of the file."""
+        taken = self.taken.setdefault(kind, {BASE, WORLD} if kind == "body" else set(RESERVED))
+        wanted = written or default
+        if kind == "body" and wanted in (BASE, WORLD):
+            wanted = f"{wanted}_body"
+        kept = self.kept.get(kind, set())
+        # a name that is made here, or made legal, leaves the names of the file to their elements
+        owner = wanted == written and not joined
+        name = legal_name(wanted, taken if owner or wanted not in kept else {*taken, wanted}, kept)
+        taken.add(name)
+        if written and name != written:
+            self.notes.append(f"{kind} {written!r} of the file is called {name} [W0143]")
+        return name
+
+    def carry_mass(self, entry: dict[str, Any]) -> None:
+        """Add a body with the mass properties of all that rests on the base, for a base that may move."""
+        if self.included and entry["mass"]:
+            body = self.name("body", "", "base_links")
+            self.section("bodies")[body] = entry
+            self.section("joints")[self.name("joint", "", "base_links")] = {
+                "type": "fixed",
+                "parent": BASE,
+                "child": body,
+            }
+
+    def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
+        """Report an element that would change the motion and cannot be converted."""
+        self.report.add_place(place.file, place.line, key, fault, hint)
+
+    def leave_out(self, place: Place, note: str) -> None:
+        """Note an element that has no part in the scene."""
+        self.warnings.append((place, note))
+
+    def left_out(self, feature: str, name: str) -> None:
+        """Note a property of an element that has no part in the scene; one note lists all elements."""
+        self.omitted.setdefault(feature, []).append(name)
+
+    def all_warnings(self) -> list[tuple[Place, str]]:
+        """Return a place and a note for all that is left out."""
+        many = [
+            (self.place_of(names[0]), f"not modelled: {feature} ({len(names)}: {listed(names)}) [W0197]")
+            for feature, names in self.omitted.items()
+        ]
+        return [*self.warnings, *many]
+
+    def place_of(self, name: str) -> Place:
+        """Return the place of a joint, constraint or body of the scene; the start of the file without one."""
+        keys = (f"{section}.{name}" for section in ("joints", "constraints", "bodies"))
+        line = next((self.lines[key] for key in keys if key in self.lines), 1)
+        if isinstance(line, int):
+            return Place(self.report.file, line)
+        file, _, number = line.rpartition(":")
+        return Place(file, int(number))
