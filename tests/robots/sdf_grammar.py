@@ -12,7 +12,8 @@ from functools import cache
 from pathlib import Path
 from xml.etree import ElementTree
 
-from eomgen.products.robots.sdf.coverage import IDLE, MEANINGS, READ, STATUSES
+from eomgen.products.robots.leftovers import IDLE, READ
+from eomgen.products.robots.sdf.coverage import MEANINGS, STATUSES
 from eomgen.products.robots.sdf.reading import FIRST
 from eomgen.products.robots.sdf.values import NEWEST
 

@@ -13,8 +13,9 @@ from xml.etree import ElementTree
 import pytest
 
 from eomgen.errors import DescriptionError
+from eomgen.products.robots.leftovers import NOTED, READ, REFUSED
 from eomgen.products.robots.sdf.conversion import sdf_data
-from eomgen.products.robots.sdf.coverage import NOTED, READ, REFUSED, STATUSES
+from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.sdf.reading import FIRST
 from eomgen.products.robots.sdf.values import NEWEST
 from tests.robots.sdf_grammar import COMMAND, INNER, PAGE, Part, grammar, key_of, page

@@ -11,7 +11,6 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_name, listed, nearest, shown
 from eomgen.products.robots.draft import MODEL_FRAME, WORLD_FRAME, Axis, Draft, Joint, Link, Loop, WrittenPose
-from eomgen.products.robots.effort_inputs import NO_ACTUATION, Actuation, effort_inputs
 from eomgen.products.robots.followers import add_followers
 from eomgen.products.robots.frames import WORLD_NODE, Frames, Node, Pose, pose_of
 from eomgen.products.robots.joints import (
@@ -26,7 +25,17 @@ from eomgen.products.robots.joints import (
     stops_of,
 )
 from eomgen.products.robots.leftovers import Place
-from eomgen.products.robots.scene_draft import LinkPlace, SceneDraft, body_entry, number, tunable_body, turns_of
+from eomgen.products.robots.scene_draft import (
+    NO_ACTUATION,
+    Actuation,
+    LinkPlace,
+    SceneDraft,
+    body_entry,
+    effort_inputs,
+    number,
+    tunable_body,
+    turns_of,
+)
 from eomgen.products.robots.tree import Edge, Step, Tree, tree_of
 from eomgen.scene.inertia import Inertia, combined, impossible
 from eomgen.scene.joint_types import JOINTS

@@ -3,12 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, nearest, shown
-from eomgen.products.robots.sdf.coverage import IDLE, NOTED, STATUSES
 from eomgen.scene.reading.xml import Element
+
+#: How elements and attributes of a format are taken, in its table ``coverage.txt``.
+READ, IDLE, NOTED, REFUSED = "read", "without effect", "noted", "refused"
+Table = Mapping[str, Mapping[str, str]]
+
+
+def read_table(file: Path) -> dict[str, dict[str, str]]:
+    """Return the status of attributes and children of each element, of lines with elements, statuses and names."""
+    table: dict[str, dict[str, str]] = {}
+    same: list[dict[str, str]] = []
+    elements, status = False, ""
+    for line in file.read_text(encoding="utf-8").splitlines():
+        words = line.partition("#")[0]
+        if not words.startswith(" "):
+            if not elements:
+                same = []
+            same += [table.setdefault(key, {}) for key in words.split()]
+            elements = True
+            continue
+        elements = False
+        before, colon, names = words.strip().rpartition(": ")
+        status = before if colon else status
+        for row in same:
+            row.update(dict.fromkeys(names.split(), status))
+    return table
 
 
 @dataclass(frozen=True)
@@ -23,9 +48,16 @@ class Place:
 
 
 class Leftovers:
-    """Parts of files that are not read: with their status if the table knows them."""
+    """Parts of files that are not read: with their status if the table knows them.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    table : mapping
+        Status by child or attribute (with an ``@`` before its name), of each element.
+    """
+
+    def __init__(self, table: Table) -> None:
+        self.table = table
         self.unread: dict[str, list[tuple[Place, str]]] = {}
         self.noted: dict[str, list[tuple[Place, str]]] = {}
         self.idle: dict[str, int] = {}
@@ -37,7 +69,7 @@ class Leftovers:
 
     def keep(self, element: Element, key: str, file: str, owner: str) -> None:
         """Keep the rest of an element; ``key`` is its row in the table."""
-        known = STATUSES.get(key, {})
+        known = self.table.get(key, {})
         for attribute in element.unread_attributes:
             status = known.get(f"@{attribute}")
             if status == IDLE:

@@ -8,10 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import IDLE, NOTED, READ, REFUSED, Place, read_table
 from eomgen.products.robots.mjcf.draft import Draft
 
-READ, IDLE, NOTED, REFUSED = "read", "without effect", "noted", "refused"
 #: Meaning of each status.
 MEANINGS: Mapping[str, str] = {
     READ: "takes part in the equations, the names or the start, by MuJoCo's compiler or by eomgen",
@@ -34,29 +33,8 @@ def key_of_path(path: str) -> str:
     return "/".join(tags)
 
 
-def _table(text: str) -> dict[str, dict[str, str]]:
-    """Return the status by attribute of each element, of lines with elements, statuses and attributes."""
-    table: dict[str, dict[str, str]] = {}
-    same: list[dict[str, str]] = []
-    elements, status = False, ""
-    for line in text.splitlines():
-        words = line.partition("#")[0]
-        if not words.startswith(" "):
-            if not elements:
-                same = []
-            same += [table.setdefault(key, {}) for key in words.split()]
-            elements = True
-            continue
-        elements = False
-        before, colon, names = words.strip().rpartition(": ")
-        status = before if colon else status
-        for row in same:
-            row.update(dict.fromkeys(names.split(), status))
-    return table
-
-
 #: Status by attribute, of each element.
-STATUSES: Mapping[str, Mapping[str, str]] = _table(Path(__file__).with_name("coverage.txt").read_text(encoding="utf-8"))
+STATUSES: Mapping[str, Mapping[str, str]] = read_table(Path(__file__).with_name("coverage.txt"))
 
 
 def note_unknown_attributes(draft: Draft) -> None:

@@ -26,6 +26,7 @@ from eomgen.products.robots.draft import (
     WrittenPose,
 )
 from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.sdf.values import NEWEST, SINCE_FRAMES, Values
 from eomgen.products.robots.sdf.visuals import VisualReader
 from eomgen.products.robots.uris import is_remote, is_there, located
@@ -75,7 +76,7 @@ class SdfReader:
 
     def __init__(self, report: Report, packages: Mapping[str, Path], home: Path) -> None:
         self.report, self.packages = report, packages
-        self.leftovers = Leftovers()
+        self.leftovers = Leftovers(STATUSES)
         self.visuals = VisualReader(home)
         self.defaulted: list[str] = []
         self.liberties: list[str] = []

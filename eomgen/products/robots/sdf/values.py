@@ -13,7 +13,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import WrittenPose
 from eomgen.products.robots.leftovers import Leftovers, Place
 from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.urdf.reading import NEARLY, NUMBER, UNIT_LENGTH, off_right
+from eomgen.products.robots.visuals import NEARLY, NUMBER, UNIT_LENGTH, off_right
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation

@@ -3,30 +3,21 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, shown
+from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual
 from eomgen.products.robots.leftovers import Leftovers
+from eomgen.products.robots.sdf.coverage import STATUSES
 from eomgen.products.robots.sdf.values import Values
-from eomgen.products.robots.urdf.visuals import NotDrawnError
 from eomgen.products.robots.uris import is_remote, located
+from eomgen.products.robots.visuals import SDF_SIZES, NotDrawnError, color_of, solid_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
-
-#: Sizes by type of geometry: element in the format, key of the section, number of values, and the default of each.
-_SIZES: Mapping[str, Sequence[tuple[str, str, tuple[float, ...]]]] = {
-    "box": (("size", "size", (1.0, 1.0, 1.0)),),
-    "cylinder": (("radius", "radius", (1.0,)), ("length", "length", (1.0,))),
-    "sphere": (("radius", "radius", (1.0,)),),
-    "capsule": (("radius", "radius", (0.5,)), ("length", "length", (1.0,))),
-    "ellipsoid": (("radii", "semi_axes", (1.0, 1.0, 1.0)),),
-    "mesh": (),
-}
 
 
 class VisualReader:
@@ -56,7 +47,7 @@ class VisualReader:
         result = []
         for visual in element.named("visual"):
             # faults of visuals are notes, so they have a report of their own
-            own = Values(values.file, Report(values.file, {}), Leftovers(), values.minor)
+            own = Values(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
             try:
                 drawn = _visual(visual, own, _Folders(self.home, folder, packages))
                 if own.report.noted:
@@ -86,33 +77,17 @@ class _Folders:
 
 def _visual(element: Element, values: Values, folders: _Folders) -> Visual:
     pose = values.pose(element, "")
-    geometry = element.first("geometry")
-    solids = [(kind, item) for kind in _SIZES for item in (geometry.named(kind) if geometry else ())]
-    if not solids:
-        raise NotDrawnError(f"no geometry is one of {', '.join(_SIZES)}")
-    kind, solid = solids[0]
-    entry: dict[str, Any] = {"type": kind}
-    for tag, key, default in _SIZES[kind]:
-        sizes = values.vector(solid, tag, default)
-        if not min(sizes) > 0.0:
-            raise NotDrawnError(f"{tag} of a {kind} is not above 0")
-        entry[key] = list(sizes) if len(sizes) > 1 else sizes[0]
-    if kind == "mesh":
-        entry |= _mesh(solid, values, folders)
+    entry = solid_of(element, values.vector, lambda mesh: _mesh(mesh, values, folders), SDF_SIZES)
     return Visual(pose, entry | _color(element, values))
 
 
-def _mesh(element: Element, values: Values, folders: _Folders) -> dict[str, Any]:
+def _mesh(element: Element, values: Values, folders: _Folders) -> tuple[str, tuple[float, ...]]:
     address = values.text(element, "uri")
-    ending = Path(address).suffix.lower()
-    if ending not in ENDINGS:
-        raise NotDrawnError(f"meshes of the kind {shown(ending)} are not read" if ending else "a mesh names no file")
-    if is_remote(address):
-        raise NotDrawnError("meshes lie in a network")
-    scale = values.vector(element, "scale", (1.0, 1.0, 1.0))
-    if not all(scale):
-        raise NotDrawnError("the scale of a mesh is 0")
-    return {"file": folders.path(address), "scale": list(scale), "required": False}
+    if Path(address).suffix.lower() in ENDINGS:
+        if is_remote(address):
+            raise NotDrawnError("meshes lie in a network")
+        address = folders.path(address)
+    return address, values.vector(element, "scale", (1.0, 1.0, 1.0))
 
 
 def _color(element: Element, values: Values) -> dict[str, Any]:
@@ -123,10 +98,5 @@ def _color(element: Element, values: Values) -> dict[str, Any]:
     diffuse = material.first("diffuse")
     words = diffuse.text().split() if diffuse is not None else []
     parts = values.numbers(material, "diffuse", " ".join(words), (0.5,) * (4 if len(words) != 3 else 3))
-    shown_parts = [min(max(part, 0.0), 1.0) for part in parts]
-    rgb, alpha = shown_parts[:3], (shown_parts[3] if len(parts) > 3 else 1.0)
     transparency = values.number(element, "transparency", 0.0)
-    opacity = alpha * (1.0 - min(max(transparency, 0.0), 1.0))
-    if opacity == 0.0:
-        raise NotDrawnError("the colour is transparent")
-    return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in rgb), "opacity": opacity}
+    return color_of(parts, 1.0 - min(max(transparency, 0.0), 1.0))

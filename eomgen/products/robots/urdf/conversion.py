@@ -183,7 +183,7 @@ def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], f
             mimic = replace(axes[0].mimic, joint=_joint_key(leaders[name]))
             axes = (replace(axes[0], mimic=mimic),)
         world.joints[_joint_key(name)] = replace(joint, axes=axes, around=around)
-    return Draft(robot.name, world, Leftovers(), loops=list(robot.loops.values()), legal=True)
+    return Draft(robot.name, world, Leftovers({}), loops=list(robot.loops.values()), legal=True)
 
 
 def _body_of(link: Link, robot: Robot) -> str:

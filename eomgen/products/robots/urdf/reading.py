@@ -19,7 +19,8 @@ from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, Joint, Link, Loop, Mimic, WrittenPose
 from eomgen.products.robots.leftovers import Place
-from eomgen.products.robots.urdf.visuals import NotDrawnError, VisualNotes, VisualReader
+from eomgen.products.robots.urdf.visuals import VisualNotes, VisualReader
+from eomgen.products.robots.visuals import NEARLY, NUMBER, UNIT_LENGTH, NotDrawnError, off_right
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -50,22 +51,15 @@ _OF_DRAKE = "drake:joint"
 _SCREWS = ("screw",)
 _TYPES_OF_DRAKE = {"ball": "spherical", "universal": "universal", "planar": "planar", "screw": "helical"}
 Read = TypeVar("Read")
-NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
 NEWEST, WITH_QUATERNIONS = 2, 1
 #: Defaults of ``lower``, ``upper`` and ``effort`` before the minor version with open ranges, and since.
 _WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, math.inf)
-#: By how much the length of a quaternion may differ from 1: three digits of each number.
-UNIT_LENGTH = 1e-3
 #: Numbers of the format that are left out with their limits; acceleration, deceleration and jerk are of version 1.2.
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: Elements to be seen and touched, which have no part in the equations of motion.
 _GEOMETRY = ("visual", "collision", "material")
-
-
-#: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
-NEARLY = 1e-3
 
 
 @dataclass
@@ -480,10 +474,3 @@ def _without_fault(reader: _UrdfReader, value: Read) -> Read:
         _, problem = reader.report.noted[0]
         raise NotDrawnError(str(problem).partition(": ")[2])  # without the line: equal faults are one note
     return value
-
-
-def off_right(angle: float) -> float:
-    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
-    may be small on purpose."""
-    quarters = round(angle / (0.5 * math.pi))
-    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0

@@ -18,8 +18,9 @@ from typing import Any
 from eomgen.base.data import dataclass
 from eomgen.base.messages import legal_name, listed, shown
 from eomgen.formula.words import RESERVED
-from eomgen.products.robots.effort_inputs import Actuation
-from eomgen.products.robots.urdf.reading import NUMBER, Robot
+from eomgen.products.robots.scene_draft import Actuation
+from eomgen.products.robots.urdf.reading import Robot
+from eomgen.products.robots.visuals import NUMBER
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 

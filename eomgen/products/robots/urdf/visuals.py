@@ -2,34 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, field
-from eomgen.base.messages import listed, shown
+from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual, WrittenPose
 from eomgen.products.robots.leftovers import Place
-from eomgen.scene.bodies.mesh_files import ENDINGS
+from eomgen.products.robots.visuals import NotDrawnError, Numbers, color_of, solid_of
 from eomgen.scene.reading.xml import Element
 
-#: Sizes by type of geometry: attribute in the format, key of the section, number of values.
-_SIZES: Mapping[str, Sequence[tuple[str, str, int]]] = {
-    "box": (("size", "size", 3),),
-    "cylinder": (("radius", "radius", 1), ("length", "length", 1)),
-    "sphere": (("radius", "radius", 1),),
-    "capsule": (("radius", "radius", 1), ("length", "length", 1)),
-    "mesh": (),
-}
-#: From an element, an attribute and the values without the attribute to the values. Raises NotDrawnError.
-Numbers = Callable[[Element | None, str, tuple[float, ...]], tuple[float, ...]]
 #: From an element with an ``origin`` to orientation (3, 3) and position (3,). Raises NotDrawnError.
 Placement = Callable[[Element], tuple[Array, Array]]
-
-
-class NotDrawnError(Exception):
-    """A visual that pictures leave out, with the reason."""
 
 
 @dataclass
@@ -93,32 +78,12 @@ class VisualReader:
         return drawn, reasons
 
     def _visual(self, name: str, element: Element) -> Visual:
-        geometry = element.first("geometry")
-        solids = [(kind, item) for kind in _SIZES for item in (geometry.named(kind) if geometry else ())]
-        if not solids:
-            raise NotDrawnError(f"no geometry is one of {', '.join(_SIZES)}")
-        kind, solid = solids[0]
-        entry: dict[str, Any] = {"type": kind}
-        for attribute, key, count in _SIZES[kind]:
-            values = self.numbers(solid, attribute, (0.0,) * count)
-            if not min(values) > 0.0:
-                raise NotDrawnError(f"{attribute} of a {kind} is not above 0")
-            entry[key] = list(values) if count > 1 else values[0]
-        if kind == "mesh":
-            entry |= self._mesh(solid)
+        entry = solid_of(element, self.numbers, self._mesh)
         entry |= self._color(name, element)
         return Visual(WrittenPose(Place("", element.line), *self.placement(element)), entry)
 
-    def _mesh(self, element: Element) -> dict[str, Any]:
-        file = element.get("filename")
-        ending = Path(file).suffix.lower()
-        if ending not in ENDINGS:
-            reason = f"meshes of the kind {shown(ending)} are not read" if ending else "a mesh names no file"
-            raise NotDrawnError(reason)
-        scale = self.numbers(element, "scale", (1.0, 1.0, 1.0))
-        if not all(scale):
-            raise NotDrawnError("the scale of a mesh is 0")
-        return {"file": file, "scale": list(scale), "required": False}
+    def _mesh(self, element: Element) -> tuple[str, tuple[float, ...]]:
+        return element.get("filename"), self.numbers(element, "scale", (1.0, 1.0, 1.0))
 
     def _color(self, name: str, element: Element) -> dict[str, Any]:
         """Return colour and opacity of the material of a visual of a link, given there, by name, or by neither."""
@@ -130,10 +95,7 @@ class VisualReader:
         if color is None:
             return {}
         parts = self.numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0))
-        *rgb, alpha = (min(max(part, 0.0), 1.0) for part in parts)
-        if (*rgb, alpha) != parts:
+        if any(not 0.0 <= part <= 1.0 for part in parts):
             written = " ".join(f"{part:g}" for part in parts)
             self.result.limited.setdefault(f'rgba="{written}"; try: parts of 255 divided by 255', []).append(name)
-        if alpha == 0.0:
-            raise NotDrawnError("the colour is transparent")
-        return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in rgb), "opacity": alpha}
+        return color_of(parts)

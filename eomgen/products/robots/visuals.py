@@ -1,0 +1,99 @@
+"""Numbers of XML formats, and solids of visuals as entries of the section of shapes."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from eomgen.base.messages import shown
+from eomgen.scene.bodies.mesh_files import ENDINGS
+from eomgen.scene.reading.xml import Element
+
+NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+#: By how much the length of a quaternion may differ from 1: three digits of each number.
+UNIT_LENGTH = 1e-3
+#: Distance of an angle from a right angle, in rad, below which a note suggests a right angle with too few digits.
+NEARLY = 1e-3
+#: From an element, the name of a value and the default to the values. Raises NotDrawnError.
+Numbers = Callable[[Element, str, tuple[float, ...]], tuple[float, ...]]
+#: Sizes by type of geometry: name in the format, key of the section, and the default.
+_Sizes = Mapping[str, Sequence[tuple[str, str, tuple[float, ...]]]]
+URDF_SIZES: _Sizes = {
+    "box": (("size", "size", (0.0, 0.0, 0.0)),),
+    "cylinder": (("radius", "radius", (0.0,)), ("length", "length", (0.0,))),
+    "sphere": (("radius", "radius", (0.0,)),),
+    "capsule": (("radius", "radius", (0.0,)), ("length", "length", (0.0,))),
+    "mesh": (),
+}
+SDF_SIZES: _Sizes = {
+    "box": (("size", "size", (1.0, 1.0, 1.0)),),
+    "cylinder": (("radius", "radius", (1.0,)), ("length", "length", (1.0,))),
+    "sphere": (("radius", "radius", (1.0,)),),
+    "capsule": (("radius", "radius", (0.5,)), ("length", "length", (1.0,))),
+    "ellipsoid": (("radii", "semi_axes", (1.0, 1.0, 1.0)),),
+    "mesh": (),
+}
+
+
+class NotDrawnError(Exception):
+    """A visual that pictures leave out, with the reason."""
+
+
+def solid_of(
+    visual: Element,
+    numbers: Numbers,
+    mesh: Callable[[Element], tuple[str, tuple[float, ...]]],
+    sizes: _Sizes = URDF_SIZES,
+) -> dict[str, Any]:
+    """Return type and sizes of the geometry of a visual; ``mesh`` returns file and scale of a mesh.
+
+    Raises
+    ------
+    NotDrawnError
+    """
+    geometry = visual.first("geometry")
+    solids = [(kind, item) for kind in sizes for item in (geometry.named(kind) if geometry else ())]
+    if not solids:
+        raise NotDrawnError(f"no geometry is one of {', '.join(sizes)}")
+    kind, solid = solids[0]
+    entry: dict[str, Any] = {"type": kind}
+    for name, key, default in sizes[kind]:
+        values = numbers(solid, name, default)
+        if not min(values) > 0.0:
+            raise NotDrawnError(f"{name} of a {kind} is not above 0")
+        entry[key] = list(values) if len(values) > 1 else values[0]
+    if kind == "mesh":
+        file, scale = mesh(solid)
+        ending = Path(file).suffix.lower()
+        if ending not in ENDINGS:
+            reason = f"meshes of the kind {shown(ending)} are not read" if ending else "a mesh names no file"
+            raise NotDrawnError(reason)
+        if not all(scale):
+            raise NotDrawnError("the scale of a mesh is 0")
+        entry |= {"file": file, "scale": list(scale), "required": False}
+    return entry
+
+
+def color_of(parts: Sequence[float], opaque: float = 1.0) -> dict[str, Any]:
+    """Return colour and opacity of red, green, blue and perhaps alpha, limited to the range from 0 to 1.
+
+    Raises
+    ------
+    NotDrawnError
+        For a transparent colour.
+    """
+    red, green, blue, *rest = (min(max(part, 0.0), 1.0) for part in parts)
+    opacity = (rest[0] if rest else 1.0) * opaque
+    if opacity == 0.0:
+        raise NotDrawnError("the colour is transparent")
+    return {"color": "#" + "".join(f"{round(255 * part):02x}" for part in (red, green, blue)), "opacity": opacity}
+
+
+def off_right(angle: float) -> float:
+    """Return the distance of an angle from the nearest right or straight one; 0 for angles nearest to zero, which
+    may be small on purpose."""
+    quarters = round(angle / (0.5 * math.pi))
+    return abs(angle - quarters * 0.5 * math.pi) if quarters else 0.0
