@@ -26,20 +26,26 @@ class Message(str):
     ----------
     text : str
         Text with codes. A sentence around the text of another message has the code that comes last.
+    doubt : str, optional
+        Name of a doubt; that of ``text``, if it is one.
 
     Attributes
     ----------
     code : str
         Such as ``E0312``, which ``eomgen explain`` takes; empty without a code.
+    doubt : str
+        Name by which ``doubts.quiet`` silences the message; empty if the message is no doubt.
     """
 
-    __slots__ = ("code",)
+    __slots__ = ("code", "doubt")
     code: str
+    doubt: str
 
-    def __new__(cls, text: str) -> Self:
+    def __new__(cls, text: str, doubt: str = "") -> Self:
         codes = _CODE.findall(text)
         made = super().__new__(cls, _CODE.sub("", text) if codes else text)
         made.code = codes[-1] if codes else getattr(text, "code", "")
+        made.doubt = doubt or getattr(text, "doubt", "")
         return made
 
     @property

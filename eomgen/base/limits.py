@@ -1,15 +1,16 @@
-"""Limit: a threshold of a doubt, listed in the documentation with unit, meaning and source; names of doubts that are
-not reported."""
+"""Limit: a threshold of a doubt, listed in the documentation with unit, meaning and source; doubts that are not
+reported, or that are errors."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Self
+from collections.abc import Collection, Iterable, Mapping
+from typing import Any, NamedTuple, Self
 
 from eomgen.base.products import objects_of
+from eomgen.errors import Message, Problem
 
-#: Group of the functions by which products name doubts that are not reported.
-QUIET = "eomgen.quiet"
+#: Group of the functions by which products give settings of doubts.
+SETTINGS = "eomgen.doubt_settings"
 
 
 class Limit(float):
@@ -53,8 +54,15 @@ class Limit(float):
         return float(self), self.unit, self.meaning, self.source
 
 
-def quiet_names(parts: Mapping[str, Any], *, stored: bool = False) -> set[str]:
-    """Return the names of doubts that are not reported.
+class DoubtSettings(NamedTuple):
+    """Names of doubts that are not reported, and whether all others are errors."""
+
+    quiet: Collection[str] = ()
+    strict: bool = False
+
+
+def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSettings:
+    """Return the settings of doubts about a scene and its results.
 
     Parameters
     ----------
@@ -63,5 +71,17 @@ def quiet_names(parts: Mapping[str, Any], *, stored: bool = False) -> set[str]:
     stored : bool
         Whether other processes read the report, so that options of this process do not count.
     """
-    silences = () if stored and not parts else objects_of(QUIET)
-    return {name for names in silences for name in names(parts, stored=stored)}
+    functions = () if stored and not parts else objects_of(SETTINGS)
+    every = [settings(parts, stored=stored) for settings in functions]
+    return DoubtSettings({name for one in every for name in one.quiet}, any(one.strict for one in every))
+
+
+def with_name(text: str, doubt: str) -> str:
+    """Return the text of a doubt that is an error."""
+    return f"{text} (doubt: {doubt})"
+
+
+def doubts_as_problems(notes: Iterable[Message], where: str) -> list[Problem]:
+    """Return the doubts among notes as problems."""
+    parts = [(note, *note.partition("; try: ")) for note in notes if note.doubt]
+    return [Problem(where, with_name(text, note.doubt), hint, note.code) for note, text, _, hint in parts]

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class AddedOption(click.Option):
-    """Option that a part adds, listed directly after another option of the command."""
+    """Option that a part adds, or gives in place of the command's own, listed directly after another one."""
 
     def __init__(self, *declarations: str, behind: str, **attributes: Any) -> None:
         self.behind = behind
@@ -112,5 +112,12 @@ def with_parts(command: click.Command) -> click.Command:
     """Return the command with the options of its parts."""
     added = [option for part in parts_of(str(command.name)) for option in part.OPTIONS]
     behind = {option.name: option.behind for option in added}
-    command.params = [*placed([*command.params], added, lambda param: param.opts[0], lambda param: behind[param.name])]
+    command.params = [
+        *placed(
+            [one for one in command.params if one.name not in behind],
+            added,
+            lambda param: param.opts[0],
+            lambda param: behind[param.name],
+        )
+    ]
     return command

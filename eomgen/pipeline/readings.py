@@ -250,7 +250,7 @@ def to_text(value: Any) -> str:
         if item is None or kind in (str, int, float, bool):
             return item
         if kind is Message:
-            return {"message": item.line}
+            return {"message": [item.line, item.doubt]}
         if kind is tuple:
             return [convert(part) for part in item]
         if kind not in kinds:
@@ -337,7 +337,7 @@ def _method(value: Any, read: Callable[[Any], Any]) -> Any:
 
 _READ: Mapping[str, Callable[[Any, Callable[[Any], Any]], Any]] = {
     "map": lambda value, read: {read(key): read(part) for key, part in value},
-    "message": lambda value, _: Message(value),
+    "message": lambda value, _: Message(*value),
     "bytes": lambda value, _: bytes.fromhex(value),
     "fraction": lambda value, _: _fraction(value),
     "array": lambda value, _: _array(value),

@@ -6,7 +6,7 @@ from __future__ import annotations
 OFFERED: dict[str, tuple[str, ...]] = {
     "comparison": ("Comparison", "compare"),
     "derivatives": ("sensitivities",),
-    "doubts": ("doubts", "equilibrium --quiet", "simulate --quiet"),
+    "doubts": ("doubts", "equilibrium --quiet", "equilibrium --strict", "simulate --quiet", "simulate --strict"),
     "ensembles": ("ensemble", "simulate_many"),
     "fields": ("fields", "hamiltonian", "sample", "sampling"),
     "fmu": ("fmu",),

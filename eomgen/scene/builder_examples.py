@@ -32,7 +32,7 @@ EXAMPLES: Mapping[str, tuple[str, ...]] = {
         'arm = arm.joint("clamp", "fixed", "lower", "whip", position=[0, 0, -0.4])',
         'arm = arm.distributed_load("wind", "whip", force=[0, "3 N/m", 0])',
     ),
-    "doubts": ('arm = arm.doubts(quiet=["unused names"])',),
+    "doubts": ('arm = arm.doubts(quiet=["unused names"], strict=True)',),
     "effort": ('arm = arm.effort("motor", "elbow", "2 * sin(3 * t) - 0.1 * v.elbow")',),
     "event": ('arm = arm.event("down", "q.shoulder", direction="falling", action="stop")',),
     "force": ('arm = arm.force("push", "lower", point=[0, 0, -0.4], force=["5 N", 0, 0])',),

@@ -17,9 +17,10 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.limits import Limit, quiet_names
+from eomgen.base.limits import Limit, doubt_settings, doubts_as_problems
 from eomgen.base.products import rows_of
 from eomgen.compiled.terms import Inputs
+from eomgen.errors import Message, NumericalError
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
 from eomgen.lie.numeric import rotated
@@ -130,15 +131,18 @@ class StateWarning:
 GROUP = "eomgen.state_warnings"
 
 
-def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs) -> list[str]:
-    """Return warnings about an equilibrium at the end of a path of configurations; none without poses."""
-    sentences: list[str] = []
+def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs) -> list[Message]:
+    """Return warnings about an equilibrium at the end of a path of configurations; none without poses. Raises
+    NumericalError if these are errors."""
+    sentences: list[Message] = []
     if "poses" not in measures.model.functions or len(path) < 2:
         return sentences
-    rest, quiet = Rest(measures, path, u), quiet_names(measures.model.description.parts)
+    rest, (quiet, strict) = Rest(measures, path, u), doubt_settings(measures.model.description.parts)
     for row in rows_of(GROUP, StateWarning):
         if row.name not in quiet and not (row.alone and sentences):
-            sentences.extend(row.evaluate(rest))
+            sentences.extend(Message(text, row.name) for text in row.evaluate(rest))
+    if strict and sentences:
+        raise NumericalError(doubts_as_problems(sentences, "equilibrium"))
     return sentences
 
 

@@ -12,13 +12,13 @@ PRODUCT = Product(
                 "doubts",
                 behind="completion",
                 parts={
-                    "simulate": "eomgen.products.doubts.command:QuietRun",
-                    "equilibrium": "eomgen.products.doubts.command:QuietRest",
+                    "simulate": "eomgen.products.doubts.command:DoubtsOfRuns",
+                    "equilibrium": "eomgen.products.doubts.command:DoubtsOfRests",
                 },
             ),
         ),
         "eomgen.sections": (LateRow("doubts", "eomgen.products.doubts.section:DOUBTS", behind="shapes"),),
-        "eomgen.quiet": (LateRow("doubts", "eomgen.products.doubts.silence:quiet_names"),),
+        "eomgen.doubt_settings": (LateRow("doubts", "eomgen.products.doubts.settings:settings_of"),),
         "eomgen.notes": ("eomgen.products.doubts.notes:NOTES",),
         "eomgen.checks": tuple(
             f"eomgen.products.doubts.{module}:ROWS" for module in ("accuracy", "remarks", "start_checks")

@@ -1,4 +1,4 @@
-"""The option ``--quiet`` of verbs whose output names doubts."""
+"""The options ``--quiet`` and ``--strict`` of verbs whose output names doubts."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import click
 
 from eomgen.cli.parts import AddedOption, RestPart, RunPart
 from eomgen.errors import Problem, UsageError
-from eomgen.products.doubts.silence import doubts_of_results, fault_of_name, silenced
+from eomgen.products.doubts.settings import asked, doubts_of_results, fault_of_name
 
 
 def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...]) -> None:
@@ -14,23 +14,33 @@ def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...])
     for name in names:
         if unknown := fault_of_name(name, doubts_of_results()):
             raise UsageError(Problem(f"--quiet {name}", *unknown))
-    context.with_resource(silenced(names))
+    context.with_resource(asked(names))
 
 
-def _option(behind: str) -> AddedOption:
-    text = "Leave out a doubt by the name of its finding; may be repeated."
-    return AddedOption(
-        "--quiet", behind=behind, multiple=True, metavar="NAME", help=text, callback=_silence, expose_value=False
+def _refuse(context: click.Context, _: click.Parameter, strict: bool) -> bool:
+    """Make errors of doubts as long as the verb runs."""
+    context.with_resource(asked(strict=strict))
+    return strict
+
+
+def _options(behind: str) -> tuple[AddedOption, ...]:
+    quiet = "Leave out a doubt by the name of its finding; may be repeated."
+    strict = "Make errors of doubts, and refuse elements that an importer would leave out with a note."
+    return (
+        AddedOption(
+            "--quiet", behind=behind, multiple=True, metavar="NAME", help=quiet, callback=_silence, expose_value=False
+        ),
+        AddedOption("--strict", behind="--quiet", is_flag=True, help=strict, callback=_refuse),
     )
 
 
-class QuietRun(RunPart):
-    """``--quiet`` of ``eomgen simulate``."""
+class DoubtsOfRuns(RunPart):
+    """Options of ``eomgen simulate``."""
 
-    OPTIONS = (_option("--over"),)
+    OPTIONS = _options("--over")
 
 
-class QuietRest(RestPart):
-    """``--quiet`` of ``eomgen equilibrium``."""
+class DoubtsOfRests(RestPart):
+    """Options of ``eomgen equilibrium``."""
 
-    OPTIONS = (_option("--all"),)
+    OPTIONS = _options("--all")

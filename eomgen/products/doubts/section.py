@@ -1,4 +1,4 @@
-"""The section of doubts of a scene file: names of doubts that are not reported."""
+"""The section of doubts of a scene file: names of doubts that are not reported, and whether others are errors."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from eomgen.products.doubts.silence import doubts_of_results, fault_of_name, notes_of_scenes
+from eomgen.products.doubts.settings import doubts_of_results, fault_of_name, notes_of_scenes
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.section import Reading, Section
 
@@ -18,6 +18,7 @@ class Doubts(Table):
     quiet: Annotated[tuple[str, ...], Field(strict=False)] = key(
         "notes, warnings of equilibria and checks of runs that are not reported, by name", (), kind="list of names"
     )
+    strict: bool = key("whether all other doubts are errors", False)
 
 
 class _Doubts(Section):
@@ -27,10 +28,10 @@ class _Doubts(Section):
         for place, name in enumerate(quiet):
             if fault := fault_of_name(name, (*notes_of_scenes(), *doubts_of_results())):
                 reading.report.add(f"doubts.quiet[{place}]", *fault)
-        return {"quiet": quiet}
+        return {"settings": (quiet, table is not None and table.strict)}
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
-        return {"parts": {self.key: reading.items[self.key]["quiet"]}}
+        return {"parts": {self.key: reading.items[self.key]["settings"]}}
 
 
 DOUBTS = _Doubts(
@@ -38,5 +39,6 @@ DOUBTS = _Doubts(
     entry=Doubts,
     single=True,
     method="doubts",
-    documentation="Leave out doubts by name: notes of the scene, warnings of equilibria and checks of runs.",
+    documentation="Leave out doubts by name, or make errors of them: notes of the scene, warnings of equilibria and"
+    " checks of runs.",
 )

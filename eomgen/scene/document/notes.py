@@ -10,8 +10,9 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import EvaluatesOnce, dataclass
-from eomgen.base.limits import quiet_names
+from eomgen.base.limits import doubt_settings, doubts_as_problems
 from eomgen.base.products import placed, rows_of
+from eomgen.errors import DescriptionError, Message
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
@@ -143,7 +144,12 @@ def every_note() -> tuple[Note, ...]:
     return *placed(NOTES, rows_of(GROUP, Note), lambda note: note.name, lambda note: note.behind), LAST
 
 
-def notes_of(facts: SceneFacts) -> tuple[str, ...]:
-    """Return the notes of a scene that are reported, in the order of the register."""
-    quiet = quiet_names(facts.scene["parts"], stored=True)
-    return tuple(text for note in every_note() if note.name not in quiet for text in note.evaluate(facts))
+def notes_of(facts: SceneFacts) -> tuple[Message, ...]:
+    """Return the notes of a scene that are reported, in the order of the register. Raises DescriptionError if these
+    are errors."""
+    quiet, strict = doubt_settings(facts.scene["parts"], stored=True)
+    reported = [note for note in every_note() if note.name not in quiet]
+    notes = tuple(Message(text, note.name) for note in reported for text in note.evaluate(facts))
+    if strict and notes:
+        raise DescriptionError(doubts_as_problems(notes, f"{facts.reading.report.place('doubts')} (doubts.strict)"))
+    return notes

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise
 
-from eomgen.base.limits import quiet_names
+from eomgen.base.data import replace
+from eomgen.base.limits import DoubtSettings, doubt_settings, with_name
 from eomgen.base.products import placed, rows_of
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import beams, failures, stated_errors
@@ -46,17 +47,27 @@ class Verdict:
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
-        """All findings that are reported, in the order of the register: failures are never silenced."""
+        """All findings that are reported, in the order of the register: failures are never silenced, and warnings
+        are failures of a strict run."""
+        quiet, strict = self._settings
         every = chain.from_iterable(map(self.of, BY_NAME))
-        return tuple(one for one in every if one.severity == FAILURE or one.name not in self._quiet)
+        reported = (one for one in every if one.severity == FAILURE or one.name not in quiet)
+        return tuple(
+            replace(one, severity=FAILURE, text=with_name(one.text, one.name))
+            if strict and one.severity == WARNING
+            else one
+            for one in reported
+        )
 
     @cached_property
-    def _quiet(self) -> set[str]:
-        return quiet_names(self._run.run.model.description.parts)
+    def _settings(self) -> DoubtSettings:
+        return doubt_settings(self._run.run.model.description.parts)
 
     @cached_property
     def success(self) -> bool:
         """Whether no check fails the run; evaluates only checks that can."""
+        if self._settings.strict:
+            return all(finding.severity != FAILURE for finding in self.findings)
         return not self._fails(_ABLE)
 
     @cached_property
@@ -76,7 +87,7 @@ class Verdict:
 
     def noted(self, place: str) -> tuple[Finding, ...]:
         """Return the findings that are notes of the metadata at a place, ``start`` or ``call``."""
-        names = (check.name for check in CHECKS if check.noted == place and check.name not in self._quiet)
+        names = (check.name for check in CHECKS if check.noted == place and check.name not in self._settings.quiet)
         return tuple(chain.from_iterable(map(self.of, names)))
 
     def of(self, name: str) -> tuple[Finding, ...]:

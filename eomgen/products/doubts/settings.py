@@ -1,4 +1,4 @@
-"""Doubts that are not reported: of a scene file, and of options of the command line."""
+"""Doubts that are not reported, or that are errors: of a scene file, and of options of the command line."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from contextvars import ContextVar
 from functools import cache
 from typing import Any
 
+from eomgen.base.limits import DoubtSettings
 from eomgen.base.messages import nearest, shown
 
-#: Names that options of the command line give.
-_ASKED: ContextVar[frozenset[str]] = ContextVar("quiet", default=frozenset())
+#: Settings that options of the command line give.
+_ASKED: ContextVar[DoubtSettings] = ContextVar("doubts", default=DoubtSettings())  # noqa: B039  # never changed
 
 
 @cache
@@ -40,21 +41,25 @@ def fault_of_name(name: str, known: Collection[str]) -> tuple[str, str] | None:
     return f"there is no doubt {shown(name)} [E2234]", alike or f"one of {', '.join(known)}"
 
 
-def quiet_names(parts: Mapping[str, Any], *, stored: bool) -> Collection[str]:
-    """Return the names that a scene and, unless the report is stored, the command line silence.
+def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:
+    """Return the settings of a scene and, unless the report is stored, of the command line.
 
     Parameters
     ----------
     parts : objects by section of a product
     """
-    names: Collection[str] = parts.get("doubts", ())
-    return names if stored else {*names, *_ASKED.get()}
+    own = DoubtSettings(*parts.get("doubts", ()))
+    return own if stored else _joined(own, _ASKED.get())
+
+
+def _joined(one: DoubtSettings, other: DoubtSettings) -> DoubtSettings:
+    return DoubtSettings({*one.quiet, *other.quiet}, one.strict or other.strict)
 
 
 @contextmanager
-def silenced(names: Collection[str]) -> Iterator[None]:
-    """Leave out doubts of runs and equilibria within the block, by name."""
-    before = _ASKED.set(_ASKED.get().union(names))
+def asked(quiet: Collection[str] = (), *, strict: bool = False) -> Iterator[None]:
+    """Leave out doubts by name, or make doubts errors, within the block."""
+    before = _ASKED.set(_joined(_ASKED.get(), DoubtSettings(quiet, strict)))
     try:
         yield
     finally:
