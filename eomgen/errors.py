@@ -27,14 +27,14 @@ class Message(str):
     text : str
         Text with codes. A sentence around the text of another message has the code that comes last.
     doubt : str, optional
-        Name of a doubt; that of ``text``, if it is one.
+        Name of a doubt; the name that ``text`` has by default.
 
     Attributes
     ----------
     code : str
         Such as ``E0312``, which ``eomgen explain`` takes; empty without a code.
     doubt : str
-        Name by which ``doubts.quiet`` silences the message; empty if the message is no doubt.
+        Name by which ``doubts.quiet`` silences the message; empty for messages other than doubts.
     """
 
     __slots__ = ("code", "doubt")

@@ -230,7 +230,7 @@ DOORS: dict[str, set[str]] = {
     },
     "products.doubts": {
         *("base", "cli", "compiled", "errors", "formula", "integrators", "lie", "results", "scene"),
-        *("simulation", "system", "toolchain"),
+        *("simulation", "system"),
     },
     "products.statics": {"base", "cli", "compiled", "errors", "lie", "pipeline", "solvers", "system"},
     "products.pages": {
@@ -560,16 +560,15 @@ LATE: dict[str, dict[str, str]] = {
     "simulation.simulate": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.checkpoint": {"simulation.accuracy": "errors are estimated when the solution is asked for them"},
     "simulation.outcome": {"simulation.judgement": "a run is judged when its solution is asked for it"},
-    "products.doubts.silence": {
+    "products.doubts.settings": {
         "compiled.rest": "few scenes and calls silence a doubt",
         "base.products": "likewise",
         "scene.document": "likewise",
         "simulation.judgement": "likewise",
     },
-    "products.doubts.remarks": {"simulation.judgement.diagnosis": "few runs have states of few values"},
-    "products.doubts.examinations": {
-        "products.doubts": "a run is judged when its solution is asked for it",
-        "simulation.accuracy": "likewise",
+    "products.doubts.remarks": {
+        "products.doubts": "few runs have events",
+        "simulation.judgement.diagnosis": "few runs have states of few values",
     },
     "simulation.judgement.finished_run": {
         "compiled.rest.state_warnings": "a run is judged when its solution is asked for it",

@@ -14,7 +14,7 @@ from eomgen.base.products import products
 from tests.product_parts import RENEWALS, ROOT, dependents, paths_of, strays
 
 #: Products that the tests of the core do without: ``testing`` has the random states that the oracles of the core take.
-REGULAR = [name for name in products() if name not in ("doubts", "testing")]
+REGULAR = [name for name in products() if name != "testing"]
 #: Tests of the core that hold without a product.
 HELD = (
     "tests/test_doors.py",

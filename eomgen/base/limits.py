@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 from eomgen.base.products import objects_of
 from eomgen.errors import Message, Problem
 
-#: Group of the functions by which products give settings of doubts.
+#: Group of the function by which a product gives settings of doubts.
 SETTINGS = "eomgen.doubt_settings"
 
 
@@ -72,16 +72,10 @@ def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSe
         Whether other processes read the report, so that options of this process do not count.
     """
     functions = () if stored and not parts else objects_of(SETTINGS)
-    every = [settings(parts, stored=stored) for settings in functions]
-    return DoubtSettings({name for one in every for name in one.quiet}, any(one.strict for one in every))
-
-
-def with_name(text: str, doubt: str) -> str:
-    """Return the text of a doubt that is an error."""
-    return f"{text} (doubt: {doubt})"
+    return next((settings(parts, stored=stored) for settings in functions), DoubtSettings())
 
 
 def doubts_as_problems(notes: Iterable[Message], where: str) -> list[Problem]:
     """Return the doubts among notes as problems."""
     parts = [(note, *note.partition("; try: ")) for note in notes if note.doubt]
-    return [Problem(where, with_name(text, note.doubt), hint, note.code) for note, text, _, hint in parts]
+    return [Problem(where, f"{text} (doubt: {note.doubt})", hint, note.code) for note, text, _, hint in parts]

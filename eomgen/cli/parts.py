@@ -111,13 +111,6 @@ def parts_of(verb: str) -> tuple[Any, ...]:
 def with_parts(command: click.Command) -> click.Command:
     """Return the command with the options of its parts."""
     added = [option for part in parts_of(str(command.name)) for option in part.OPTIONS]
-    behind = {option.name: option.behind for option in added}
-    command.params = [
-        *placed(
-            [one for one in command.params if one.name not in behind],
-            added,
-            lambda param: param.opts[0],
-            lambda param: behind[param.name],
-        )
-    ]
+    kept = [option for option in command.params if option.name not in {other.name for other in added}]
+    command.params = [*placed(kept, added, lambda param: param.opts[0], lambda param: getattr(param, "behind", ""))]
     return command

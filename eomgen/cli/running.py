@@ -15,7 +15,7 @@ from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
 from eomgen.cli.printing import building, say_note
-from eomgen.errors import DescriptionError, NumericalError, Problem, UsageError
+from eomgen.errors import DescriptionError, Message, NumericalError, Problem, UsageError
 from eomgen.scene.sources.register import all_options, takes
 from eomgen.toolchain.profiles import PROFILE_VARIABLE
 
@@ -50,7 +50,7 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
     scene = pipeline.load_scene(path, **{name: options.pop(name) for name in SCENE_OPTIONS})
-    if doubt_settings(scene.parts).strict and (doubts := doubts_as_problems(scene.notes, "--strict")):
+    if doubt_settings(scene.parts).strict and (doubts := doubts_as_problems(map(Message, scene.notes), "--strict")):
         raise DescriptionError(doubts)
     say_notes(scene)
     check_assigned(scene, changes, signals, robot=takes(Path(path), "tunable"))

@@ -229,9 +229,7 @@ class ErrorEstimate:
         dict
             Words, largest errors and numbers by name; unknown values are None.
         """
-        numbers = {
-            name: _or_none(getattr(self, name)) for name in ("order", "declared_order", "relative", "seconds", "cost")
-        }
+        numbers = {name: _or_none(getattr(self, name)) for name in _NUMBERS}
         words = {name: getattr(self, name) for name in _WORDS}
         result = {name: getattr(self, name) for name in _LARGEST}
         return {**words, **{name: None if item is None else vars(item) for name, item in result.items()}, **numbers}

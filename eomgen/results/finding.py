@@ -71,6 +71,10 @@ class Finding:
         """Return the same finding with the name of a check and a severity."""
         return replace(self, name=name, severity=severity)
 
+    def as_error(self) -> Self:
+        """Return a failure with the same value, and the name of the check in its text."""
+        return replace(self, severity=FAILURE, text=f"{self.text} (doubt: {self.name})")
+
     def described(self) -> dict[str, Any]:
         """Return the attributes in JSON types; numbers that are not finite are None."""
         finite = {name: getattr(self, name) for name in ("value", "time")}

@@ -11,7 +11,6 @@ import pytest
 
 import eomgen
 from eomgen.mechanics.derive import derive
-from eomgen.products.doubts import start_checks
 from eomgen.scene.load import load_toml
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.cancellation import cancellation, largest_cancellation
@@ -31,9 +30,6 @@ LADDER = [
     ((1e-12, 1, 1e12), (1, 1, 1), 2e-3),
     ((1e12, 1, 1e-12), (1, 1, 1), 1e-14),
 ]
-
-#: Methods that take accelerations from M, or record such beside iterations on the residual, which loses no digits.
-OTHER_METHODS = [("taylor", True), ("hermite", True), ("rk45", True), ("tdg2", True)]
 
 
 def states(size: int, count: int, seed: int = 1) -> list[tuple[np.ndarray, np.ndarray]]:
@@ -96,39 +92,6 @@ def test_tunable_masses_count_with_their_defaults() -> None:
     for value, expected in ((1.0, False), (1e6, True)):
         system = derive(load_toml(f"{text}\n[parameters.m]\nvalue = {value}\ntunable = true"), ["forward_dynamics"])
         assert system.facts.ill_scaled is expected
-
-
-@pytest.mark.parametrize(
-    ("method", "reported"),
-    [
-        ("rk4", True),
-        ("generalized_alpha", True),
-        *(pytest.param(name, found, marks=pytest.mark.slow) for name, found in OTHER_METHODS),
-    ],
-)
-def test_values_of_a_run_that_cost_digits_are_reported(
-    method: str, reported: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    text = PlanarTree.chain([1.0, 1.0, 1.0], [1.0, 1.0, 1.0]).text()
-    text = text.replace("mass = 1.0", 'mass = "m"', 1) + "\n[parameters.m]\nvalue = 1\ntunable = true"
-    path = tmp_path / "chain.toml"
-    path.write_text(text)
-    model = eomgen.build(path, profile="quick", method=method)
-    with monkeypatch.context() as patch:  # a factorization shows that no digits are lost
-        patch.setattr(start_checks, "cancellation", lambda *_: pytest.fail("M was eliminated joint by joint"))
-        assert not model.simulate(0.01, 1e-3, error_estimate=False).findings
-    run = model.simulate(1e-4, 1e-5, parameters={"m": 1e-12}, error_estimate=False)
-    found = [finding for finding in run.findings if finding.name == "lost_digits"]
-    assert len(found) == reported
-    for finding in found:
-        if method in ("generalized_alpha", "tdg2"):
-            assert finding.text.startswith(
-                "where forward dynamics gives them, at the start or at each recorded step, acc"
-            )
-            assert finding.hint == "the parameters of this run as defaults of the scene"
-            continue
-        assert 1e-4 < finding.value < 1e-2 and "accelerations keep some 2 digits, since light" in finding.text
-        assert finding.hint == "generalized_alpha, or the parameters of this run as defaults of the scene"
 
 
 def tunable_chain(folder: Path) -> eomgen.Model:

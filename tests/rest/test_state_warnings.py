@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -14,14 +13,11 @@ from eomgen.compiled.rest.state_warnings import (
     LargestBending,
     SceneMeasures,
     beams_beyond_linear_range,
-    equilibrium_notes,
     inertia_warning,
     largest_bending,
     off_axis_hint,
 )
 from eomgen.formula.nodes import Number, Symbol
-from eomgen.products.doubts import rests
-from eomgen.products.doubts.accuracy import linear_range_exceeded
 from eomgen.system.description import Wheel
 
 IDENTITY = [1.0, 0.0, 0.0, 0.0]
@@ -59,80 +55,6 @@ def point(name: str, body: str, *place: float) -> SimpleNamespace:
 
 def line(name: str, first: str, second: str) -> SimpleNamespace:
     return SimpleNamespace(name=name, first=first, second=second)
-
-
-def spring(*places: tuple[float, float, float]) -> list[str]:
-    """Return notes on a spring from the world to a body that goes through the places."""
-    drawn = {"points": (point("wall", "world"), point("hook", "mass")), "lines": (line("spring", "wall", "hook"),)}
-    measures, path = machine({"mass": list(places)}, **drawn)
-    return equilibrium_notes(measures, path, None)
-
-
-@pytest.mark.parametrize(
-    ("places", "note"),
-    [
-        (((1.0, 0.0, 0.0), (-0.9, 0.0, 0.0)), "inside out, for their ends have passed one another: spring spring"),
-        (((1.0, 0.046, 0.0), (-1.0, 0.046, 0.0)), "inside out"),
-        (((1.0, 0.054, 0.0), (-1.0, 0.054, 0.0)), "moved farther"),  # passes at a twentieth of its length
-        (((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)), "moved farther"),  # turns, and never is short
-        (((1.0, 0.0, 0.0), (0.0, 0.0, 0.0), (1.0, 0.0, 0.0)), ""),  # comes back
-        (((1.0, 0.0, 0.0), (2.0, 0.0, 0.0)), ""),  # by its own length
-        (((1.0, 0.0, 0.0), (2.01, 0.0, 0.0)), "of spring spring (1.01 m, 1 m apart)"),
-    ],
-)
-def test_springs_are_inside_out_or_long(places: tuple[tuple[float, float, float], ...], note: str) -> None:
-    notes = spring(*places)
-    assert len(notes) == bool(note)
-    assert all(note in one for one in notes)
-
-
-def test_springs_are_seen_from_both_of_their_bodies() -> None:
-    """A spring that turns with its bodies as one keeps its place in both of them: it has not passed anything."""
-    drawn = {"points": (point("a", "one"), point("b", "two")), "lines": (line("spring", "a", "b"),)}
-    angles = [0.0, 0.5 * math.pi, math.pi]
-    places = [(math.cos(angle), math.sin(angle), 0.0) for angle in angles]
-    measures, path = machine({"one": [(0.0, 0.0, 0.0)] * 3, "two": places}, {"one": angles, "two": angles}, **drawn)
-    assert equilibrium_notes(measures, path, None) == [
-        "farther from the start than the whole scene is large, 1 m: the body two, by 2 m"
-    ]
-
-
-def test_few_names_are_listed() -> None:
-    names = [f"s{k}" for k in range(6)]
-    assert [rests._few(names[:count]) for count in (1, 4, 5, 6)] == [
-        "s0", "s0, s1, s2, s3", "s0, s1, s2, s3 and 1 more", "s0, s1, s2, s3 and 2 more",
-    ]  # fmt: skip  # two lines
-
-
-@pytest.mark.parametrize(
-    ("start", "end", "u", "sunk"),
-    [
-        (0.5, 0.3, None, True),
-        (0.5, 0.41, None, False),
-        (0.39, 0.3, None, False),  # was below the road at the start
-        (0.6, 0.45, {"lift": 0.1}, True),
-        (0.6, 0.45, np.array([0.1]), True),
-        (0.5, 0.3, {"lift": -0.2}, False),
-    ],
-)
-def test_tyres_sink_if_their_centre_goes_below_the_road(start: float, end: float, u: Any, sunk: bool) -> None:
-    """The road is 0.4 m high under the wheel, 0.5 m at the origin, and moves by an input."""
-    road = Number(0.5) + Symbol("input", "lift") + Number(0.1) * Symbol("position", index=0)
-    wheels = (Wheel("front", "hub", Number(0.3), road, Number(1e5)),)
-    measures, path = machine(
-        {"wheel": [(-1.0, 0.0, start), (-1.0, 0.0, end)]}, points=(point("hub", "wheel"),), wheels=wheels
-    )
-    notes = equilibrium_notes(measures, path, u)
-    assert notes == (["inside out, for their centres are below the road: tyre front"] if sunk else [])
-
-
-@pytest.mark.parametrize(("way", "told"), [(1.1, False), (1.11, True)])
-def test_bodies_go_farther_than_the_scene_is_large(way: float, told: bool) -> None:
-    measures, path = machine({"near": [(0.0, 0.0, 0.0)] * 2, "far": [(0.6, 0.8, 0.0), (0.6, 0.8 + way, 0.0)]})
-    notes = equilibrium_notes(measures, path, None)
-    expected = f"farther from the start than the whole scene is large, 1 m: the body far, by {way:.4g} m"
-    assert notes == ([expected] if told else [])
-    assert equilibrium_notes(measures, path[:1], None) == []
 
 
 def test_measures_of_a_scene() -> None:
@@ -238,17 +160,6 @@ def test_masses_that_are_not_definite_anywhere_are_no_fault_of_beams() -> None:
     assert inertia_warning(cast(Any, SimpleNamespace(functions=())), np.zeros(3), NO) is None
 
 
-@pytest.mark.parametrize("row", [0, 150, 399])
-def test_rows_beyond_the_linear_range_are_found_by_the_largest_deflection(row: int) -> None:
-    t, q = np.linspace(0.0, 399.0, 400), np.zeros((400, 3))
-    assert linear_range_exceeded(softening(), t, q, NO) == ""
-    q[row, 1] = -1.2
-    assert linear_range_exceeded(softening(), t, q, NO) == (
-        f"at t = {row} s the deflection of beam mast is beyond the range of order = 1: the inertia matrix is not"
-        " positive definite; try: order = 2"
-    )
-
-
 @pytest.mark.parametrize(("depth", "told"), [(0.125, False), (0.1251, True)])
 def test_tyres_start_deep_from_a_quarter_of_their_radius(depth: float, told: bool) -> None:
     wheel = Wheel("front", "hub", Number(0.5), Number(0.0), Number(1e5))
@@ -260,11 +171,3 @@ def test_tyres_start_deep_from_a_quarter_of_their_radius(depth: float, told: boo
             " belongs about 0.5 m above the road [W0204]"
         )
     assert wheel.deep(-1.0, 0.0, 0.0, 1e5) == ""
-
-
-def test_meetings_and_passages_agree() -> None:
-    """The notes of equilibria look along all of a path: the same test as of runs, row by row."""
-    told: Callable[..., bool] = rests._passed_one_another
-    assert told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]]))
-    assert not told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.1, 0.0, 0.0]]))
-    assert not told(np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))

@@ -8,7 +8,6 @@ import pickle
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -19,17 +18,14 @@ from eomgen.base.limits import Limit
 from eomgen.base.message_codes import code_of_finding
 from eomgen.compiled.rest.state_warnings import LargestBending
 from eomgen.errors import Problem, UsageError
-from eomgen.products.doubts import accuracy, remarks, start_checks
-from eomgen.products.doubts.momentum import Drift
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
 from eomgen.results.finding import FAILURE, NOTE, Finding
 from eomgen.results.solution import Solution
-from eomgen.simulation.accuracy.richardson import FastestRates, Rate
 from eomgen.simulation.judgement import beams
-from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun, UnseenLaw
+from eomgen.simulation.judgement.finished_run import ANY_FAILURE, FACTS, Check, FinishedRun
 from eomgen.simulation.judgement.instability import Growth
 from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
-from eomgen.simulation.judgement.register import BY_NAME, CHECKS, Verdict, message_of
+from eomgen.simulation.judgement.register import BY_NAME, CHECKS, OWN, Verdict, message_of
 from tests.docs.parts import whole
 from tests.models.scenes import pendulum
 
@@ -41,8 +37,8 @@ LARGE = ErrorEstimate(
 Change = Callable[[FinishedRun, pytest.MonkeyPatch], None]
 
 
-def finished(monkeypatch: pytest.MonkeyPatch, *changes: Change) -> FinishedRun:
-    """Return a run of the pendulum in which quantities are replaced."""
+def finished(monkeypatch: pytest.MonkeyPatch, *changes: Change, model: eomgen.Model | None = None) -> FinishedRun:
+    """Return a run of a model, of the pendulum by default, in which quantities are replaced."""
     kept: list[FinishedRun] = []
     original = FinishedRun.__init__
 
@@ -52,7 +48,7 @@ def finished(monkeypatch: pytest.MonkeyPatch, *changes: Change) -> FinishedRun:
 
     with monkeypatch.context() as patch:
         patch.setattr(FinishedRun, "__init__", init)
-        pendulum().simulate(0.1, 1e-3, error_estimate=False)
+        (model or pendulum()).simulate(0.1, 1e-3, error_estimate=False)
     [run] = kept
     for change in changes:
         change(run, monkeypatch)
@@ -97,9 +93,7 @@ def bounded(run: FinishedRun, patch: pytest.MonkeyPatch) -> None:
 
 
 FOUND = Finding(text="it is found", hint="another one", value=2.0, time=0.05)
-STILL, FAST = Rate(), Rate(1e6, 0.05, "v.hinge")
-DECAYING, GROWING = FastestRates(FAST, STILL, STILL, FAST), FastestRates(STILL, FAST, FAST, STILL)
-#: For every check: how to make it find something.
+#: For every check of the core: how to make it find something.
 WITNESSES: dict[str, tuple[Change, ...]] = {
     "stopped": (stopped,),
     "checkpoint": (having(checkpoint="no checkpoint was written"),),
@@ -108,86 +102,28 @@ WITNESSES: dict[str, tuple[Change, ...]] = {
     "broken_constraint": (having(violation=Violation(0.1, "the constraint pin is off", 0.05)),),
     "halved_steps": (statistics(halvings=3),),
     "discretisation_error": (having(error=LARGE),),
-    "unresolved_coordinate": (having(error=replace(LARGE, relative=0.0, increment_at=np.ones((1, 1)))),),
     "energy_balance": (having(balance=EnergyBalance(0.7, gain=0.7)),),
-    "momentum_drift": (returning(accuracy, "momentum_drift", Drift("momentum along x", 0.3)),),
     "constraint_violation": (having(violation=Violation(1e-5, "the constraint pin is off", 0.05)),),
-    "multiplier_rounding": (returning(accuracy, "_rounding", 0.5),),
-    "linear_range": (statistics(halvings=3), returning(accuracy, "linear_range_exceeded", str(FOUND))),
-    "singular_position": (
-        statistics(halvings=3),
-        returning(accuracy, "nearest_singular", SimpleNamespace(part=2.0, time=0.05, text="it is found")),
-    ),
     "large_deflection": (having(bending=LargestBending("boom", 0.05, 2.0)),),
     "turned_element": (returning(beams, "turned_elements", FOUND),),
-    "unbounded_growth": (returning(remarks, "unbounded_growth", FOUND),),
     "unknown_error": (having(error=ErrorEstimate(reason="it is unknown", remedy="another one")),),
-    "unresolved_motion": (having(error=replace(LARGE, relative=0.0, unresolved=str(FOUND))),),
-    "missed_event": (
-        having(error=replace(LARGE, relative=0.0, passed_over="the event stop comes twice")),
-        returning(remarks, "unseen_event", FOUND),
-    ),
-    "fast_law": (returning(remarks, "fast_laws", FOUND),),
-    "unseen_law": (having(passed_over=UnseenLaw(FOUND, "the formula f", 0.01)),),
-    "partly_examined": (returning(remarks, "examined_share", 0.05),),
-    "bounded_steps": (bounded,),
-    "passed_spring": (returning(remarks, "passed_springs", FOUND),),
-    "undefined_output": (returning(remarks, "undefined_outputs", FOUND),),
-    "singular_passage": (statistics(singular_passages=2),),
-    "coarse_quantum": (returning(remarks, "coarse_quanta", [FOUND]),),
-    "controller_cost": (
-        lambda run, patch: setattr(run.stepper, "controllers", SimpleNamespace(cost=lambda wall: "it is found")),
-    ),
-    "model_limits": (lambda run, patch: patch.setitem(run.run.model.library.layout, "warnings", [str(FOUND)]),),
-    "method_limits": (method_with(warnings=lambda self, constrained: [str(FOUND)]),),
-    "steep_law": (returning(remarks, "followed_laws", ([], [str(FOUND)])),),
-    "doubtful_call": (returning(remarks, "doubtful_call", [str(FOUND)]),),
-    "unresolved_damping": (method_with(real_stability=1e-9), having(fastest=DECAYING)),
-    "unresolved_states": (method_with(real_stability=1e-9), having(fastest=DECAYING)),
-    "passed_growth": (having(fastest=GROWING),),
-    "lost_digits": (
-        returning(start_checks, "largest_cancellation", 1e10),
-        returning(start_checks, "cancellation", np.array([1e10])),
-        method_with(terms=lambda *_: ("forward_dynamics",)),
-    ),
-    "start_beyond_limits": (returning(start_checks, "starts_beyond_limits", [str(FOUND)]),),
-    "start_on_impact": (returning(start_checks, "impacts_at_start", [str(FOUND)]),),
-    "exchanged_times": (returning(remarks, "exchanged_times", [str(FOUND)]),),
-    "turned_start": (begun(notes=[str(FOUND)]),),
-    "deep_start": (returning(start_checks, "deep_tyres", [str(FOUND)]),),
-    "doubtful_start": (begun(doubts=[str(FOUND)]),),
     "chosen_method": (begun(choice="rk4 was chosen"),),
 }
 
 
-@pytest.mark.parametrize("single", [False, True])
-@pytest.mark.parametrize(("method", "other"), [("rattlie", "generalized_alpha, "), ("generalized_alpha", "")])
-def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(
-    method: str, other: str, single: bool
-) -> None:
-    multipliers = SimpleNamespace(multipliers=np.ones((2, 1)))
-    run = SimpleNamespace(
-        run=SimpleNamespace(name=method, method=SimpleNamespace(chooses_steps=False)), single=single,
-        longest_part=1e-3, statistics={"max_rounding": 0.3}, settings={"step": 1e-3}, fastest=DECAYING,
-    )  # fmt: skip
-    check = BY_NAME["multiplier_rounding"].evaluate
-    (told,) = check(cast(FinishedRun, SimpleNamespace(**vars(run), states=multipliers)))
-    assert told.text == "up to 30 % of the multipliers is rounding, which grows as 1/step^2"
-    assert told.hint == f"{other}a step larger than 0.001 s{', or double precision' if single else ''}"
-    assert not [
-        *check(cast(FinishedRun, SimpleNamespace(**vars(run), states=SimpleNamespace(multipliers=np.zeros(1)))))
-    ]
-
-
-@pytest.mark.parametrize("check", CHECKS, ids=lambda check: check.name)
+@pytest.mark.parametrize("check", OWN, ids=lambda check: check.name)
 def test_every_check_is_named_documented_and_worded(check: Check, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert_reported(check, finished(monkeypatch, *WITNESSES[check.name]), monkeypatch)
+
+
+def assert_reported(check: Check, run: FinishedRun, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A check that finds something in a run is named, documented and worded, and needs its facts."""
     assert BY_NAME[check.name] is check  # names are unique
     earlier = [row.name for row in CHECKS[: CHECKS.index(check)]]
     assert {*check.unless, *check.after} <= {*earlier, ANY_FAILURE}
     assert set(check.needs) <= FACTS.keys()
     documented = whole("python")
     assert f"| `{check.name}` | {check.severity}" in documented
-    run = finished(monkeypatch, *WITNESSES[check.name])
     monkeypatch.setattr(FinishedRun, "has", lambda self, facts: True)
     verdict = Verdict(run)
     found = verdict.of(check.name)
@@ -203,10 +139,6 @@ def test_every_check_is_named_documented_and_worded(check: Check, monkeypatch: p
         silent = replace(check, evaluate=lambda run: pytest.fail("evaluated without its facts"))
         monkeypatch.setitem(cast("Any", BY_NAME), check.name, silent)
         assert Verdict(run).of(check.name) == ()
-
-
-def test_every_fact_is_needed_by_a_check() -> None:
-    assert set(FACTS) == {fact for check in CHECKS for fact in check.needs} | {"events"}
 
 
 def test_success_pays_for_no_error_estimate_and_states_for_no_judgement(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -246,16 +178,16 @@ def test_findings_have_codes() -> None:
 def test_findings_that_continue_one_another_have_one_hint() -> None:
     found = [
         Finding("halved_steps", text="the step was halved once", hint="one"),
-        Finding("momentum_drift", text="a momentum drifts", hint="two"),
+        Finding("discretisation_error", text="an error is large", hint="two"),
         Finding("chosen_method", NOTE, text="rk4 was chosen"),
         Finding("turned_element", FAILURE, text="an element turns", hint="three"),
-        Finding("unbounded_growth", text="it grows"),
+        Finding("unknown_error", text="its error is unknown"),
     ]
     assert message_of("reached the end", found) == (
-        "reached the end; the step was halved once, and a momentum drifts; try: two; rk4 was chosen, but an element"
-        " turns; try: three; it grows"
+        "reached the end; the step was halved once, and an error is large; try: two; rk4 was chosen, but an element"
+        " turns; try: three; its error is unknown"
     )
-    assert message_of("", found[2:]) == "rk4 was chosen; an element turns; try: three; it grows"
+    assert message_of("", found[2:]) == "rk4 was chosen; an element turns; try: three; its error is unknown"
 
 
 def test_limits_are_numbers_with_unit_meaning_and_source() -> None:

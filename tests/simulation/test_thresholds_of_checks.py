@@ -14,14 +14,10 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eomgen.products.doubts import accuracy, remarks
-from eomgen.products.doubts.fast_motions import _chosen, _Law
 from eomgen.results.error_estimate import ErrorEstimate, LargestError
-from eomgen.simulation.accuracy.richardson import FastestRates, Rate
 from eomgen.simulation.judgement import beams, failures, instability, invariants, stated_errors
 from eomgen.simulation.judgement.finished_run import FinishedRun
 from eomgen.simulation.judgement.invariants import EnergyBalance, Violation, energy_balance
-from eomgen.simulation.stepping.time_grid import TimeGrid
 
 ESTIMATE = ErrorEstimate(
     available=True, t=np.array([0.0, 0.5, 1.0]), relative_at=np.array([0.0, 0.05, 0.2]), relative=0.2, order=2.0,
@@ -67,12 +63,8 @@ METHOD = SimpleNamespace(method=SimpleNamespace(chooses_steps=False), model=Simp
     (0.03, lambda x: noticed(relative=x, largest=largest(x), order=0.0)),
     (0.01, lambda x: [*stated_errors._energy_balance(with_balance(x))]),
     (0.49, lambda x: stated_errors._energy_gained(run_of(balance=EnergyBalance(x, gain=x), conservative=True))),
-    (0.01, lambda x: [*accuracy._multiplier_rounding(rounding(x))]),
     (1e-3, lambda x: off_by(x, failures._broken_constraint)),
     (1e-3, lambda x: not off_by(x, stated_errors._constraint_violation)),
-    (8.0, lambda x: remarks._improbable_variables(cast(Any, variables()), np.array([0.0, -x]))),
-    (2.0, lambda x: [*remarks._unresolved_damping(fast_run(Rate(x / 0.5, 0.25, "v.hinge")))]),
-    (1.0, lambda x: [*remarks._passed_growth(fast_run(Rate(x / 0.5, 0.25, "v.hinge")))]),
     (math.nextafter(0.01, 0.0), lambda x: halved(x) > 0),
 )  # fmt: skip  # a table
 def test_a_number_at_its_threshold_says_nothing_and_the_next_one_does(
@@ -89,22 +81,6 @@ def halved(relative: float) -> int:
 
 def with_balance(error: float) -> FinishedRun:
     return run_of(balance=EnergyBalance(error), run=METHOD, single=False, longest_part=0.01)
-
-
-def rounding(share: float) -> FinishedRun:
-    states = SimpleNamespace(multipliers=np.ones((2, 1)))
-    run = run_of(statistics={"max_rounding": share}, states=states, run=METHOD, single=False, longest_part=0.01)
-    return run_of(**vars(run), settings={"step": 0.01}, fastest=FastestRates())
-
-
-def variables() -> SimpleNamespace:
-    parameters = [SimpleNamespace(name=name, standard_normal=True) for name in ("xi1", "xi2")]
-    return SimpleNamespace(parameters=("xi1", "xi2"), description=SimpleNamespace(parameters=parameters))
-
-
-def fast_run(rate: Rate) -> FinishedRun:
-    owner = SimpleNamespace(method=SimpleNamespace(real_stability=2.0, chooses_steps=False))
-    return run_of(run=owner, settings={"step": 0.5}, fastest=FastestRates(*[rate] * 4))
 
 
 def test_rows_that_miss_pulses_of_power_excuse_gained_energy() -> None:
@@ -157,72 +133,6 @@ def test_errors_of_few_quanta_are_rounding_of_sampled_states(error: float, quant
     assert stated_errors._rounded_states(run) == (["level"] if quanta else [])
 
 
-@pytest.mark.parametrize(
-    ("travel", "reach", "told"),
-    [(1.87, 1.0, True), (1.88, 1.0, False), (1e-3, 1e6, False), (1.001e-3, 1e6, True)],
-)
-def test_errors_are_parts_of_the_own_motion_of_small_coordinates(travel: float, reach: float, told: bool) -> None:
-    """The hinge moves by travel with an error of 0.125 rad; a travel below a billionth of its reach is rounding."""
-    factor = SimpleNamespace(group="R", q_start=0, v_start=0)
-    names = {"q_units": ("rad",), "q_names": ("q.hinge",), "z_names": (), "z_units": ()}
-    model = SimpleNamespace(factors=(factor,), **names)
-    error = replace(ESTIMATE, relative=0.0, increment_at=np.array([[0.125]]))
-    run = run_of(
-        run=SimpleNamespace(model=model),
-        error=error,
-        states=SimpleNamespace(q=np.array([[0.0], [travel]]), z=np.zeros((2, 0))),
-        single=False,
-        rows_are_sparse=False,
-        reach=np.array([reach]),
-    )
-    found = accuracy.unresolved_coordinates(run)
-    assert found == ([accuracy.UnresolvedComponent("q.hinge", travel, 0.125, " rad")] if told else [])
-
-
-@pytest.mark.parametrize(
-    ("span", "step", "told"),
-    [(1.0, 1.0, ""), (1.0, 1.1, "longer"), (1.0, 99.0, "longer"), (1.0, 100.0, "simulate(100, 1)"), (0.0, 1.0, "")],
-)
-def test_steps_longer_than_their_run_are_told_and_exchanged_ones_written_down(
-    span: float, step: float, told: str
-) -> None:
-    notes = remarks.exchanged_times(cast(TimeGrid, SimpleNamespace(start=2.0, end=2.0 + span, step=step)))
-    assert bool(notes) == bool(told)
-    if notes:
-        assert told in notes[0] and ("simulate" in notes[0]) == told.startswith("simulate")
-
-
-@pytest.mark.parametrize(
-    ("before", "after", "met"),
-    [
-        ([0.1, 0.0], [-0.1, 0.0], True),
-        ([0.1, 0.0], [0.05, 0.0], False),  # does not turn round
-        ([0.1, 0.051], [-0.1, 0.051], False),  # passes at more than a twentieth of its length
-        ([0.1, 0.049], [-0.1, 0.049], True),
-        ([1.0, 0.0], [-0.99, 0.0], True),
-        ([1.0, 0.0], [-1.0, 0.0], False),  # two lengths between rows: rows are too far apart
-        ([0.3, 0.0], [-0.1, 0.0], True),
-    ],
-)
-def test_springs_turn_round_by_way_of_next_to_no_length(before: list[float], after: list[float], met: bool) -> None:
-    vectors = np.array([[*before, 0.0], [*after, 0.0]])
-    assert remarks._meetings(vectors, 1.0).tolist() == [met]
-    assert remarks._meetings(10.0 * vectors, 10.0).tolist() == [met]
-
-
-def test_undefined_outputs_are_counted_from_their_first_row() -> None:
-    t = np.array([0.0, 0.5, 1.0])
-    one, two = np.array([1.0, np.nan, 2.0]), np.array([[0.0, 0.0], [0.0, 0.0], [np.inf, 1.0]])
-    assert remarks.undefined_outputs(t, {"fine": np.zeros(3)}) is None
-    found = remarks.undefined_outputs(t, {"two": two, "one": one})
-    assert found is not None and found.time == 0.5
-    assert found.text == (
-        "the outputs two (1 of 3 rows, from t = 1 s), one (1 of 3 rows, from t = 0.5 s) have no value there"
-    )
-    found = remarks.undefined_outputs(t, {"one": one})
-    assert found is not None and found.text == "the output one (1 of 3 rows, from t = 0.5 s) has no value there"
-
-
 def turning(*angles: float, gap: float = 0.0) -> Any:
     """Return a model of a beam of two elements, the second of which turns by the angles, rad, row by row."""
 
@@ -249,35 +159,6 @@ def test_elements_that_pass_half_a_turn_are_told_by_number_and_row(angles: tuple
     if found is not None:
         assert found.time == 0.2 and found.hint == "elements = 4, which turn less each"
         assert found.text.startswith("element 2 of the beam arm turns by more than half a turn at t = 0.2 s")
-
-
-def grown(sizes: list[float], travel: float = 1.0) -> object:
-    """Return the finding on a velocity, rad/s, with the given sizes in the quarters of a run of 4 travel s."""
-    model = SimpleNamespace(nv=1, q_units=("rad",), v_units=("rad/s",), v_names=("v.hinge",))
-    model.library = SimpleNamespace(layout={"method": {}})
-    t = np.repeat([0.0, 1.0, 2.0, 3.0], 8) * travel
-    t[-1] = 4.0 * travel
-    states = SimpleNamespace(t=t, v=np.repeat(sizes, 8)[:, np.newaxis], q=np.zeros((32, 1)))
-    return instability.unbounded_growth(cast(Any, SimpleNamespace(model=model)), cast(Any, states))
-
-
-@pytest.mark.parametrize(
-    ("sizes", "travel", "told"),
-    [
-        ([1.0, 1e2, 1e4, 1e6], 1.0, True),
-        ([1.0, 1e2, 1e4, 0.99e6], 1.0, False),  # by less than a million in all
-        ([1.0, 10.0, 1e2, 1e6], 1.0, True),
-        ([1.0, 9.9, 1e2, 1e6], 1.0, False),  # by less than ten in one quarter
-        ([1.0, 1e3, 9.9e3, 1e6], 1.0, False),
-        ([1e-3, 1.0, 1e2, 1e3], 1.0, False),  # travels by no more than 1000 rad
-        ([1e-3, 1.0, 1e2, 1.01e3], 1.0, True),
-        ([1e-3, 1.0, 1e2, 1.01e3], 0.9, False),
-    ],
-)
-def test_growth_is_reported_from_ten_in_each_quarter_and_a_million_in_all(
-    sizes: list[float], travel: float, told: bool
-) -> None:
-    assert (grown(sizes, travel) is not None) == told
 
 
 def rows_of(*values: float, model: Any) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -373,33 +254,6 @@ def test_work_that_rows_do_not_resolve_leaves_the_balance_unknown() -> None:
     assert energy_balance(t, data).error == pytest.approx(0.0, abs=1e-15)
     data["base_power"] = np.full(9, -0.5)
     assert energy_balance(t, data).error == pytest.approx(4.0 / 13.0)
-
-
-@pytest.mark.parametrize(("share", "told"), [(0.79, False), (0.81, True)])
-def test_laws_between_steps_are_unseen_from_four_fifths_of_their_deviation(share: float, told: bool) -> None:
-    """Between the steps a law is off by d in both directions; values at the steps are spread by 1."""
-    ends = np.array([[1.0, -1.0] * 50, [1.0, -1.0] * 50])
-    shown = np.array([1.0, -1.0] * 50)
-    spread, off = 1.0, 0.0
-    for _ in range(60):  # the deviation as a part of the standard deviation of all values
-        off = share * spread
-        spread = float(np.std(np.concatenate([ends.ravel(), shown + off * np.array([1.0, 1.0, -1.0, -1.0] * 25)])))
-    law = _Law("f", "N", ends, shown + off * np.array([1.0, 1.0, -1.0, -1.0] * 25), shown)
-    assert law.unseen == told
-    assert law.off == pytest.approx(off) and law.range == pytest.approx(2.0 + 2.0 * off)
-    assert not _Law("f", "N", ends, np.full(100, np.nan), shown).unseen
-    flat = np.zeros(100)
-    assert not _Law("f", "N", np.ones((2, 100)), 1.0 + 0.99e-6 * shown, flat + 1.0).unseen
-    assert _Law("f", "N", np.ones((2, 100)), 1.0 + 1.1e-6 * shown, flat + 1.0).unseen
-
-
-def test_steps_that_are_looked_into_are_whole_and_at_most_two_hundred() -> None:
-    times = np.arange(11.0)
-    assert _chosen(times, 1.0, 10.0, np.zeros(0)).tolist() == [*range(10)]
-    assert _chosen(times, 1.0, 10.0, np.array([3.5, 7.0])).tolist() == [0, 1, 2, 4, 5, 6, 7, 8, 9]
-    many = np.arange(1001.0)
-    places = _chosen(many, 1.0, 1000.0, np.zeros(0))
-    assert len(places) == 200 and places[0] == 0 and places[-1] == 999
 
 
 def test_a_mean_of_a_velocity_counts_only_parts_of_a_motion(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,9 +24,9 @@ PRODUCT = Product(
             f"eomgen.products.doubts.{module}:ROWS" for module in ("accuracy", "remarks", "start_checks")
         ),
         "eomgen.state_warnings": ("eomgen.products.doubts.rests:ROWS",),
-        "eomgen.unseen_laws": (LateRow("laws", "eomgen.products.doubts.examinations:law_between_steps"),),
-        "eomgen.unresolved_motions": (LateRow("motions", "eomgen.products.doubts.examinations:unresolved_motion"),),
-        "eomgen.searches": (LateRow("searches", "eomgen.products.doubts.examinations:searches_left_out"),),
+        "eomgen.unseen_laws": (LateRow("laws", "eomgen.products.doubts.unseen_laws:unseen_law"),),
+        "eomgen.unresolved_motions": (LateRow("motions", "eomgen.products.doubts.fast_motions:unresolved_motion"),),
+        "eomgen.searches": (LateRow("searches", "eomgen.products.doubts.fast_motions:searches_left_out"),),
         "eomgen.starts": (LateRow("tyres", "eomgen.products.doubts.start_checks:deep_tyres"),),
     },
     moved={

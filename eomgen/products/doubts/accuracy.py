@@ -13,10 +13,10 @@ from eomgen.base.limits import Limit
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.rest.state_warnings import beams_beyond_linear_range
 from eomgen.integrators.families.register import Method
-from eomgen.products.doubts.examinations import between_rows
 from eomgen.products.doubts.momentum import REPORTED_MOMENTUM, momentum_drift
+from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.motion_size import REST
+from eomgen.simulation.accuracy.motion_size import REST, reach_at_work
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
 from eomgen.simulation.judgement.singular_positions import NEARLY, SingularPosition, examined_rows, nearest
@@ -53,12 +53,12 @@ def unresolved_coordinates(run: FinishedRun) -> list[UnresolvedComponent]:
     """Return coordinates of joints and internal states with a motion that is relatively small, and a large estimated
     error in parts of this motion.
 
-    Motion below a billionth of the reach of the coordinate, ``run.reach``, is rounding.
+    Motion below a billionth of the reach of the coordinate at work is rounding.
     """
     if not run.error.available:
         return []
     result = _hidden(run, run.states.q, run.states.z)
-    return _hidden(run, *run.once(between_rows)) if result and run.rows_are_sparse else result
+    return _hidden(run, *run.once(SampledRun).between_rows) if result and run.rows_are_sparse else result
 
 
 def _hidden(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
@@ -77,7 +77,8 @@ def _hidden(run: FinishedRun, q: Array, z: Array) -> list[UnresolvedComponent]:
     ]
     if not large:
         return []
-    reach = np.concatenate([run.reach, np.abs(z).max(axis=0)])
+    reach = reach_at_work(run.run, run.trajectory.rows, run.present)
+    reach = np.concatenate([reach, np.abs(z).max(axis=0)])
     return [
         UnresolvedComponent(name, travel, by, "" if unit in ("", "1") else f" {unit}")
         for name, travel, by, unit, place in large

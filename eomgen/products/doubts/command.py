@@ -6,7 +6,7 @@ import click
 
 from eomgen.cli.parts import AddedOption, RestPart, RunPart
 from eomgen.errors import Problem, UsageError
-from eomgen.products.doubts.settings import asked, doubts_of_results, fault_of_name
+from eomgen.products.doubts.settings import doubts_of_results, fault_of_name, with_settings
 
 
 def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...]) -> None:
@@ -14,12 +14,12 @@ def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...])
     for name in names:
         if unknown := fault_of_name(name, doubts_of_results()):
             raise UsageError(Problem(f"--quiet {name}", *unknown))
-    context.with_resource(asked(names))
+    context.with_resource(with_settings(names))
 
 
 def _refuse(context: click.Context, _: click.Parameter, strict: bool) -> bool:
     """Make errors of doubts as long as the verb runs."""
-    context.with_resource(asked(strict=strict))
+    context.with_resource(with_settings(strict=strict))
     return strict
 
 

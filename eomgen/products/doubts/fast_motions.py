@@ -12,7 +12,8 @@ constant, to runs with half the step as well, so no comparison of runs shows it.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,13 +27,9 @@ from eomgen.errors import EomgenError, UsageError
 from eomgen.lie import product
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
+from eomgen.simulation.judgement.finished_run import FinishedRun, laws_between_steps
 from eomgen.simulation.stepping.events import parameters_over, parameters_with
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.states import States, states_of
-
-if TYPE_CHECKING:
-    from eomgen.results.events import Events
-
 
 UNRESOLVED = Limit(1.0, "1", "step times angular frequency of a mode", "six steps to a period")
 NOTICED = Limit(
@@ -80,24 +77,17 @@ class _Swing(NamedTuple):
     name: str
 
 
-def unresolved_motion(run: Run, rows: Array, step: float, events: Events | None, acting: Array, jumps: Array) -> str:
+def unresolved_motion(finished: FinishedRun) -> str:
     """Return a sentence on an excited motion that is too fast for an implicit method's steps, with a remedy; empty if
-    there is none.
-
-    Parameters
-    ----------
-    rows : (n, width) of the record
-    step : s, that the run takes on an average
-    events, acting : of the run, and times of the events that changed the motion
-    jumps : times of known jumps, s
-    """
+    there is none."""
+    run, statistics, trajectory = finished.run, finished.statistics, finished.trajectory
     if not run.method.implicit or not has_residual_partials(run.model) or not run.model.nv:
         return ""  # explicit methods do not damp the fast motions of a stable step: runs at other steps differ
-    first = 1 + run.model.nq + run.model.nv
-    accelerations = rows[:, first : first + run.model.nv]
-    for place in _places(run, rows, events, acting, jumps):
+    taken = statistics.get("own_steps") or statistics.get("expansions") or max(trajectory.steps, 1)
+    step = (float(finished.states.t[-1]) - run.grid.start) / taken
+    for place in _places(finished):
         try:
-            result = _UnresolvedModes(run, place, step, accelerations).largest()
+            result = _UnresolvedModes(run, place, step, finished.states.a).largest()
         except (EomgenError, np.linalg.LinAlgError, ValueError):  # states at which the equations give no numbers
             continue
         if result is not None:
@@ -118,9 +108,9 @@ def _sentence(words: str, swing: _Swing, run: Run, step: float) -> str:
     return f"{text}; try: {finer}, or a start in which stiff parts are in balance"
 
 
-def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: Array) -> list[_ExaminedState]:
-    model = run.model
-    times, q, v, _, _, z = states_of(rows, model)
+def _places(finished: FinishedRun) -> list[_ExaminedState]:
+    run, events, acting = finished.run, finished.events, finished.changes
+    model, (times, q, v, _, _, z) = run.model, finished.states
     result: list[_ExaminedState] = []
     if times[0] == run.grid.start:
         result.append(_ExaminedState("the start", float(times[0]), q[0], v[0], z[0], run.parameters))
@@ -131,7 +121,7 @@ def _places(run: Run, rows: Array, events: Events | None, acting: Array, jumps: 
             before = record.q_before, record.v_before, record.z_before, held
             held = parameters_with(events, model, run.parameters, record.modes)
             result.append(_ExaminedState(words, record.t, record.q, record.v, record.z, held, before))
-    for jump in np.setdiff1d(jumps, acting)[:_PLACES]:
+    for jump in np.setdiff1d(finished.known_jumps(0), acting)[:_PLACES]:
         row = int(np.argmin(np.abs(times - jump)))
         if 0 < row < len(times) - 1 and abs(times[row] - jump) < 1e-6 * run.settings["step"]:
             state = q[row], v[row], z[row], parameters_over(events, model, run.parameters, times[row])
@@ -286,29 +276,21 @@ class _Law:
         return deviation > UNSEEN * float(np.std(every))
 
 
-def fast_laws(run: Run, nodes: Array, ends: Array, states: States, parameters: Array) -> Finding | None:
-    """Return a finding on laws of time that vary faster than steps resolve; None if there are none.
-
-    Parameters
-    ----------
-    nodes : times in a step at which inputs are handed to the stepper, in steps, from 0 to 1
-    ends : (n,) s, further ends of steps, at which forces jump or bend
-    states : at the rows
-    parameters : (np,), or (rows, np), at the rows
-    """
+def fast_laws(finished: FinishedRun) -> Iterator[Finding]:
+    """Yield a finding on laws of time that vary faster than steps resolve, if there are any."""
     try:
-        known = [*_inputs(run, nodes, ends, states), *_forces(run, ends, states, parameters)]
+        known = [*_inputs(finished), *_forces(finished)]
     except UsageError:  # a function of the caller that has no value between steps
-        return None
+        return
     laws = [law for law in known if law.unseen]
     if not laws:
-        return None
-    law, step = max(laws, key=lambda one: one.off / one.range), run.settings["step"]
+        return
+    law, step = max(laws, key=lambda one: one.off / one.range), finished.settings["step"]
     more = f" (and {len(laws) - 1} more)" if len(laws) > 1 else ""
     size = f"up to {law.off:.3g} {law.unit} off the line through them, and varies by {law.range:.3g} {law.unit} in all"
     text = f"{law.name}{more} varies faster than the steps resolve: between them it is {size}"
     hint = f"a step much smaller than {step:.3g} s, 20 or more to a period, or its means over the steps"
-    return Finding(value=law.off / law.range, text=text, hint=hint)
+    yield Finding(value=law.off / law.range, text=text, hint=hint)
 
 
 def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.int_]:
@@ -324,8 +306,9 @@ def _chosen(times: Array, step: float, last: float, ends: Array) -> NDArray[np.i
     return some
 
 
-def _inputs(run: Run, nodes: Array, ends: Array, states: States) -> list[_Law]:
-    model, step, last = run.model, run.settings["step"], float(states.t[-1])
+def _inputs(finished: FinishedRun) -> list[_Law]:
+    run, nodes = finished.run, finished.stepper.input_times
+    model, step, last = run.model, run.settings["step"], float(finished.states.t[-1])
     seen_at_nodes = run.takes_rows and run.method.inputs == "sampled"
     columns = [
         k
@@ -337,7 +320,7 @@ def _inputs(run: Run, nodes: Array, ends: Array, states: States) -> list[_Law]:
     if not columns:
         return []
     every: Array = run.grid.start + step * np.arange(round((last - run.grid.start) / step), dtype=float)
-    begins: Array = every[_chosen(every, step, last, ends)]
+    begins: Array = every[_chosen(every, step, last, finished.parts.ends)]
     if not len(begins):
         return []
     shares = nodes if seen_at_nodes else np.array([0.0, 1.0])
@@ -357,9 +340,20 @@ def _inputs(run: Run, nodes: Array, ends: Array, states: States) -> list[_Law]:
     ]
 
 
-def varies_with_time(run: Run) -> bool:
-    """Return whether inputs or forces of a run depend on time, so that ``fast_laws`` has something to look at."""
-    return bool(run.model.nu) or (not run.method.chooses_steps and _has_forces_of_time(run.model))
+def searches_left_out(finished: FinishedRun) -> str:
+    """Return the searches within steps that are left out with the error estimate, in words."""
+    run, model = finished.run, finished.run.model
+    moves = model.nz or (model.nv and model.library.layout["facts"]["velocity_forces"])
+    searches = {
+        "laws that act between the steps": bool(laws_between_steps(run)),
+        "laws of time that are faster than the steps": model.nu
+        or (not run.method.chooses_steps and _has_forces_of_time(model)),
+        "pairs of events": finished.events is not None,
+        "rates that the steps do not resolve": bool(moves) and not run.method.chooses_steps,
+    }
+    *names, last = ["", *(name for name, made in searches.items() if made)]
+    names = [*filter(None, (", ".join(names[1:]), last))]
+    return f", and with it the search for {' and '.join(names)}" if names else ""
 
 
 def _has_forces_of_time(model: CompiledModel) -> bool:
@@ -369,12 +363,13 @@ def _has_forces_of_time(model: CompiledModel) -> bool:
     return "t" in takes and "inverse_dynamics" in model.functions
 
 
-def _forces(run: Run, ends: Array, states: States, parameters: Array) -> list[_Law]:
+def _forces(finished: FinishedRun) -> list[_Law]:
     """Return the forces of motions at rest in acceleration, with all held but the time."""
+    run, states, parameters = finished.run, finished.states, finished.present
     model, method, step = run.model, run.method, run.settings["step"]
     if method.chooses_steps or method.inputs == "series" or not _has_forces_of_time(model):
         return []
-    places = _chosen(states.t[:-1], step, float(states.t[-1]), ends)
+    places = _chosen(states.t[:-1], step, float(states.t[-1]), finished.parts.ends)
     if not len(places):
         return []
     t, q, v, z = states.t[places], states.q[places], states.v[places], states.z[places]

@@ -24,7 +24,6 @@ from eomgen.formula.nodes import Formula
 from eomgen.integrators.families.register import without_effect
 from eomgen.lie.numeric import rotated
 from eomgen.products.doubts.accuracy import FOLLOWED, STEP_OF_GROWTH, not_followed, passages, passes_growth
-from eomgen.products.doubts.examinations import examined_share, unseen_event
 from eomgen.products.doubts.fast_motions import EXCITED, NOTICED, UNRESOLVED, UNSEEN, fast_laws
 from eomgen.products.doubts.limits import (
     ALIASED,
@@ -35,6 +34,7 @@ from eomgen.products.doubts.limits import (
     MISSED_PART,
     UNDERSTATED,
 )
+from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.accuracy.richardson import STEEP_PART, Rate
 from eomgen.simulation.judgement.failures import FAULTS
@@ -286,17 +286,13 @@ def _unresolved_motion(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _missed_event(run: FinishedRun) -> Iterator[Finding]:
+    from eomgen.products.doubts.unseen_events import unseen_events  # noqa: PLC0415  # few runs have events
+
     hint = f"a step smaller than {run.settings['step']:.3g} s, in each of which events are looked for"
-    if (pair := unseen_event(run)) is not None:
+    if (pair := unseen_events(run)) is not None:
         yield replace(pair, hint=hint)
     elif run.error.passed_over and not run.error.relative > LARGE_ERROR:
         yield Finding(text=run.error.passed_over, hint=hint)
-
-
-def _fast_law(run: FinishedRun) -> Iterator[Finding]:
-    finding = fast_laws(run.run, run.stepper.input_times, run.parts.ends, run.states, run.present)
-    if finding is not None:
-        yield finding
 
 
 def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
@@ -305,7 +301,7 @@ def _unseen_law(run: FinishedRun) -> Iterator[Finding]:
 
 
 def _partly_examined(run: FinishedRun) -> Iterator[Finding]:
-    if (examined := examined_share(run)) < 1.0:
+    if (examined := run.once(SampledRun).examined_share) < 1.0:
         part = f"{100.0 * examined:.2g} % of the run"
         yield Finding(
             text=f"laws that act between the steps were looked for in {part} only: it has thousands of steps to a row",
@@ -423,7 +419,7 @@ ROWS = (
         unless=(ANY_FAILURE,),
         limits=(MISSED, MISSED_PART),
     ),
-    Check("fast_law [W0229]", _fast_law, ("complete", "two rows", ESTIMATED), alike=True, limits=(UNSEEN,)),
+    Check("fast_law [W0229]", fast_laws, ("complete", "two rows", ESTIMATED), alike=True, limits=(UNSEEN,)),
     Check(
         "unseen_law [W0230]",
         _unseen_law,

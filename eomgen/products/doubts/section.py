@@ -28,7 +28,8 @@ class _Doubts(Section):
         for place, name in enumerate(quiet):
             if fault := fault_of_name(name, (*notes_of_scenes(), *doubts_of_results())):
                 reading.report.add(f"doubts.quiet[{place}]", *fault)
-        return {"settings": (quiet, table is not None and table.strict)}
+        strict = table is not None and table.strict
+        return {"settings": (quiet, strict) if quiet or strict else ()}
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return {"parts": {self.key: reading.items[self.key]["settings"]}}

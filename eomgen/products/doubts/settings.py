@@ -49,17 +49,17 @@ def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:
     parts : objects by section of a product
     """
     own = DoubtSettings(*parts.get("doubts", ()))
-    return own if stored else _joined(own, _ASKED.get())
+    return own if stored else _join(own, _ASKED.get())
 
 
-def _joined(one: DoubtSettings, other: DoubtSettings) -> DoubtSettings:
+def _join(one: DoubtSettings, other: DoubtSettings) -> DoubtSettings:
     return DoubtSettings({*one.quiet, *other.quiet}, one.strict or other.strict)
 
 
 @contextmanager
-def asked(quiet: Collection[str] = (), *, strict: bool = False) -> Iterator[None]:
+def with_settings(quiet: Collection[str] = (), *, strict: bool = False) -> Iterator[None]:
     """Leave out doubts by name, or make doubts errors, within the block."""
-    before = _ASKED.set(_joined(_ASKED.get(), DoubtSettings(quiet, strict)))
+    before = _ASKED.set(_join(_ASKED.get(), DoubtSettings(quiet, strict)))
     try:
         yield
     finally:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +10,10 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
 from eomgen.products.doubts.limits import MISSED, MISSED_PART
+from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import Finding
-from eomgen.simulation.accuracy.step_path import StepPath, step_rows
-from eomgen.simulation.stepping.run import Run
-from eomgen.toolchain.library import Library
+from eomgen.simulation.accuracy.step_path import StepPath
+from eomgen.simulation.judgement.finished_run import FinishedRun
 
 #: Maximum number of examined steps, least and greatest first number of samples per step, and largest number for close
 #: roots.
@@ -25,46 +24,31 @@ _SAMPLES = 65_536
 _TOUCHED = 1e-6
 
 
-def unseen_events(
-    run: Run,
-    library: Library,
-    rows: Array,
-    parameters: Array,
-    statistics: Mapping[str, int | float],
-    events: Sequence[Mapping[str, Any]],
-    counts: Mapping[str, int],
-    changes: Array,
-) -> Finding | None:
+def unseen_events(finished: FinishedRun) -> Finding | None:
     """Return a finding on the event of which most roots are missed within steps; None if none is.
 
     Steps in which an event changes the motion are left out, and formulas of accelerations, multipliers or inputs: these
     are not known between the ends of steps.
-
-    Parameters
-    ----------
-    library : with the stepper
-    rows : (n, width) of the record
-    parameters : (np,), or (n, np), at the rows
-    statistics : counts of the stepper
-    events : rows of the events in the layout of the stepper
-    counts : events of the run, by name
-    changes : (n,) s, of events that change the motion
     """
+    if finished.events is None:
+        return None
+    sampled, changes, counts = finished.once(SampledRun), finished.changes, finished.events.counts
+    rows, events = sampled.rows, finished.stepper.layout["method"]["events"]["rows"]
     known = [place for place, row in enumerate(events) if row["has_rate"]]
-    if not known or len(rows) < 2 or rows[0, 0] > run.grid.start:
+    if not known or len(rows) < 2 or rows[0, 0] > finished.run.grid.start:
         return None
     signs = np.array([events[place]["sign"] for place in known])
     seen = np.array([counts[events[place]["name"]] for place in known], dtype=float)
     try:
-        recorded = _Roots(StepPath(run, rows, parameters), known, signs, changes)
+        recorded = _Roots(sampled.recorded_path, known, signs, changes)
         if not np.any(recorded.missed(seen) > 0.0):
             return None
-        taken = step_rows(run, library, rows, parameters, statistics)
+        taken = sampled.steps()
         if taken is None:
             return None
         roots = recorded
         if taken.rows is not rows:
-            roots = _Roots(StepPath(run, taken.rows, taken.parameters), known, signs, changes, taken.breaks)
+            roots = _Roots(sampled.path(taken), known, signs, changes, taken.breaks)
         missed = roots.missed(seen)
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None

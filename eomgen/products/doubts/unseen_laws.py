@@ -11,7 +11,7 @@ Deuflhard and Bornemann, Scientific Computing with ODEs (2002), 3.2, on defects.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property, partial
 from typing import Any, NamedTuple
 
@@ -23,16 +23,16 @@ from eomgen.errors import EomgenError
 from eomgen.formula.discontinuities import breakpoints
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import Feature, features
-from eomgen.formula.nodes import Formula, infix
+from eomgen.formula.nodes import Formula, Symbol, infix
 from eomgen.lie import product
 from eomgen.products.doubts.limits import ALIASED, ALIASED_PART, DEFECT, DEFECT_WITHIN, UNDERSTATED
+from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Span, comparison_run
 from eomgen.simulation.accuracy.motion_size import at_work, differences, motion_size, reach_of, shares
-from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates, step_rows
-from eomgen.simulation.judgement.finished_run import UnseenLaw, laws_between_steps
+from eomgen.simulation.accuracy.step_path import StepPath, StepRows, StepStates
+from eomgen.simulation.judgement.finished_run import FinishedRun, UnseenLaw, laws_between_steps
 from eomgen.simulation.stepping.run import Run
-from eomgen.toolchain.library import Library
 
 #: Maximum number of sampled steps, maximum number of samples in total, and least and greatest number per step.
 _STEPS, _SAMPLES, _LEAST, _MOST = 4096, 32768, 8, 64
@@ -71,6 +71,8 @@ _STIFF = 0.5
 _NONE: NDArray[np.intp] = np.empty(0, dtype=np.intp)
 #: Maximum length of a formula in a message, in characters.
 _LETTERS = 70
+#: Maximum number of velocities of a model of which the velocity of a point is examined.
+_VELOCITIES = 12
 
 
 class _Nodes(NamedTuple):
@@ -127,62 +129,40 @@ class _Defects(NamedTuple):
     times: Array
 
 
-def unseen_law(
-    run: Run,
-    library: Library,
-    rows: Array,
-    parameters: Array,
-    statistics: Mapping[str, int | float],
-    ends: Array,
-    changes: Array,
-    inputs: Array | None = None,
-    stated: Callable[[], float] | None = None,
-) -> UnseenLaw | None:
-    """Return a law that the steps of a run do not resolve; None if the steps resolve all laws.
-
-    Parameters
-    ----------
-    library : with the stepper
-    rows : (n, width) of the record
-    parameters : (np,), or (n, np), at the rows
-    statistics : counts of the stepper
-    ends : (n,) s, additional ends of steps at jumps or kinks of forces
-    changes : (n,) s, of events that change the motion
-    inputs : (n, nu), at the rows, if known
-    stated : returns the estimated error of the run as a part of the motion, infinite if unknown
-    """
+def unseen_law(finished: FinishedRun) -> UnseenLaw | None:
+    """Return a law that the steps of a run do not resolve; None if the steps resolve all laws."""
+    run, rows, sampled = finished.run, finished.trajectory.rows, finished.once(SampledRun)
     laws = laws_between_steps(run)
     if not laws or len(rows) < 2:
         return None
     result = None
     try:
-        examination = partial(_Examination, laws=laws, ends=ends, changes=changes, stated=stated)
-        recorded = examination(StepPath(run, rows, parameters, inputs))
+        examination = partial(_Examination, finished=finished, laws=laws)
+        recorded = examination(sampled.recorded_path)
         if not recorded.looked_at:
             return None
         for finer in (1.0, *_REFINEMENTS) if run.method.chooses_steps else (1.0,):
-            taken = step_rows(run, library, rows, parameters, statistics, finer=finer)
+            taken = sampled.steps(finer)
             if taken is None:
                 return None
             if taken.rows is rows:
                 result = recorded.finding()
             else:
-                path = StepPath(run, taken.rows, taken.parameters)
-                again = examination(path, breaks=taken.breaks).finding()
+                again = examination(sampled.path(taken), breaks=taken.breaks).finding()
                 if again is None and result is not None and _another_way(run, rows, taken.rows):
                     return result  # closer rows met the law
                 result = again
             if result is None:
                 return None
             if finer > 1.0:
-                result = _unresolved(run, library, taken, result, examination)
+                result = _unresolved(sampled, taken, result, examination)
         return result
     except (EomgenError, np.linalg.LinAlgError):  # states at which the equations give no numbers
         return None
 
 
 def _unresolved(
-    run: Run, library: Library, taken: StepRows, first: UnseenLaw, examination: Callable[..., _Examination]
+    sampled: SampledRun, taken: StepRows, first: UnseenLaw, examination: Callable[..., _Examination]
 ) -> UnseenLaw | None:
     """Return the first law that an adaptive method leaves unresolved between rows as close as the law asks, if any.
 
@@ -194,10 +174,10 @@ def _unresolved(
     first : law that these rows do not resolve
     examination : makes the examination of a path whose steps ``breaks`` are left out
     """
-    path, left_out, result = StepPath(run, taken.rows, taken.parameters), taken.breaks, first
+    run, path, left_out, result = sampled.run, sampled.path(taken), taken.breaks, first
     for _ in range(_WINDOWS):
         step = int(np.searchsorted(taken.rows[:, 0], result.finding.time)) - 1
-        closer = None if result.holds else _rows_within(run, library, taken, step, result.step)
+        closer = None if result.holds else _rows_within(sampled, taken, step, result.step)
         if closer is None or _another_way(run, taken.rows[step : step + 2], closer.rows):
             return result
         if examination(StepPath(run, closer.rows, closer.parameters)).finding() is not None:
@@ -253,14 +233,12 @@ class _Examination:
     def __init__(
         self,
         path: StepPath,
+        finished: FinishedRun,
         laws: Sequence[Formula],
-        ends: Array,
-        changes: Array,
         breaks: NDArray[np.intp] = _NONE,
-        stated: Callable[[], float] | None = None,
     ) -> None:
-        self._path, self._model = path, path.run.model
-        self._stated = stated
+        self._path, self._model, self._finished = path, path.run.model, finished
+        ends, changes = finished.parts.ends, finished.changes
         #: Part of the motion from which the sum of defects is a finding.
         self._least: float = DEFECT
         self._known = [law for law in laws if path.knows(law)]
@@ -351,10 +329,11 @@ class _Examination:
         ):  # rows lie within steps of the method, so forces at rows need not act in the steps
             chosen = _without_gaps(chosen)
         law = self._judged(chosen, share)
-        if law is None and self._aliased and self._stated is not None and not self._path.run.method.chooses_steps:
+        if law is None and self._aliased and not self._path.run.method.chooses_steps:
             # comparison runs are aliased as well, so that the stated error leaves these forces out; sums of successive
             # steps only: phases change from step to step
-            self._least = min(DEFECT, max(UNDERSTATED * self._stated(), _ROUNDING))
+            error = self._finished.error
+            self._least = min(DEFECT, max(UNDERSTATED * error.relative if error.available else DEFECT, _ROUNDING))
             law = self._judged(np.arange(min(len(self._steps), _SUCCESSIVE)), 1.0)
         return law
 
@@ -540,7 +519,7 @@ class _Examination:
     def _jumping(self) -> list[int]:
         """Columns of velocities and internal states of which a law with jumps or centres is a function."""
         passed = {symbol for one in self._features for symbol in symbols(one.argument)}
-        places = {column for symbol in passed for column in self._path.columns(symbol)}
+        places = {column for symbol in passed for column in _columns_of(self._path, symbol)}
         return sorted(column for column in places if not self._left_out[column])
 
     @staticmethod
@@ -750,6 +729,16 @@ class _Examination:
         return best[1], best[2]
 
 
+def _columns_of(path: StepPath, symbol: Symbol) -> Iterable[int]:
+    """Return the indices of the velocities, followed by the internal states, that a known symbol depends on."""
+    nv = path.run.model.nv
+    if symbol in path.points:
+        kind = symbol.name if symbol.kind == "local" else symbol.kind
+        return range(nv) if "velocity" in kind and nv <= _VELOCITIES else ()
+    letters = {"v": 0, "state": nv}
+    return (letters[symbol.kind] + path.place(symbol),) if symbol.kind in letters else ()
+
+
 def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_State, _State, float]]) -> Array:
     """Return differences of the rates over moves of the state, (n, nv + nz, moves): from states (q, v, z) before to
     states ahead, at a distance."""
@@ -774,7 +763,7 @@ def rate_partials(path: StepPath, blocks: StepStates, moves: Sequence[tuple[_Sta
     return np.concatenate([result, np.stack([one - two for one, two in inner], axis=-1) / widths], axis=-2)
 
 
-def _rows_within(run: Run, library: Library, taken: StepRows, place: int, spacing: float) -> StepRows | None:
+def _rows_within(sampled: SampledRun, taken: StepRows, place: int, spacing: float) -> StepRows | None:
     """Return rows from the row ``place`` of an adaptive method to the next one; None if that part cannot be repeated.
 
     Parameters
@@ -783,12 +772,12 @@ def _rows_within(run: Run, library: Library, taken: StepRows, place: int, spacin
     """
     if not 0 <= place < len(taken.rows) - 1 or place in taken.breaks or not spacing:
         return None
-    ends, p = taken.rows[place : place + 2], taken.parameters
+    run, ends, p = sampled.run, taken.rows[place : place + 2], taken.parameters
     length = float(ends[1, 0] - ends[0, 0])
     parts = math.ceil(min(length / spacing, _MOST_ROWS))
     step = min(run.settings["step"], length)
     span = Span(ends, p if p.ndim == 1 else p[place : place + 2], 1, max(1, round(length / run.settings["step"])))
-    piece = comparison_run(run, library, span, multiple=length / parts / step, every=1)
+    piece = comparison_run(run, sampled.finished.stepper.library, span, multiple=length / parts / step, every=1)
     if piece.interrupted or piece.stopped or len(piece.rows) < 2:
         return None
     present = piece.parameters[0] if p.ndim == 1 and piece.parameters.ndim > 1 else piece.parameters

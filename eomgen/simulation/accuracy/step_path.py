@@ -5,7 +5,7 @@ jumps of formulas on the path, at which methods lose order.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -25,9 +25,6 @@ from eomgen.simulation.accuracy.comparison_runs import SAME_TIME, Span, comparis
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.toolchain.library import Library
-
-#: Maximum number of velocities of a model of which the velocity of a point is examined.
-_VELOCITIES = 12
 
 
 class StepStates:
@@ -198,15 +195,6 @@ class StepPath:
         motion = model.point(body, r, q, v if kind == "velocity" else None, **given)
         result = motion.position if motion.velocity is None else motion.velocity
         return rotated(back, result) if own_axes else result
-
-    def columns(self, symbol: Symbol) -> Iterable[int]:
-        """Return the indices of the velocities, followed by the internal states, that a known symbol depends on."""
-        nv = self.run.model.nv
-        if symbol in self.points:
-            kind = symbol.name if symbol.kind == "local" else symbol.kind
-            return range(nv) if "velocity" in kind and nv <= _VELOCITIES else ()
-        letters = {"v": 0, "state": nv}
-        return (letters[symbol.kind] + self.place(symbol),) if symbol.kind in letters else ()
 
     def place(self, symbol: Symbol) -> int:
         """Return the index of a known symbol within the block of its kind: q, v, z or u."""

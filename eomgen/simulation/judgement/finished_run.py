@@ -23,7 +23,6 @@ from eomgen.lie.product import Factor
 from eomgen.results.error_estimate import ErrorEstimate
 from eomgen.results.events import Events
 from eomgen.results.finding import WARNING, Finding, Severity
-from eomgen.simulation.accuracy.motion_size import reach_at_work
 from eomgen.simulation.stepping.chunks import Trajectory
 from eomgen.simulation.stepping.events import acting, parameters_over, table_of
 from eomgen.simulation.stepping.run import Run
@@ -256,12 +255,7 @@ class FinishedRun(EvaluatesOnce):
         """Times of the events that changed the motion, s."""
         return acting(self.events, self.stepper.layout)
 
-    @cached_property
-    def jumps(self) -> Array:
-        """Times at which forces jump, s."""
-        return self._known_jumps(0)
-
-    def _known_jumps(self, order: int) -> Array:
+    def known_jumps(self, order: int) -> Array:
         """Return the times at which forces, or derivatives of forces up to an order, jump, s."""
         from eomgen.simulation.judgement.invariants import same_time  # noqa: PLC0415  # on request
 
@@ -303,7 +297,7 @@ class FinishedRun(EvaluatesOnce):
         balance = invariants.energy_balance(
             self.states.t,
             self.energy,
-            self._known_jumps(1),
+            self.known_jumps(1),
             conservative=self.conservative,
             sparse=self.rows_are_sparse,
             epsilon=float(np.finfo(np.float32 if self.single else np.float64).eps),
@@ -325,11 +319,6 @@ class FinishedRun(EvaluatesOnce):
     def _works_between_rows(self) -> bool:
         """Whether narrow forces may work between rows alone, so that no row shows their power."""
         return self.rows_are_sparse and bool(laws_between_steps(self.run))
-
-    @cached_property
-    def reach(self) -> Array:
-        """The way of which motions are parts, of each velocity, (nv,): by coordinates and by the energy at work."""
-        return reach_at_work(self.run, self.trajectory.rows, self.present)
 
     @cached_property
     def fastest(self) -> FastestRates:

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from itertools import chain, pairwise
+from itertools import chain, pairwise, takewhile
 
-from eomgen.base.data import replace
-from eomgen.base.limits import DoubtSettings, doubt_settings, with_name
+from eomgen.base.limits import DoubtSettings, doubt_settings
 from eomgen.base.products import placed, rows_of
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import beams, failures, stated_errors
@@ -28,14 +27,8 @@ CHECKS: tuple[Check, ...] = placed(
 #: Notes of a run that no product checks.
 UNCHECKED = () if _ADDED else ("checks: not installed",)
 BY_NAME: Mapping[str, Check] = {check.name: check for check in CHECKS}
-#: Names of all checks that can fail a run; ``_BEFORE``: by the name of each check, the names of the earlier checks that
-#: can.
+#: Names of all checks that can fail a run.
 _ABLE: Sequence[str] = tuple(check.name for check in CHECKS if check.severity == FAILURE)
-_ABLE_BEFORE: Mapping[str, Sequence[str]] = {
-    name: tuple(able for able in _ABLE if place > names.index(able))
-    for names in [[check.name for check in CHECKS]]
-    for place, name in enumerate(names)
-}
 
 
 class Verdict:
@@ -52,12 +45,7 @@ class Verdict:
         quiet, strict = self._settings
         every = chain.from_iterable(map(self.of, BY_NAME))
         reported = (one for one in every if one.severity == FAILURE or one.name not in quiet)
-        return tuple(
-            replace(one, severity=FAILURE, text=with_name(one.text, one.name))
-            if strict and one.severity == WARNING
-            else one
-            for one in reported
-        )
+        return tuple(one.as_error() if strict and one.severity == WARNING else one for one in reported)
 
     @cached_property
     def _settings(self) -> DoubtSettings:
@@ -66,9 +54,7 @@ class Verdict:
     @cached_property
     def success(self) -> bool:
         """Whether no check fails the run; evaluates only checks that can."""
-        if self._settings.strict:
-            return all(finding.severity != FAILURE for finding in self.findings)
-        return not self._fails(_ABLE)
+        return not _fails(self.findings if self._settings.strict else chain.from_iterable(map(self.of, _ABLE)))
 
     @cached_property
     def message(self) -> str:
@@ -101,8 +87,9 @@ class Verdict:
     def _evaluated(self, check: Check) -> tuple[Finding, ...]:
         """Return the findings of one check with its facts."""
         run, name = self._run, check.name
+        earlier = (able for able in takewhile(name.__ne__, BY_NAME) if able in _ABLE)
         for other in check.unless:
-            if self._fails(_ABLE_BEFORE[name]) if other == ANY_FAILURE else self.of(other):
+            if _fails(chain.from_iterable(map(self.of, earlier))) if other == ANY_FAILURE else self.of(other):
                 return ()
         if check.after and not any(map(self.of, check.after)):
             return ()
@@ -112,9 +99,9 @@ class Verdict:
             result.append(finding.rated(name, check.severity if fails else WARNING))
         return tuple(result)
 
-    def _fails(self, names: Iterable[str]) -> bool:
-        """Return whether a finding of these checks is a failure."""
-        return any(finding.severity == FAILURE for finding in chain.from_iterable(map(self.of, names)))
+
+def _fails(findings: Iterable[Finding]) -> bool:
+    return any(finding.severity == FAILURE for finding in findings)
 
 
 def message_of(opening: str, findings: Iterable[Finding]) -> str:
@@ -125,7 +112,7 @@ def message_of(opening: str, findings: Iterable[Finding]) -> str:
     """
     message, failed = opening, not opening
     for sentence in _sentences(findings):
-        fails = any(finding.severity == FAILURE for finding in sentence)
+        fails = _fails(sentence)
         joint = "" if not message else ", but " if fails and not failed else "; "
         words = sentence[0].text + "".join(BY_NAME[one.name].continues + one.text for one in sentence[1:])
         message += joint + str(Finding(text=words, hint=sentence[-1].hint))

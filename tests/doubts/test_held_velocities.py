@@ -17,7 +17,7 @@ import eomgen
 from eomgen.base.arrays import Array
 from eomgen.simulation.accuracy import step_path
 from eomgen.simulation.accuracy.comparison_runs import comparison_run
-from tests.simulation.test_laws_between_steps import DOUBTS
+from tests.doubts.test_laws_between_steps import DOUBTS
 
 EFFORT = "1 - k*q.x + (F if c - w < v.x < c + w else 0)"
 #: Methods of fixed steps: others take up to a million steps for a row at a level that holds the velocity.

@@ -158,7 +158,9 @@ def test_a_force_that_is_linear_in_time_is_seen_by_the_ends_of_steps(
     run = SimpleNamespace(model=model, method=method, settings={"step": 0.5}, takes_rows=False)
     t, none = np.linspace(0.0, 2.0, 5), np.zeros((5, 1))
     states = SimpleNamespace(t=t, q=none, v=none, z=none)
-    (law,) = fast_motions._forces(cast(Any, run), np.zeros(0), cast(Any, states), np.zeros(0))
+    parts = SimpleNamespace(ends=np.zeros(0))
+    finished = SimpleNamespace(run=run, states=states, present=np.zeros(0), parts=parts)
+    (law,) = fast_motions._forces(cast(Any, finished))
     np.testing.assert_allclose(law.ends, [force(t[:-1]), force(t[1:])], atol=1e-15)
     np.testing.assert_allclose(law.between, force(t[:-1] + 0.382 * 0.5), atol=1e-15)
     assert np.allclose(law.shown, law.between, atol=1e-14) == shown

@@ -19,7 +19,7 @@ from eomgen.cli import main
 from eomgen.products.doubts import unseen_laws
 from eomgen.simulation import simulate
 from eomgen.simulation.stepping.stepper import Stepper
-from tests.simulation.test_laws_between_steps import LAWS, off, sliders
+from tests.doubts.test_laws_between_steps import LAWS, off, sliders
 
 NEVER = {"largest_step": 0.0}
 SILENT = {"bounded_steps", "doubtful_call"}

@@ -1,0 +1,199 @@
+"""Checks of runs and warnings of equilibria beside their limits: what they name, count and leave out."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from eomgen.compiled.rest.state_warnings import equilibrium_notes
+from eomgen.formula.nodes import Number, Symbol
+from eomgen.integrators.families.register import method_named
+from eomgen.products.doubts import accuracy, remarks, rests
+from eomgen.products.doubts.accuracy import linear_range_exceeded
+from eomgen.products.doubts.fast_motions import _chosen, _Law
+from eomgen.simulation.accuracy.richardson import FastestRates, Rate
+from eomgen.simulation.judgement.finished_run import FACTS, FinishedRun
+from eomgen.simulation.judgement.register import BY_NAME, CHECKS
+from eomgen.simulation.stepping.time_grid import TimeGrid
+from eomgen.system.description import Wheel
+from tests.rest.test_state_warnings import NO, line, machine, point, softening
+from tests.simulation.test_thresholds_of_checks import ESTIMATE, run_of
+
+STILL = Rate()
+DECAYING = FastestRates(Rate(1e6, 0.05, "v.hinge"), STILL, STILL, STILL)
+
+
+def test_every_fact_is_needed_by_a_check() -> None:
+    assert set(FACTS) == {fact for check in CHECKS for fact in check.needs} | {"events"}
+
+
+@pytest.mark.parametrize("single", [False, True])
+@pytest.mark.parametrize(("method", "other"), [("rattlie", "generalized_alpha, "), ("generalized_alpha", "")])
+def test_multipliers_of_rounding_are_told_with_another_method_if_there_is_one(
+    method: str, other: str, single: bool
+) -> None:
+    multipliers = SimpleNamespace(multipliers=np.ones((2, 1)))
+    run = SimpleNamespace(
+        run=SimpleNamespace(name=method, method=SimpleNamespace(chooses_steps=False)), single=single,
+        longest_part=1e-3, statistics={"max_rounding": 0.3}, settings={"step": 1e-3}, fastest=DECAYING,
+    )  # fmt: skip
+    check = BY_NAME["multiplier_rounding"].evaluate
+    (told,) = check(cast(FinishedRun, SimpleNamespace(**vars(run), states=multipliers)))
+    assert told.text == "up to 30 % of the multipliers is rounding, which grows as 1/step^2"
+    assert told.hint == f"{other}a step larger than 0.001 s{', or double precision' if single else ''}"
+    assert not [
+        *check(cast(FinishedRun, SimpleNamespace(**vars(run), states=SimpleNamespace(multipliers=np.zeros(1)))))
+    ]
+
+
+@pytest.mark.parametrize(
+    ("travel", "reach", "told"),
+    [(1.0, 1.0, True), (1e-3, 1e6, False), (1.001e-3, 1e6, True)],
+)
+def test_travel_below_a_billionth_of_the_reach_is_rounding(
+    travel: float, reach: float, told: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The hinge moves by travel with an error of 0.125 rad."""
+    monkeypatch.setattr(accuracy, "reach_at_work", lambda *_: np.array([reach]))
+    factor = SimpleNamespace(group="R", q_start=0, v_start=0)
+    names = {"q_units": ("rad",), "q_names": ("q.hinge",), "z_names": (), "z_units": ()}
+    model = SimpleNamespace(factors=(factor,), **names)
+    error = replace(ESTIMATE, relative=0.0, increment_at=np.array([[0.125]]))
+    run = run_of(
+        run=SimpleNamespace(model=model),
+        error=error,
+        states=SimpleNamespace(q=np.array([[0.0], [travel]]), z=np.zeros((2, 0))),
+        single=False,
+        rows_are_sparse=False,
+        trajectory=SimpleNamespace(rows=None),
+        present=None,
+    )
+    found = accuracy.unresolved_coordinates(run)
+    assert found == ([accuracy.UnresolvedComponent("q.hinge", travel, 0.125, " rad")] if told else [])
+
+
+@pytest.mark.parametrize(
+    ("span", "step", "told"),
+    [(1.0, 1.0, ""), (1.0, 1.1, "longer"), (1.0, 200.0, "simulate(200, 1)"), (0.0, 1.0, "")],
+)
+def test_steps_longer_than_their_run_are_told_and_exchanged_ones_written_down(
+    span: float, step: float, told: str
+) -> None:
+    notes = remarks.exchanged_times(cast(TimeGrid, SimpleNamespace(start=2.0, end=2.0 + span, step=step)))
+    assert bool(notes) == bool(told)
+    if notes:
+        assert told in notes[0] and ("simulate" in notes[0]) == told.startswith("simulate")
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "met"),
+    [
+        ([0.1, 0.0], [-0.1, 0.0], True),
+        ([0.1, 0.0], [0.05, 0.0], False),  # does not turn round
+        ([0.3, 0.0], [-0.1, 0.0], True),
+    ],
+)
+def test_springs_turn_round_by_way_of_next_to_no_length(before: list[float], after: list[float], met: bool) -> None:
+    vectors = np.array([[*before, 0.0], [*after, 0.0]])
+    assert remarks._meetings(vectors, 1.0).tolist() == [met]
+    assert remarks._meetings(10.0 * vectors, 10.0).tolist() == [met]
+
+
+def test_undefined_outputs_are_counted_from_their_first_row() -> None:
+    t = np.array([0.0, 0.5, 1.0])
+    one, two = np.array([1.0, np.nan, 2.0]), np.array([[0.0, 0.0], [0.0, 0.0], [np.inf, 1.0]])
+    assert remarks.undefined_outputs(t, {"fine": np.zeros(3)}) is None
+    found = remarks.undefined_outputs(t, {"two": two, "one": one})
+    assert found is not None and found.time == 0.5
+    assert found.text == (
+        "the outputs two (1 of 3 rows, from t = 1 s), one (1 of 3 rows, from t = 0.5 s) have no value there"
+    )
+    found = remarks.undefined_outputs(t, {"one": one})
+    assert found is not None and found.text == "the output one (1 of 3 rows, from t = 0.5 s) has no value there"
+
+
+def test_laws_without_values_and_laws_of_rounding_are_seen() -> None:
+    shown = np.array([1.0, -1.0] * 50)
+    assert not _Law("f", "N", np.array([shown, shown]), np.full(100, np.nan), shown).unseen
+    for off, told in ((0.99e-6, False), (1.1e-6, True)):
+        assert _Law("f", "N", np.ones((2, 100)), 1.0 + off * shown, np.ones(100)).unseen == told
+
+
+def test_steps_that_are_looked_into_are_whole_and_at_most_two_hundred() -> None:
+    times = np.arange(11.0)
+    assert _chosen(times, 1.0, 10.0, np.zeros(0)).tolist() == [*range(10)]
+    assert _chosen(times, 1.0, 10.0, np.array([3.5, 7.0])).tolist() == [0, 1, 2, 4, 5, 6, 7, 8, 9]
+    many = np.arange(1001.0)
+    places = _chosen(many, 1.0, 1000.0, np.zeros(0))
+    assert len(places) == 200 and places[0] == 0 and places[-1] == 999
+
+
+def test_springs_are_seen_from_both_of_their_bodies() -> None:
+    """A spring that turns with its bodies as one keeps its place in both of them: it has not passed anything."""
+    drawn = {"points": (point("a", "one"), point("b", "two")), "lines": (line("spring", "a", "b"),)}
+    angles = [0.0, 0.5 * math.pi, math.pi]
+    places = [(math.cos(angle), math.sin(angle), 0.0) for angle in angles]
+    measures, path = machine({"one": [(0.0, 0.0, 0.0)] * 3, "two": places}, {"one": angles, "two": angles}, **drawn)
+    assert equilibrium_notes(measures, path, None) == [
+        "farther from the start than the whole scene is large, 1 m: the body two, by 2 m"
+    ]
+
+
+def test_few_names_are_listed() -> None:
+    names = [f"s{k}" for k in range(6)]
+    assert [rests._few(names[:count]) for count in (1, 4, 5, 6)] == [
+        "s0", "s0, s1, s2, s3", "s0, s1, s2, s3 and 1 more", "s0, s1, s2, s3 and 2 more",
+    ]  # fmt: skip  # two lines
+
+
+@pytest.mark.parametrize(
+    ("start", "end", "u", "sunk"),
+    [
+        (0.5, 0.3, None, True),
+        (0.5, 0.41, None, False),
+        (0.39, 0.3, None, False),  # was below the road at the start
+        (0.6, 0.45, {"lift": 0.1}, True),
+        (0.6, 0.45, np.array([0.1]), True),
+        (0.5, 0.3, {"lift": -0.2}, False),
+    ],
+)
+def test_tyres_sink_if_their_centre_goes_below_the_road(start: float, end: float, u: Any, sunk: bool) -> None:
+    """The road is 0.4 m high under the wheel, 0.5 m at the origin, and moves by an input."""
+    road = Number(0.5) + Symbol("input", "lift") + Number(0.1) * Symbol("position", index=0)
+    wheels = (Wheel("front", "hub", Number(0.3), road, Number(1e5)),)
+    measures, path = machine(
+        {"wheel": [(-1.0, 0.0, start), (-1.0, 0.0, end)]}, points=(point("hub", "wheel"),), wheels=wheels
+    )
+    notes = equilibrium_notes(measures, path, u)
+    assert notes == (["inside out, for their centres are below the road: tyre front"] if sunk else [])
+
+
+@pytest.mark.parametrize("row", [0, 150, 399])
+def test_rows_beyond_the_linear_range_are_found_by_the_largest_deflection(row: int) -> None:
+    t, q = np.linspace(0.0, 399.0, 400), np.zeros((400, 3))
+    assert linear_range_exceeded(softening(), t, q, NO) == ""
+    q[row, 1] = -1.2
+    assert linear_range_exceeded(softening(), t, q, NO) == (
+        f"at t = {row} s the deflection of beam mast is beyond the range of order = 1: the inertia matrix is not"
+        " positive definite; try: order = 2"
+    )
+
+
+def test_meetings_and_passages_agree() -> None:
+    """The notes of equilibria look along all of a path: the same test as of runs, row by row."""
+    told: Callable[..., bool] = rests._passed_one_another
+    assert told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [-0.5, 0.0, 0.0]]))
+    assert not told(np.array([[1.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.1, 0.0, 0.0]]))
+    assert not told(np.array([[1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]))
+
+
+def test_the_way_through_a_singular_position_names_a_method_that_passes_it() -> None:
+    other = "rk4_partitioned, which passes such positions along the velocity"
+    found = [accuracy.way_through(method_named(name), 1e-3) for name in ("hht", "rk4_partitioned")]
+    assert found == [f"a step smaller than 0.001 s, or {other}", "a step smaller than 0.001 s"]
