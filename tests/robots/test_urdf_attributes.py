@@ -59,8 +59,8 @@ NOTED = {
         "geometry and colours have no part in the equations of motion: 1 <visual>, 1 <collision>, 1 <material>"
     ),
     "foot/": "the root link foot is fixed to the base, and so are the links fixed to it",
-    "a/safety_controller": "not modelled: safety controllers (1: a)",
-    "a/calibration": "not modelled: calibration (1: a)",
+    "a/safety_controller": "not modelled: <safety_controller> (1: a)",
+    "a/calibration": "not modelled: <calibration> (1: a)",
     "a/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
     "b/limit": "not modelled: limits of position, velocity and effort (2: a, b)",
     "/friction": "not modelled: dry friction (1: a)",
@@ -70,8 +70,8 @@ NOTED = {
     "e/axis": (
         "without effect on the joints that have it: <axis> (2: c, e), <dynamics> (1: c), <limit> (1: c), <mimic> (1: c)"
     ),
-    "/transmission": "not modelled: transmissions (1: t)",
-    "/gazebo": "not modelled: settings of Gazebo (1)",
+    "/transmission": "not modelled: <transmission> (1: t)",
+    "/gazebo": "not modelled: <gazebo> (1)",
 }
 
 
@@ -172,8 +172,8 @@ def test_elements_that_are_not_known_are_noted_also_on_joints_that_do_not_move()
     scene = load_urdf(
         FULL.replace('<axis xyz="0 0 1"/>', '<axis xyz="0 0 1"/><spring/>').replace("<mass", "<lump/><mass", 1)
     )
-    assert "not modelled: elements <spring> (1: c)" in scene.notes
-    assert "not modelled: elements <lump> (1: foot)" in scene.notes
+    assert "not read: elements <spring> of <joint> (1: c)" in scene.notes
+    assert "not read: elements <lump> of <inertial> (1: foot)" in scene.notes
 
 
 @pytest.mark.parametrize(

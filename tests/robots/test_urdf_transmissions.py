@@ -87,7 +87,7 @@ def test_joints_without_a_transmission_have_inputs_of_their_own_where_that_is_as
     assert [item.name for item in load_urdf(text, transmissions=True).inputs] == ["left", "right"]
     assert [item.name for item in load_urdf(text, transmissions=True, actuated=True).inputs] == ["left", "right", "c"]
     assert [item.name for item in load_urdf(text, actuated=True).inputs] == ["a", "b", "c"]
-    assert "not modelled: transmissions (1: wrist)" in load_urdf(text, actuated=True).notes
+    assert "not modelled: <transmission> (1: wrist)" in load_urdf(text, actuated=True).notes
     clash = ARM.format(SIMPLE.format(joint="a", actuator="c", reduction="2"))
     scene = load_urdf(clash, transmissions=True, actuated=True)
     assert [item.name for item in scene.inputs] == ["c", "b", "c_effort"]
@@ -169,7 +169,7 @@ def test_what_a_transmission_has_besides_is_noted() -> None:
     text = ARM.format(
         SIMPLE.format(joint="a", actuator="m", reduction="2").replace("<offset>", "<backlash>1</backlash><offset>")
     )
-    assert "not modelled: elements <backlash> (1: one)" in load_urdf(text, transmissions=True).notes
+    assert "not read: elements <backlash> of <joint> (1: one)" in load_urdf(text, transmissions=True).notes
 
 
 def test_a_robot_with_motors_does_what_inverse_dynamics_asks_for(rng: np.random.Generator) -> None:

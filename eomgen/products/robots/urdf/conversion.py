@@ -13,15 +13,15 @@ from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
 from eomgen.products.robots.draft import Draft, Joint, Link, Mimic, Model, WrittenPose
-from eomgen.products.robots.leftovers import Leftovers, Place
+from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.urdf.notes import (
     NO_TRANSMISSION,
-    left_out,
     notes_of_friction,
     notes_of_mimics,
     notes_of_names_and_angles,
     notes_of_sizes,
     notes_of_what_has_no_effect,
+    version_warnings,
 )
 from eomgen.products.robots.urdf.reading import JOINT_TYPES, Robot, link_key, read_robot
 from eomgen.products.robots.urdf.transmissions import Transmissions, actuation, read_transmissions
@@ -142,6 +142,9 @@ def urdf_data(
         draft.root_joint = _ROOT_JOINT if _ROOT_JOINT not in robot.joints else f"{_ROOT_JOINT}_free"
     conversion = Conversion(draft, report, limits=limits, friction=friction)
     conversion.connect({((), _joint_key(name)): value for name, value in held.items()}, [root_link] if rests else [])
+    for feature, names in robot.left_out.items():
+        for name in names:
+            conversion.scene.left_out(feature, name)
     motors = actuation(robot, gears, held.keys(), leaders.keys())
     conversion.convert(actuated=actuated, actuators=motors)
     notes = [
@@ -156,7 +159,7 @@ def urdf_data(
     if friction:
         notes += notes_of_friction(robot)
     notes += [*notes_of_what_has_no_effect(robot, held), *robot.visuals.notes()]
-    warnings = [*left_out(robot, set(held)), *motors.warnings]
+    warnings = [*version_warnings(robot), *motors.warnings]
     return conversion.result(notes, [(Place(file, line), note) for line, note in warnings], strict=strict)
 
 
@@ -183,7 +186,7 @@ def _draft_of(robot: Robot, held: Collection[str], leaders: Mapping[str, str], f
             mimic = replace(axes[0].mimic, joint=_joint_key(leaders[name]))
             axes = (replace(axes[0], mimic=mimic),)
         world.joints[_joint_key(name)] = replace(joint, axes=axes, around=around)
-    return Draft(robot.name, world, Leftovers({}), loops=list(robot.loops.values()), legal=True)
+    return Draft(robot.name, world, robot.leftovers, loops=list(robot.loops.values()), legal=True)
 
 
 def _body_of(link: Link, robot: Robot) -> str:

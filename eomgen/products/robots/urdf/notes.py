@@ -13,12 +13,6 @@ from eomgen.base.messages import listed, shown
 from eomgen.products.robots.draft import Axis
 from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
 
-_MEANING = {
-    "safety_controller": "safety controllers",
-    "calibration": "calibration",
-    "transmission": "transmissions",
-    "gazebo": "settings of Gazebo",
-}
 #: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
 _TURN = 2.0 * math.pi + 1e-3
 #: Ratio of the radius of gyration to the size of a robot above which the moment of inertia is probably in another unit.
@@ -47,8 +41,11 @@ def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[st
         notes.append(f"geometry and colours have no part in the equations of motion: {', '.join(counts)} [W0182]")
     idle = dict(robot.without_effect)
     for tag in _OF_MOVING_JOINTS:
-        if names := [name for name in robot.left_out.get(tag, ()) if name in still]:
+        places = robot.leftovers.noted.pop(tag, [])
+        if names := [name for _, name in places if name in still]:
             idle[tag] = names
+        if moving := [(place, name) for place, name in places if name not in still]:
+            robot.leftovers.noted[tag] = moving
     if idle:
         named = [f"<{tag}> ({len(names)}: {listed(names)})" for tag, names in idle.items()]
         notes.append(f"without effect on the joints that have it: {', '.join(named)} [W0183]")
@@ -125,15 +122,9 @@ def _joints(names: Sequence[str]) -> str:
     )
 
 
-def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
-    """Return one note for each kind of element that is not modelled or not read; ``still`` are held joints. ``still``
-    are joints that are held."""
+def version_warnings(robot: Robot) -> list[tuple[int, str]]:
+    """Return line and warning of what the version of the file does not have."""
     result = []
-    for kind, places in robot.unread.items():
-        owners = [name for name in dict.fromkeys(name for _, name in places) if name]
-        result.append(
-            (places[0][0], f"not read: {kind} ({len(places)}{': ' if owners else ''}{listed(owners)}) [W0193]")
-        )
     if robot.minor > NEWEST:
         result.append(
             (1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]")
@@ -145,12 +136,4 @@ def left_out(robot: Robot, still: set[str]) -> list[tuple[int, str]]:
         )
         names = [name for _, name in robot.quaternions]
         result.append((robot.quaternions[0][0], f"{note} ({len(names)}: {listed(names)}) [W0195]"))
-    for tag, names in robot.left_out.items():
-        concerned = [name for name in names if name not in still or tag not in _OF_MOVING_JOINTS]
-        if concerned:
-            meaning = _MEANING.get(tag, tag if " " in tag else f"elements <{tag[:64]}>")
-            named = [name for name in dict.fromkeys(concerned) if name]
-            result.append(
-                (1, f"not modelled: {meaning} ({len(concerned)}{': ' if named else ''}{listed(named)}) [W0197]")
-            )
     return result

@@ -1,7 +1,7 @@
 """Supported elements of a URDF, links and joints, and a list of all unread ones.
 
-The format is the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. There is no list
-of the attributes and elements that are read: every element records its requested parts, and the rest is reported.
+The format is the Unified Robot Description Format, http://wiki.ros.org/urdf/XML, versions 1.0 to 1.2. Every element
+records its requested parts, and the rest is reported.
 """
 
 from __future__ import annotations
@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 from typing import TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, Joint, Link, Loop, Mimic, WrittenPose
-from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.leftovers import Leftovers, Place, read_table
 from eomgen.products.robots.urdf.visuals import VisualNotes, VisualReader
 from eomgen.products.robots.visuals import NEARLY, NUMBER, UNIT_LENGTH, NotDrawnError, off_right
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
@@ -51,6 +52,8 @@ _OF_DRAKE = "drake:joint"
 _SCREWS = ("screw",)
 _TYPES_OF_DRAKE = {"ball": "spherical", "universal": "universal", "planar": "planar", "screw": "helical"}
 Read = TypeVar("Read")
+#: Status by child or attribute, of each element.
+STATUSES = read_table(Path(__file__).with_name("coverage.txt"))
 _VERSION = re.compile(r"([0-9]{1,9})(?:\.([0-9]{1,9}))?")
 #: The newest minor version of URDF 1 that is read, and the first that has ``quat_xyzw``.
 NEWEST, WITH_QUATERNIONS = 2, 1
@@ -73,8 +76,8 @@ class Robot:
     nearly_right : joints with an angle near a right one that did not become exact, with that angle
     several_turns : links and joints whose rpy has an angle of more than a turn
     links : by the keys of ``link_key``
-    left_out : known elements without a model, or unknown elements, with the names of links and joints
-    unread : attributes, repeated elements and text without use, with line and name of each link or joint
+    left_out : properties that no joint of a type has in a scene, with the names of joints
+    leftovers : parts that are not read
     without_effect : joints with an element that has no effect on joints of this type, by tag
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
@@ -92,7 +95,7 @@ class Robot:
     nearly_right: dict[str, str] = field(default_factory=dict)
     several_turns: list[str] = field(default_factory=list)
     left_out: dict[str, list[str]] = field(default_factory=dict)
-    unread: dict[str, list[tuple[int, str]]] = field(default_factory=dict)
+    leftovers: Leftovers = field(default_factory=lambda: Leftovers(STATUSES))
     without_effect: dict[str, list[str]] = field(default_factory=dict)
     geometry: dict[str, int] = field(default_factory=dict)
     quaternions: list[tuple[int, str]] = field(default_factory=list)
@@ -202,18 +205,8 @@ class _UrdfReader:
             if attribute in ("unit", "units"):
                 fault = f"<{element.tag}> has the attribute {attribute}, and URDF has SI units and radians only [E1703]"
                 self.report.add_at(element.line, "", fault, f"the value in SI units, without {attribute}")
-                continue
-            meant = nearest(attribute, element.asked)
-            meant = "" if meant.startswith("one of ") or not meant else f" (is {meant} meant?)"
-            self.leave_unread(f"the attribute {shown(attribute)} of <{element.tag}>{meant}", element, owner)
-        if element.has_text:
-            self.leave_unread(f"the text in <{element.tag}>", element, owner)
-        read = {child.tag for child in element.read_children}
-        for child in element.unread_children:
-            if child.tag in read:
-                self.leave_unread(f"a second <{child.tag}>", child, owner)
-            else:
-                self.out.left_out.setdefault(child.tag, []).append(owner or child.get("name"))
+                element.get(attribute)
+        self.out.leftovers.keep(element, element.tag, self.report.file, owner)
         for child in element.read_children:
             if element.tag == "transmission" or child.tag not in (
                 "link",
@@ -224,9 +217,6 @@ class _UrdfReader:
                 *_GEOMETRY,
             ):
                 self.tell_left_over(child, owner or child.get("name"))
-
-    def leave_unread(self, kind: str, element: Element, owner: str) -> None:
-        self.out.unread.setdefault(kind, []).append((element.line, owner))
 
     def numbers(
         self, element: Element | None, attribute: str, key: str, default: tuple[float, ...]
