@@ -123,7 +123,7 @@ def _joints(names: Sequence[str]) -> str:
 
 
 def version_warnings(robot: Robot) -> list[tuple[int, str]]:
-    """Return line and warning of what the version of the file does not have."""
+    """Return line and warning of parts that the version of the file does not have."""
     result = []
     if robot.minor > NEWEST:
         result.append(
