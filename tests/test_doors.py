@@ -566,10 +566,7 @@ LATE: dict[str, dict[str, str]] = {
         "scene.document": "likewise",
         "simulation.judgement": "likewise",
     },
-    "products.doubts.remarks": {
-        "products.doubts": "few runs have events",
-        "simulation.judgement.diagnosis": "few runs have states of few values",
-    },
+    "products.doubts.remarks": {"products.doubts": "few runs have events, or states of few values"},
     "simulation.judgement.finished_run": {
         "compiled.rest.state_warnings": "a run is judged when its solution is asked for it",
         "simulation.accuracy": "likewise",

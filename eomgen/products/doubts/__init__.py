@@ -27,6 +27,7 @@ PRODUCT = Product(
         "eomgen.unseen_laws": (LateRow("laws", "eomgen.products.doubts.unseen_laws:unseen_law"),),
         "eomgen.unresolved_motions": (LateRow("motions", "eomgen.products.doubts.fast_motions:unresolved_motion"),),
         "eomgen.searches": (LateRow("searches", "eomgen.products.doubts.fast_motions:searches_left_out"),),
+        "eomgen.causes": (LateRow("values", "eomgen.products.doubts.causes:cause_of"),),
         "eomgen.starts": (LateRow("tyres", "eomgen.products.doubts.start_checks:deep_tyres"),),
     },
     moved={

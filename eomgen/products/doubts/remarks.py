@@ -138,7 +138,7 @@ def _values_at_rows(
 ) -> dict[tuple[str, str, int], Array]:
     """Return the numbers that symbols of formulas have at rows of a run, at most 500, by kind, name and index; inputs
     without values at the rows are left out."""
-    from eomgen.simulation.judgement.diagnosis import values_of  # noqa: PLC0415  # few runs need it
+    from eomgen.products.doubts.causes import values_of  # noqa: PLC0415  # few runs need it
 
     thinned = slice(None, None, -(-len(states.t) // _LOOKED_AT))
     along = (states.t[thinned], states.q[thinned], states.v[thinned], states.z[thinned])

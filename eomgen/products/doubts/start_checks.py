@@ -21,9 +21,10 @@ from eomgen.lie.numeric import rotated
 from eomgen.results.finding import Finding
 from eomgen.simulation.accuracy.motion_size import reach_of
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun, RunStart
-from eomgen.simulation.judgement.starts import poses_of, starts_beyond_limits
+from eomgen.simulation.judgement.starts import starts_beyond_limits
 from eomgen.simulation.stepping.run import Run
 from eomgen.system.cancellation import LOST, cancellation, digits_kept, largest_cancellation, relative_error
+from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
@@ -188,3 +189,16 @@ ROWS = (
     Check("deep_start [W0249]", _deep_start, ("begun", "tyres")),
     Check("doubtful_start [W0250]", _doubtful_start, ("begun",)),
 )
+
+
+#: The pose of the world.
+STILL = np.array([1.0, 0, 0, 0, 0, 0, 0])
+
+
+def poses_of(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Array]:
+    """Return quaternion and position of the bodies, the base and the world, (7,) each."""
+    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
+    poses[WORLD] = poses[BASE] = STILL
+    if "base" in model.functions:
+        poses[BASE] = model.base(t, parameters=p)[:7]
+    return poses

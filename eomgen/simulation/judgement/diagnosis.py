@@ -1,39 +1,30 @@
 """Diagnosis of a failed run or step: the first quantity that is not finite, a controller's C function, the evidence,
 and a remedy.
-
-Operations of formulas that have no value at a state: quotients by zero, roots and logarithms of negative numbers.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.messages import counted, listed
+from eomgen.base.messages import counted
+from eomgen.base.products import objects_of
 from eomgen.compiled.equations import accelerations
 from eomgen.compiled.rest.state_warnings import inertia_warning
-from eomgen.errors import EomgenError, Problem, UsageError
-from eomgen.formula.curves import EDGE, Curve
-from eomgen.formula.discontinuities import applications
-from eomgen.formula.evaluate import apply, evaluate
-from eomgen.formula.features import WITH_EDGE, rough_operations
-from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
+from eomgen.errors import Problem, UsageError
+from eomgen.formula.features import rough_operations
 from eomgen.integrators.events import CONTROLLER_ADVICE, CONTROLLER_FAILED
 from eomgen.integrators.families.adaptive import MOST_STEPS
 from eomgen.integrators.families.family import NOT_FINITE
 from eomgen.integrators.families.register import Method
 from eomgen.lie import product
-from eomgen.lie.numeric import rotated
 from eomgen.simulation.judgement.instability import Growth
-from eomgen.simulation.judgement.starts import upright_tyres
 from eomgen.simulation.stepping.run import Run
-from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.system.description import BASE, Description, Point
 from eomgen.system.terms import TERMS
 
 if TYPE_CHECKING:
@@ -41,99 +32,15 @@ if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
 
 
-Values = Mapping[tuple[str, str, int], float]
-#: Remedy for operations without a value.
-OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
-_SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
-#: Displacements to the places around a centre, by the size of a body.
-_AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
-#: Distance of ends in one place, in parts of their coordinates.
-_MET = 8.0 * float(np.finfo(float).eps)
-#: The pose of the world.
-_STILL = np.array([1.0, 0, 0, 0, 0, 0, 0])
-#: Arguments beyond this size come from a motion that has grown without end.
-_GROWN = 1e12
-
-
-def operations_without_value(description: Description, values: Values) -> str:
-    """Return a description of the operations of formulas that have no value; empty if none is known.
-
-    Parameters
-    ----------
-    values : numbers by kind, name and index of a symbol; operations that need further symbols are left out
-    """
-
-    def value_of(symbol: Symbol) -> float:
-        try:
-            return values[symbol.kind, symbol.name, symbol.index]
-        except KeyError:
-            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
-
-    result: dict[str, None] = {}
-    formulas = (item.formula for item in description.inputs if item.formula is not None)
-    for formula in (*formulas, *description.formulas):
-        result |= dict.fromkeys(_without_value(formula, value_of))
-    return " and ".join(list(result)[:3])
-
-
-def _quantity_without_value(formula: Quantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    names = formula.word.arguments_of(formula.item)
-    numbers = [evaluate(part, value_of) for part in formula.arguments]
-    value = evaluate(formula, value_of)
-    if all(map(math.isfinite, numbers)) and not math.isfinite(value):
-        place = ", ".join(f"{name} = {number:.6g}" for name, number in zip(names, numbers, strict=False))
-        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {place}"
-
-
-def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
-    if isinstance(formula, Application):
-        yield from _without_value(formula.argument, value_of)
-    if not isinstance(formula, Operation):
-        return
-    parts = formula.arguments
-    try:
-        if formula.name == "select":
-            condition, then, otherwise = parts
-            parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
-        elif isinstance(formula, Quantity):
-            yield from _quantity_without_value(formula, value_of)
-        elif formula.name == "div" or formula.name in _SAID:
-            numbers = [evaluate(part, value_of) for part in parts]
-            if max(map(abs, numbers)) < _GROWN:
-                try:
-                    apply(formula.name, numbers)
-                except ArithmeticError:
-                    texts = [f"{number:.6g}" for number in numbers]
-                    said = f"{texts[0]} / {texts[1]}" if formula.name == "div" else _SAID[formula.name].format(*texts)
-                    of = parts[-1:] if formula.name == "div" else parts
-                    named = (symbol for part in of for symbol in _symbols(part))
-                    names = dict.fromkeys(_named(symbol, value_of) for symbol in named)
-                    yield f"{said} has no value{' at ' if names else ''}{', '.join(list(names)[:3])}"
-    except ArithmeticError:  # of something that is not known here
-        pass
-    for part in parts:
-        yield from _without_value(part, value_of)
-
-
-def _symbols(formula: Formula) -> Iterator[Symbol]:
-    if isinstance(formula, Symbol):
-        yield formula
-    elif isinstance(formula, Operation):
-        for part in formula.arguments:
-            yield from _symbols(part)
-
-
-def _named(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
-    name = {"time": "t", "q": f"q.{symbol.name}", "v": f"v.{symbol.name}"}.get(symbol.kind, symbol.name)
-    return f"{name} = {value_of(symbol):.6g}"
+#: Register of functions of model, block that is not finite, time, state (q, v, z), parameters and inputs; each returns
+#: a cause and a remedy, both empty for none known.
+CAUSES = "eomgen.causes"
 
 
 #: Largest turn of a joint within a step that steppers count, rad.
 COUNTED = 0.9 * 2.0 * np.pi
 #: Remedy for joint angles beyond the range of sines.
 SMALLER_ANGLES = "smaller initial angles and velocities, or a shorter run"
-#: Remedy for tyres without directions of slip.
-UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
 _ORDER = (
     ("mass", "M (the inertia matrix)"),
     ("coupling", "h (the coupling terms)"),
@@ -142,13 +49,6 @@ _ORDER = (
     ("internal_rate", "zdot (the rates of the internal states)"),
     ("forward_dynamics", "vdot (the acceleration)"),
     ("constraint", "Phi (the constraint equations)"),
-)
-
-
-#: Cause and remedy of a contact whose equations have no solution.
-_NO_CONTACT = (
-    ", and the body meets no single point of the surface, as in a valley that is narrower than the body",
-    "a surface whose radius of curvature is above the radius of the body, or a smaller radius",
 )
 
 
@@ -169,7 +69,7 @@ def first_non_finite(
     """
     q, v, a, z = state
     a = np.where(np.isfinite(a), a, 0.0)
-    tyred = model
+    given = model
     model = model.having([term for term, _ in _ORDER if term in model.functions or not TERMS[term].quadratic])
     with np.errstate(all="ignore"):
         for ahead in (False, True):
@@ -184,12 +84,8 @@ def first_non_finite(
             time = t + step if ahead else t
             block = _at(model, time, q, v, z, p, signals)
             if block:
-                values = values_of(model, time, q, v, z, p, signals)
-                cause = _cause(model, time, q, p, values)
-                if not cause[0] and (tyres := upright_tyres(tyred, time, q, p)):
-                    cause = f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
-                if not cause[0] and "contact with the surface" in block:
-                    cause = _NO_CONTACT
+                causes = (cause(given, block, time, (q, v, z), p, signals) for cause in objects_of(CAUSES))
+                cause = next((pair for pair in causes if pair[0]), ("", ""))
                 return f"{block} at t = {time:.9g} s", not ahead, cause
     return "", False, ("", "")
 
@@ -204,127 +100,6 @@ def doubtful_formulas(model: CompiledModel, status: int, block: str) -> str:
         return ""
     named = rough_operations(model.description.formulas, quotients=bool(block))
     return f"; {named} may have no {'value' if block else 'slope'} there" if named else ""
-
-
-def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> tuple[str, str]:
-    """Return the cause of blocks that are not finite, as far as curves, formulas and angles show a cause, and a
-    remedy."""
-    values = {**values, **_positions(model, t, q, p, values)}
-    if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
-        return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
-    if met := _met_springs(model, t, q, p, values):
-        fault = f": the ends of {met} meet, and a force along the line between them has no direction"
-        return fault, "ends that stay apart; springs of length 0 without damping, whose force is 0 there"
-    if taken := large_angles(model.description, values):
-        return f", where formulas take {taken}: {REASON}", HINT
-    if angles := large_joint_angles(model.q_names, model.q_units, q):
-        return f", where {angles}: {REASON}", SMALLER_ANGLES
-    if unknown := operations_without_value(model.description, values):
-        return f", where in a formula {unknown}", OTHER_FORMULA
-    return "", ""
-
-
-def _positions(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> dict[tuple[str, str, int], float]:
-    """Return the world positions of the points that arguments of curves mention."""
-    formulas = (used.argument for formula in model.description.formulas for used in applications(formula))
-    named = {symbol.name for formula in formulas for symbol in _symbols(formula) if symbol.kind == "position"}
-    result: dict[tuple[str, str, int], float] = {}
-    for item in model.description.drawing.points:
-        if item.name in named and item.body in model.bodies:
-            place = _numbers(values, item.position)
-            position = model.point(item.body, place, q, t=t, parameters=p).position
-            result |= {("position", item.name, k): float(position[k]) for k in range(3)}
-    return result
-
-
-def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
-    """Return the springs whose ends are in one place, in words; empty if there are none."""
-    points, result = {point.name: point for point in model.description.drawing.points}, []
-    for line in model.description.drawing.lines:
-        try:
-            places = [_place_of(model, points[end], t, q, p, values) for end in (line.first, line.second)]
-        except (ArithmeticError, KeyError, EomgenError):  # of something that is not known here
-            continue
-        if line.elastic and np.ptp(places, axis=0).max() <= _MET * np.abs(places).max():
-            result.append(line.name)
-    return f"the spring{'s' * (len(result) > 1)} {listed(result)}" if result else ""
-
-
-def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: Values) -> Array:
-    """Return the world position of a point, (3,) m."""
-    place = np.array(_numbers(values, point.position))
-    if point.body in model.bodies:
-        return model.point(point.body, place, q, t=t, parameters=p).position
-    pose = model.base(t, parameters=p)[:7] if point.body == BASE else _STILL
-    return np.asarray(rotated(pose[:4], place) + pose[4:])
-
-
-def _numbers(values: Values, formulas: Sequence[Formula]) -> list[float]:
-    return [evaluate(part, lambda symbol: values[symbol.kind, symbol.name, symbol.index]) for part in formulas]
-
-
-def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
-    """Return a description of a curve whose ends a constraint between two frames leaves, with the constraint; empty
-    without one."""
-    for item in model.description.contacts:
-        used = [(one.curve, one.argument) for one in applications(item.height) if isinstance(one.curve, Curve)]
-        if not used or item.rider not in model.bodies:
-            continue
-        try:
-            origin, center, (size,) = (_numbers(values, part) for part in (item.position, item.center, [item.size]))
-            place = model.point(item.rider, center, q, t=t, parameters=p).position
-            if item.body in (*model.bodies, BASE):
-                at_base = item.body == BASE
-                pose = model.base(t, parameters=p)[:7] if at_base else model.pose(item.body, q, t, parameters=p)
-                place = rotated(pose[:4] * [1.0, -1.0, -1.0, -1.0], place - pose[4:])
-            local = (place - np.array(origin)) @ np.array(item.axes)
-            for curve, argument in used:
-                arguments = [_numbers(_with_place(values, local + off), [argument])[0] for off in size * _AROUND]
-                if _outside(curve, arguments):
-                    near = f"within {size:.6g} m of" if size else "at"
-                    return f"{_range_of(curve)} and is asked {near} {arguments[0]:.9g} by the constraint {item.name}"
-        except (ArithmeticError, KeyError):  # of something that is not known here
-            continue
-    return ""
-
-
-def _with_place(values: Values, place: Array) -> Values:
-    return {**values, **{("local", "position", k): float(place[k]) for k in range(3)}}
-
-
-def _outside(curve: Curve, arguments: Sequence[float]) -> bool:
-    """Return whether the curve has no value at one of the arguments."""
-    margin = EDGE * (curve.end - curve.start)
-    within = all(curve.start - margin <= at <= curve.end + margin for at in arguments)
-    return curve.outside == "error" and not within
-
-
-def _range_of(curve: Curve) -> str:
-    name = curve.name.partition(", ")[0]  # lines of one surface have a common name
-    return f"{name} has points from {curve.start:.9g} to {curve.end:.9g}"
-
-
-def values_of(
-    model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
-) -> dict[tuple[str, str, int], float]:
-    """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
-    values = {("time", "", 0): t}
-    values |= {("parameter", item.name, 0): item.value for item in model.description.parameters}
-    values |= {("parameter", name, 0): float(value) for name, value in zip(model.parameters, p, strict=True)}
-    for factor in model.factors:
-        values |= {("q", factor.name, index): float(value) for index, value in enumerate(q[factor.q])}
-        values |= {("v", factor.name, index): float(value) for index, value in enumerate(v[factor.v])}
-    for number, label in enumerate(model.angles, model.nq - len(model.angles)):
-        joint, _, index = label.partition(".angle")
-        values["q", joint, int(index.strip("[]") or 0)] = float(q[number])
-    values |= {
-        ("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)
-    }
-    try:
-        u = signals.rows(np.array([t]))[0]
-    except UsageError:
-        return values
-    return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
 
 
 def _at(model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals) -> str:
@@ -391,31 +166,6 @@ def advice(method: Method, status: int, settings: Mapping[str, float]) -> str:
     if known[status].name == "TOO_MANY_STEPS" and 0.0 < settings.get("largest_step", 0.0) < least:
         return f"a largest_step of more than {least:.2g} s, or shorter rows"
     return known[status].advice.format(**settings)
-
-
-def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
-    """Return a description of the curves evaluated outside their range; empty without such curves.
-
-    ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are left out.
-    """
-
-    def value_of(symbol: Symbol) -> float:
-        try:
-            return values[symbol.kind, symbol.name, symbol.index]
-        except KeyError:
-            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
-
-    result: dict[str, str] = {}
-    formulas = [item.formula for item in description.inputs if item.formula is not None]
-    for formula in (*formulas, *description.formulas):
-        for used in applications(formula):
-            try:
-                at = evaluate(used.argument, value_of)
-            except ArithmeticError:
-                continue
-            if isinstance(curve := used.curve, Curve) and _outside(curve, [at]):
-                result.setdefault(curve.name.partition(", ")[0], f"{_range_of(curve)} and is asked at {at:.9g}")
-    return " and ".join(result.values())
 
 
 class Failure(NamedTuple):

@@ -13,17 +13,11 @@ from eomgen.base.products import objects_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.formula.evaluate import evaluate
 from eomgen.formula.nodes import Formula
-from eomgen.lie.numeric import rotated
 from eomgen.results.finding import NOTE, Finding
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun
-from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.simulation.stepping.inputs import InputSignals
-
-_AT_REST = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
-#: Horizontal part of a unit vector that counts as upright.
-_UPRIGHT = 1e-9
 
 
 #: Register of functions of a start, as ``doubts_of_start``.
@@ -39,29 +33,6 @@ def doubts_of_start(model: CompiledModel, t: float, q: Array, p: Array, signals:
     signals : inputs of the run; None without inputs
     """
     return [sentence for doubts in objects_of(GROUP) for sentence in doubts(model, t, q, p, signals)]
-
-
-def upright_tyres(model: CompiledModel, t: float, q: Array, p: Array) -> str:
-    """Return the tyres whose axis is upright, so that their slip has no directions; empty for none."""
-    wheels = [wheel for wheel in model.description.drawing.wheels if wheel.axis is not None]
-    if not wheels or "poses" not in model.functions:
-        return ""
-    poses, points = poses_of(model, t, q, p), {point.name: point for point in model.description.drawing.points}
-    named = []
-    for wheel in wheels:
-        axis = rotated(poses[points[wheel.center].body][:4], np.array(wheel.axis))
-        if np.hypot(axis[0], axis[1]) <= _UPRIGHT * np.linalg.norm(axis):
-            named.append(wheel.name)
-    return ", ".join(named)
-
-
-def poses_of(model: CompiledModel, t: float, q: Array, p: Array) -> dict[str, Array]:
-    """Return quaternion and position of the bodies, the base and the world, (7,) each."""
-    poses = dict(zip(model.bodies, model.evaluate("poses", q, t=t, parameters=p)["pose"], strict=True))
-    poses[WORLD] = poses[BASE] = _AT_REST
-    if "base" in model.functions:
-        poses[BASE] = model.base(t, parameters=p)[:7]
-    return poses
 
 
 def starts_beyond_limits(model: CompiledModel, q: NDArray[np.float64], p: NDArray[np.float64]) -> list[str]:

@@ -1,0 +1,295 @@
+"""Causes of values that are not finite: curves left, springs whose ends meet, angles too large for sines, tyres without
+directions of slip, and operations of formulas that have no value: quotients by zero, roots and logarithms of negative
+numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.messages import listed
+from eomgen.errors import EomgenError, UsageError
+from eomgen.formula.curves import EDGE, Curve
+from eomgen.formula.discontinuities import applications
+from eomgen.formula.evaluate import apply, evaluate
+from eomgen.formula.features import WITH_EDGE
+from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
+from eomgen.lie.numeric import rotated
+from eomgen.products.doubts.start_checks import STILL, poses_of
+from eomgen.simulation.judgement.diagnosis import SMALLER_ANGLES
+from eomgen.simulation.stepping.settings import HINT, REASON, large_angles, large_joint_angles
+from eomgen.system.description import BASE, Description, Point
+
+if TYPE_CHECKING:
+    from eomgen.compiled.model import CompiledModel
+    from eomgen.simulation.stepping.inputs import InputSignals
+
+
+Values = Mapping[tuple[str, str, int], float]
+#: Remedy for operations without a value.
+OTHER_FORMULA = "another start, or a formula that has a value there, such as max(x, 1e-3) in place of x"
+_SAID = {name: f"{name}({{0}})" for name in WITH_EDGE} | {"pow": "({0}) ** ({1})"}
+#: Displacements to the places around a centre, by the size of a body.
+_AROUND = np.array([[0, 0, 0], [1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]], float)
+#: Distance of ends in one place, in parts of their coordinates.
+_MET = 8.0 * float(np.finfo(float).eps)
+#: Arguments beyond this size come from a motion that has grown without end.
+_GROWN = 1e12
+#: Remedy for tyres without directions of slip.
+UPRIGHT = "the axis of the wheel's spin, in the axes of its body, and another initial state"
+#: Cause and remedy of a contact whose equations have no solution.
+_NO_CONTACT = (
+    ", and the body meets no single point of the surface, as in a valley that is narrower than the body",
+    "a surface whose radius of curvature is above the radius of the body, or a smaller radius",
+)
+#: Horizontal part of a unit vector that counts as upright.
+_UPRIGHT = 1e-9
+
+
+def cause_of(
+    model: CompiledModel, block: str, t: float, state: tuple[Array, Array, Array], p: Array, signals: InputSignals
+) -> tuple[str, str]:
+    """Return the cause of a block that is not finite at a state (q, v, z), as far as curves, formulas, tyres and angles
+    show a cause, and a remedy."""
+    q, v, z = state
+    cause = _cause(model, t, q, p, values_of(model, t, q, v, z, p, signals))
+    if not cause[0] and (tyres := upright_tyres(model, t, q, p)):
+        return f", where slip.axis of the tyre {tyres} is upright", UPRIGHT
+    return _NO_CONTACT if not cause[0] and "contact with the surface" in block else cause
+
+
+def _cause(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> tuple[str, str]:
+    """Return the cause of blocks that are not finite, as far as curves, formulas and angles show a cause, and a
+    remedy."""
+    values = {**values, **_positions(model, t, q, p, values)}
+    if left := curves_outside_range(model.description, values) or _left_by_contacts(model, t, q, p, values):
+        return f", where the curve {left}", 'points that reach further, or outside = "hold" or "periodic"'
+    if met := _met_springs(model, t, q, p, values):
+        fault = f": the ends of {met} meet, and a force along the line between them has no direction"
+        return fault, "ends that stay apart; springs of length 0 without damping, whose force is 0 there"
+    if taken := large_angles(model.description, values):
+        return f", where formulas take {taken}: {REASON}", HINT
+    if angles := large_joint_angles(model.q_names, model.q_units, q):
+        return f", where {angles}: {REASON}", SMALLER_ANGLES
+    if unknown := operations_without_value(model.description, values):
+        return f", where in a formula {unknown}", OTHER_FORMULA
+    return "", ""
+
+
+def operations_without_value(description: Description, values: Values) -> str:
+    """Return a description of the operations of formulas that have no value; empty if none is known.
+
+    Parameters
+    ----------
+    values : numbers by kind, name and index of a symbol; operations that need further symbols are left out
+    """
+
+    def value_of(symbol: Symbol) -> float:
+        try:
+            return values[symbol.kind, symbol.name, symbol.index]
+        except KeyError:
+            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
+
+    result: dict[str, None] = {}
+    formulas = (item.formula for item in description.inputs if item.formula is not None)
+    for formula in (*formulas, *description.formulas):
+        result |= dict.fromkeys(_without_value(formula, value_of))
+    return " and ".join(list(result)[:3])
+
+
+def _quantity_without_value(formula: Quantity, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    names = formula.word.arguments_of(formula.item)
+    numbers = [evaluate(part, value_of) for part in formula.arguments]
+    value = evaluate(formula, value_of)
+    if all(map(math.isfinite, numbers)) and not math.isfinite(value):
+        place = ", ".join(f"{name} = {number:.6g}" for name, number in zip(names, numbers, strict=False))
+        yield f"{formula.word.named(formula.item, formula.component)} is {value:g} at {place}"
+
+
+def _without_value(formula: Formula, value_of: Callable[[Symbol], float]) -> Iterator[str]:
+    if isinstance(formula, Application):
+        yield from _without_value(formula.argument, value_of)
+    if not isinstance(formula, Operation):
+        return
+    parts = formula.arguments
+    try:
+        if formula.name == "select":
+            condition, then, otherwise = parts
+            parts = (condition, then if evaluate(condition, value_of) != 0.0 else otherwise)
+        elif isinstance(formula, Quantity):
+            yield from _quantity_without_value(formula, value_of)
+        elif formula.name == "div" or formula.name in _SAID:
+            numbers = [evaluate(part, value_of) for part in parts]
+            if max(map(abs, numbers)) < _GROWN:
+                try:
+                    apply(formula.name, numbers)
+                except ArithmeticError:
+                    texts = [f"{number:.6g}" for number in numbers]
+                    said = f"{texts[0]} / {texts[1]}" if formula.name == "div" else _SAID[formula.name].format(*texts)
+                    of = parts[-1:] if formula.name == "div" else parts
+                    named = (symbol for part in of for symbol in _symbols(part))
+                    names = dict.fromkeys(_named(symbol, value_of) for symbol in named)
+                    yield f"{said} has no value{' at ' if names else ''}{', '.join(list(names)[:3])}"
+    except ArithmeticError:  # of something that is not known here
+        pass
+    for part in parts:
+        yield from _without_value(part, value_of)
+
+
+def _symbols(formula: Formula) -> Iterator[Symbol]:
+    if isinstance(formula, Symbol):
+        yield formula
+    elif isinstance(formula, Operation):
+        for part in formula.arguments:
+            yield from _symbols(part)
+
+
+def _named(symbol: Symbol, value_of: Callable[[Symbol], float]) -> str:
+    name = {"time": "t", "q": f"q.{symbol.name}", "v": f"v.{symbol.name}"}.get(symbol.kind, symbol.name)
+    return f"{name} = {value_of(symbol):.6g}"
+
+
+def _positions(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> dict[tuple[str, str, int], float]:
+    """Return the world positions of the points that arguments of curves mention."""
+    formulas = (used.argument for formula in model.description.formulas for used in applications(formula))
+    named = {symbol.name for formula in formulas for symbol in _symbols(formula) if symbol.kind == "position"}
+    result: dict[tuple[str, str, int], float] = {}
+    for item in model.description.drawing.points:
+        if item.name in named and item.body in model.bodies:
+            place = _numbers(values, item.position)
+            position = model.point(item.body, place, q, t=t, parameters=p).position
+            result |= {("position", item.name, k): float(position[k]) for k in range(3)}
+    return result
+
+
+def _met_springs(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
+    """Return the springs whose ends are in one place, in words; empty if there are none."""
+    points, result = {point.name: point for point in model.description.drawing.points}, []
+    for line in model.description.drawing.lines:
+        try:
+            places = [_place_of(model, points[end], t, q, p, values) for end in (line.first, line.second)]
+        except (ArithmeticError, KeyError, EomgenError):  # of something that is not known here
+            continue
+        if line.elastic and np.ptp(places, axis=0).max() <= _MET * np.abs(places).max():
+            result.append(line.name)
+    return f"the spring{'s' * (len(result) > 1)} {listed(result)}" if result else ""
+
+
+def _place_of(model: CompiledModel, point: Point, t: float, q: Array, p: Array, values: Values) -> Array:
+    """Return the world position of a point, (3,) m."""
+    place = np.array(_numbers(values, point.position))
+    if point.body in model.bodies:
+        return model.point(point.body, place, q, t=t, parameters=p).position
+    pose = model.base(t, parameters=p)[:7] if point.body == BASE else STILL
+    return np.asarray(rotated(pose[:4], place) + pose[4:])
+
+
+def _numbers(values: Values, formulas: Sequence[Formula]) -> list[float]:
+    return [evaluate(part, lambda symbol: values[symbol.kind, symbol.name, symbol.index]) for part in formulas]
+
+
+def _left_by_contacts(model: CompiledModel, t: float, q: Array, p: Array, values: Values) -> str:
+    """Return a description of a curve whose ends a constraint between two frames leaves, with the constraint; empty
+    without one."""
+    for item in model.description.contacts:
+        used = [(one.curve, one.argument) for one in applications(item.height) if isinstance(one.curve, Curve)]
+        if not used or item.rider not in model.bodies:
+            continue
+        try:
+            origin, center, (size,) = (_numbers(values, part) for part in (item.position, item.center, [item.size]))
+            place = model.point(item.rider, center, q, t=t, parameters=p).position
+            if item.body in (*model.bodies, BASE):
+                at_base = item.body == BASE
+                pose = model.base(t, parameters=p)[:7] if at_base else model.pose(item.body, q, t, parameters=p)
+                place = rotated(pose[:4] * [1.0, -1.0, -1.0, -1.0], place - pose[4:])
+            local = (place - np.array(origin)) @ np.array(item.axes)
+            for curve, argument in used:
+                arguments = [_numbers(_with_place(values, local + off), [argument])[0] for off in size * _AROUND]
+                if _outside(curve, arguments):
+                    near = f"within {size:.6g} m of" if size else "at"
+                    return f"{_range_of(curve)} and is asked {near} {arguments[0]:.9g} by the constraint {item.name}"
+        except (ArithmeticError, KeyError):  # of something that is not known here
+            continue
+    return ""
+
+
+def _with_place(values: Values, place: Array) -> Values:
+    return {**values, **{("local", "position", k): float(place[k]) for k in range(3)}}
+
+
+def _outside(curve: Curve, arguments: Sequence[float]) -> bool:
+    """Return whether the curve has no value at one of the arguments."""
+    margin = EDGE * (curve.end - curve.start)
+    within = all(curve.start - margin <= at <= curve.end + margin for at in arguments)
+    return curve.outside == "error" and not within
+
+
+def _range_of(curve: Curve) -> str:
+    name = curve.name.partition(", ")[0]  # lines of one surface have a common name
+    return f"{name} has points from {curve.start:.9g} to {curve.end:.9g}"
+
+
+def values_of(
+    model: CompiledModel, t: float, q: Array, v: Array, z: Array, p: Array, signals: InputSignals
+) -> dict[tuple[str, str, int], float]:
+    """Return the numbers that symbols of formulas have at a state, by kind, name and index."""
+    values = {("time", "", 0): t}
+    values |= {("parameter", item.name, 0): item.value for item in model.description.parameters}
+    values |= {("parameter", name, 0): float(value) for name, value in zip(model.parameters, p, strict=True)}
+    for factor in model.factors:
+        values |= {("q", factor.name, index): float(value) for index, value in enumerate(q[factor.q])}
+        values |= {("v", factor.name, index): float(value) for index, value in enumerate(v[factor.v])}
+    for number, label in enumerate(model.angles, model.nq - len(model.angles)):
+        joint, _, index = label.partition(".angle")
+        values["q", joint, int(index.strip("[]") or 0)] = float(q[number])
+    values |= {
+        ("state", item["name"], 0): float(value) for item, value in zip(model.library.layout["states"], z, strict=True)
+    }
+    try:
+        u = signals.rows(np.array([t]))[0]
+    except UsageError:
+        return values
+    return values | {("input", name, 0): float(value) for name, value in zip(model.inputs, u, strict=True)}
+
+
+def curves_outside_range(description: Description, values: Mapping[tuple[str, str, int], float]) -> str:
+    """Return a description of the curves evaluated outside their range; empty without such curves.
+
+    ``values`` are numbers by kind, name and index of a symbol; arguments that need further symbols are left out.
+    """
+
+    def value_of(symbol: Symbol) -> float:
+        try:
+            return values[symbol.kind, symbol.name, symbol.index]
+        except KeyError:
+            raise ArithmeticError(f"{symbol.kind} {symbol.name}") from None
+
+    result: dict[str, str] = {}
+    formulas = [item.formula for item in description.inputs if item.formula is not None]
+    for formula in (*formulas, *description.formulas):
+        for used in applications(formula):
+            try:
+                at = evaluate(used.argument, value_of)
+            except ArithmeticError:
+                continue
+            if isinstance(curve := used.curve, Curve) and _outside(curve, [at]):
+                result.setdefault(curve.name.partition(", ")[0], f"{_range_of(curve)} and is asked at {at:.9g}")
+    return " and ".join(result.values())
+
+
+def upright_tyres(model: CompiledModel, t: float, q: Array, p: Array) -> str:
+    """Return the tyres whose axis is upright, so that their slip has no directions; empty for none."""
+    wheels = [wheel for wheel in model.description.drawing.wheels if wheel.axis is not None]
+    if not wheels or "poses" not in model.functions:
+        return ""
+    poses, points = poses_of(model, t, q, p), {point.name: point for point in model.description.drawing.points}
+    named = []
+    for wheel in wheels:
+        axis = rotated(poses[points[wheel.center].body][:4], np.array(wheel.axis))
+        if np.hypot(axis[0], axis[1]) <= _UPRIGHT * np.linalg.norm(axis):
+            named.append(wheel.name)
+    return ", ".join(named)
