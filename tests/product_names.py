@@ -13,6 +13,7 @@ COMMAND = "python -m tests.product_names eomgen/products/offered.py"
 #: Registers whose rows have no names for users.
 _UNNAMED = (
     "eomgen.attributes",
+    "eomgen.causes",
     "eomgen.checks",
     "eomgen.ensemble_notes",
     "eomgen.info",
