@@ -21,11 +21,12 @@ import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from PIL import Image
 
-from eomgen.products.studies.work_precision.result import Point, Tradeoff
+if TYPE_CHECKING:
+    from eomgen.products.studies.work_precision.result import Point, Tradeoff  # noqa: PLC0415  # a product
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "examples"
@@ -122,6 +123,8 @@ def measure(name: str, folder: Path) -> None:
 def study_in(folder: Path) -> Tradeoff:
     """Return the study that ``tradeoff.json`` in a folder tells. Raises ValueError where methods were not built in
     time, which the cache has at the next run."""
+    from eomgen.products.studies.work_precision.result import Point, Tradeoff  # noqa: PLC0415  # a product
+
     held = json.loads((folder / "tradeoff.json").read_text(encoding="utf-8"))
     if late := [name for name, why in held["left_out"].items() if why.startswith("not built")]:
         raise ValueError(f"{folder.name}: {'; '.join(late)}: not built within the budget; run it once more")

@@ -11,11 +11,21 @@ from sphinx.cmd.build import build_main
 from docs.site.doubts import page as page_of_doubts
 from docs.site.gallery import gallery_pages, write_files
 from docs.site.modules import page as page_of_modules
-from docs.site.pages import Page, external_links, site_pages, write
+from docs.site.pages import BUILT, Page, external_links, site_pages, write
 from docs.site.plain_text import write_plain_text
 from docs.site.reference import reference_pages, sessions
+from tests.integrators.orders.page import page as page_of_orders
 
 HERE = Path(__file__).parent
+
+
+def built_pages() -> tuple[Page, ...]:
+    """Return the pages that are made of modules, registers and measured numbers."""
+    return (
+        Page("project/modules", page_of_modules()),
+        Page("evidence/doubts", page_of_doubts()),
+        Page("evidence/orders", page_of_orders(), *BUILT),
+    )
 
 
 def main(arguments: list[str]) -> int:
@@ -25,8 +35,7 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--jobs", default="auto", help="processes of Sphinx; one for each core")
     options = parser.parse_args(arguments)
     sources = options.out / "sources"
-    built = (Page("project/modules", page_of_modules()), Page("evidence/doubts", page_of_doubts()))
-    site = site_pages((*gallery_pages(), *reference_pages(sessions()), *built))
+    site = site_pages((*gallery_pages(), *reference_pages(sessions()), *built_pages()))
     write(site, sources)
     links = (f"{address}  {', '.join(places)}\n" for address, places in external_links(site).items())
     (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")

@@ -200,6 +200,8 @@ def contents(part: Part) -> str:
     return text
 
 
+#: Paths by which pages link to pages that a build of the site makes.
+BUILT = ("docs/orders.md",)
 #: Pages in parts, and the folders of their parts in the site.
 IN_PARTS = {
     "docs/scene.md": "reference/scene",
@@ -260,7 +262,8 @@ def hand_written() -> Iterator[Page]:
         ("project", PROJECT),
         ("reference", ("glossary", "glossary_of_methods")),
     ):
-        yield from (Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md") for name in names)
+        for name in (name for name in names if f"docs/{name}.md" not in BUILT):
+            yield Page(f"{folder}/{name}", read(f"docs/{name}.md"), f"docs/{name}.md")
     for folder in ("theory", "contributing", "tutorials", "how_to"):
         for path in sorted((ROOT / "docs" / folder).glob("*.md")):
             yield Page(f"{folder}/{path.stem}", read(f"docs/{folder}/{path.name}"), f"docs/{folder}/{path.name}")

@@ -15,6 +15,7 @@ import pytest
 
 import eomgen
 from benchmarks.example_pages import STUDIES
+from docs.site.__main__ import built_pages
 from docs.site.gallery import MOTIONS, copied, examples, files_of, gallery_pages, picture_of
 from docs.site.pages import (
     HOW_TO,
@@ -56,7 +57,7 @@ DOCUMENT = every_document()
 @cache
 def site() -> Site:
     """Return all pages."""
-    return site_pages((*gallery_pages(), *reference_pages()))
+    return site_pages((*gallery_pages(), *reference_pages(), *built_pages()))
 
 
 def test_every_public_name_is_on_one_page_of_the_reference() -> None:

@@ -1,11 +1,12 @@
-"""The page docs/orders.md: slopes of every method of the register on every group and kind of scene, or why it refuses.
+"""The page of orders, which is built with the site: slopes of every method of the register on every group and kind of
+scene, or why it refuses.
 
-python -m tests.integrators.orders.page      measures all anew, and writes it
+python -m tests.integrators.orders.page      measures all slopes anew, and writes measured.json
 """
 
 from __future__ import annotations
 
-import re
+import json
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from tests.integrators.orders.checks import listed
 from tests.integrators.orders.scenes import KINDS, MECHANISMS, Kind, absolute_scene
 from tests.integrators.orders.slopes import SERIES_ORDER, declared, made, refusal, slopes, subjects
 
-PAGE = Path(__file__).parents[3] / "docs" / "orders.md"
+MEASURED = Path(__file__).with_name("measured.json")
 COMMAND = "python -m tests.integrators.orders.page"
 #: Slopes by group, or why there are none.
 Cell = Mapping[str, float] | str
@@ -26,7 +27,7 @@ INTRODUCTION = """# Orders of the methods
 By which power of the step errors fall, measured: each method of the register on six kinds of scenes, each of which has
 mechanisms on R^n, SO(3), SE(3) and R^3 x SO(3) that do not touch one another. A cell has their slopes in this order: of
 positions, velocities and multipliers the one farthest from the order that the method declares. Tests
-hold slopes within 0.1 of orders up to 2, 0.2 of 3 and 4, and 0.4 above, and compute the page anew:
+hold slopes within 0.1 of orders up to 2, 0.2 of 3 and 4, and 0.4 above, and this command measures all anew:
 
     {command}
 
@@ -59,12 +60,18 @@ def refusals(kind: Kind) -> dict[str, str]:
     return found
 
 
-def cells(kind: Kind) -> dict[str, Cell]:
-    """Return the cells of a kind of scene by method."""
-    found: dict[str, Cell] = {}
-    for name, reason in refusals(kind).items():
-        found[name] = reason or worst_slopes(name, kind)
-    return found
+def measured() -> dict[str, dict[str, dict[str, float]]]:
+    """Return the slopes that were measured last, by kind of scenes, method and group."""
+    kinds = json.loads(MEASURED.read_text(encoding="utf-8"))
+    return {
+        kind: {name: dict(zip(MECHANISMS, row, strict=True)) for name, row in rows.items()}
+        for kind, rows in kinds.items()
+    }
+
+
+def slopes_of(kind: Kind) -> dict[str, dict[str, float]]:
+    """Measure the slopes of all methods that run on a kind of scenes."""
+    return {name: worst_slopes(name, kind) for name, reason in refusals(kind).items() if not reason}
 
 
 def worst_slopes(name: str, kind: Kind) -> dict[str, float]:
@@ -76,8 +83,12 @@ def worst_slopes(name: str, kind: Kind) -> dict[str, float]:
     }
 
 
-def page(columns: Mapping[str, Mapping[str, Cell]]) -> str:
-    """Return the text of the page, from the cells by kind and method."""
+def page() -> str:
+    """Return the text of the page, from the measured slopes and the reasons of refused methods."""
+    columns: dict[str, dict[str, Cell]] = {}
+    for kind in KINDS:
+        known = measured()[kind.name]
+        columns[kind.name] = {name: reason or known[name] for name, reason in refusals(kind).items()}
     reasons = list(
         dict.fromkeys(cell for column in columns.values() for cell in column.values() if isinstance(cell, str))
     )
@@ -91,18 +102,13 @@ def page(columns: Mapping[str, Mapping[str, Cell]]) -> str:
     return f"{head}{table}\n\nRefused:\n\n{''.join(notes)}\n## What else tests hold\n\n{listed()}"
 
 
-def read(text: str) -> dict[str, dict[str, Cell]]:
-    """Return the cells that the page has, by kind and method."""
-    reasons = dict(re.findall(r"^- \((\w)\) (.*)$", text, re.MULTILINE))
-    header, _, *rows = [line.strip("|").split("|") for line in text.splitlines() if line.startswith("|")]
-    found: dict[str, dict[str, Cell]] = {kind.strip(): {} for kind in header[2:]}
-    for name, _, *row in rows:
-        for kind, cell in zip(found, row, strict=True):
-            refused = re.fullmatch(r"refused \((\w)\)", cell.strip())
-            numbers = () if refused else map(float, cell.split())
-            slopes_found = dict(zip(MECHANISMS, numbers, strict=not refused))
-            found[kind][name.strip(" `")] = reasons[refused[1]] if refused else slopes_found
-    return found
+def written(kinds: Mapping[str, Mapping[str, Mapping[str, float]]]) -> str:
+    """Return the text of the file of slopes: a line for each method."""
+    parts = []
+    for kind, rows in kinds.items():
+        lines = (f'    "{name}": {[round(slope, 2) for slope in row.values()]}' for name, row in rows.items())
+        parts.append(f'  "{kind}": {{\n' + ",\n".join(lines) + "\n  }")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
 
 
 def _shown(cell: Cell, reasons: list[str]) -> str:
@@ -116,5 +122,5 @@ def _letter(reasons: list[str], reason: str) -> str:
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page({kind.name: cells(kind) for kind in KINDS}), encoding="utf-8")
-    print(PAGE)
+    MEASURED.write_text(written({kind.name: slopes_of(kind) for kind in KINDS}), encoding="utf-8")
+    print(MEASURED)
