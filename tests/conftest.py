@@ -52,6 +52,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     items.sort(key=lambda item: (("waves" in item.path.parts), "jax" in item.nodeid.lower()))
     if providers := sys.modules.get("hypothesis.internal.conjecture.providers"):
         providers.is_local_module_file = lambda path: False  # type: ignore[attr-defined]
+    if mujoco := sys.modules.get("mujoco"):  # its warnings are lines of a file in the present folder otherwise
+        mujoco.set_mju_user_warning(lambda text: None)
 
 
 @pytest.hookimpl(wrapper=True)

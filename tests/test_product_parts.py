@@ -13,8 +13,6 @@ import pytest
 from eomgen.base.products import products
 from tests.product_parts import RENEWALS, ROOT, dependents, paths_of, strays
 
-#: Products that the tests of the core do without: ``testing`` has the random states that the oracles of the core take.
-REGULAR = [name for name in products() if name != "testing"]
 #: Tests of the core that hold without a product.
 HELD = (
     "tests/test_doors.py",
@@ -33,14 +31,14 @@ def test_every_path_of_a_product_is_there(product: str) -> None:
     assert not missing
 
 
-@pytest.mark.parametrize("product", REGULAR)
+@pytest.mark.parametrize("product", products())
 def test_tests_elsewhere_import_nothing_of_a_regular_product(product: str) -> None:
     assert not [*strays(product)]
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases(*REGULAR[:1])
-@pytest.mark.parametrize("product", REGULAR)
+@pytest.mark.long_cases(*[*products()][:1])
+@pytest.mark.parametrize("product", products())
 def test_a_product_is_removed_by_its_paths(product: str, tmp_path: Path) -> None:
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for name in listed.splitlines():

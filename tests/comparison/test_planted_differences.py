@@ -322,7 +322,7 @@ def _check(folder: Path, ending: str, text: str, planted: Planted) -> None:
 
 
 def test_forty_differences_are_planted() -> None:
-    """The number that issue 40 asks for, and twenty more."""
+    """Forty in the descriptions, and twenty further ones."""
     assert sum(len(planted) for _, planted in DESCRIPTIONS.values()) == 40
     assert sum(len(planted) for _, _, planted in FURTHER) == 20
 

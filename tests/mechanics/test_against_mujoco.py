@@ -4,6 +4,7 @@ loop."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -251,3 +252,13 @@ def test_short_motion_agrees_to_the_order_of_the_methods() -> None:
         differences.append(float(np.linalg.norm(ours - theirs)))
     slopes = np.log2(np.array(differences[:-1]) / differences[1:])
     assert differences[-1] < 1e-8 and np.all(np.abs(slopes - 4.0) < 0.3), (differences, slopes)
+
+
+def test_warnings_of_mujoco_write_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = "<mujoco><worldbody><body><freejoint/><geom size='1'/></body></worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    data.qvel[0] = np.nan
+    mujoco.mj_step(model, data)
+    assert not [*tmp_path.iterdir()]

@@ -1,5 +1,5 @@
-"""Evaluation of model functions, as ``eomgen.testing`` has it."""
+"""Evaluation of model functions for oracles."""
 
-from eomgen.products.testing.states import Array, Evaluate, relative_error, tape_evaluator
+from tests.oracles.states import Array, Evaluate, relative_error, tape_evaluator
 
 __all__ = ["Array", "Evaluate", "relative_error", "tape_evaluator"]
