@@ -2,16 +2,15 @@
 
     python -m benchmarks.example_pages [NAME ...] [--folder out/examples] [--keep]
 
-For each folder of ``examples`` this runs the command of its page (``STUDIES`` has the options), keeps the picture in
-few colours as ``docs/examples/NAME.png``, and replaces what stands between the marks of ``docs/examples/NAME.md``, and
-the example's row in the table of ``docs/examples/README.md``. The rest of these pages is written by hand. ``--keep``
-writes from the studies that the folder holds already.
+For each folder of ``examples`` this runs the command of its page (``STUDIES`` has the options), and replaces what
+stands between the marks of ``docs/examples/NAME.md``, and the example's row in the table of
+``docs/examples/README.md``. The rest of these pages is written by hand; their pictures are drawn with the site.
+``--keep`` writes from the studies that the folder holds already.
 """
 
 from __future__ import annotations
 
 import argparse
-import io
 import json
 import math
 import re
@@ -23,10 +22,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from PIL import Image
-
 if TYPE_CHECKING:
-    from eomgen.products.studies.work_precision.result import Point, Tradeoff  # noqa: PLC0415  # a product
+    from eomgen.products.studies.work_precision.result import Point, Tradeoff  # a product
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "examples"
@@ -34,8 +31,6 @@ PAGES = ROOT / "docs" / "examples"
 DEMANDS = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 TOLD = (1e-3, 1e-6)
 BEGIN, END = "<!-- measured -->", "<!-- end of the measured part -->"
-#: Pictures are this wide, in so many colours, and no larger than so many bytes.
-WIDTH, COLOURS, LARGEST = 1150, 160, 80_000
 
 
 #: What every study varies.
@@ -160,7 +155,7 @@ def section(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
         "",
         f"    {command(name)}",
         "",
-        f"![Time and error of all runs of the study]({name}.png)",
+        f"![Time and error of the cheapest runs]({name}.png)",
         "",
         f"Errors: the largest over {end - start:.4g} s of {what}, relative. Times: the processor's, for all steps.",
         f"{machine}.",
@@ -266,25 +261,10 @@ def row(name: str, study: Tradeoff, told: Mapping[str, Any]) -> str:
     return f"| {' | '.join(cells)} |"
 
 
-def compressed(picture: Path) -> bytes:
-    """Return a picture narrower and in few colours, as PNG. Raises ValueError where it stays too large."""
-    with Image.open(picture) as opened:
-        image = opened.convert("RGB")
-    height = round(image.height * WIDTH / image.width)
-    small = image.resize((WIDTH, height), Image.Resampling.LANCZOS)
-    few = small.quantize(COLOURS, method=Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
-    text = io.BytesIO()
-    few.save(text, "PNG", optimize=True)
-    if text.tell() > LARGEST:
-        raise ValueError(f"{picture}: {text.tell()} bytes in {COLOURS} colours, more than {LARGEST}")
-    return text.getvalue()
-
-
 def write(name: str, folder: Path) -> None:
-    """Write the measured part of an example's page, its picture, and its row in the table of all."""
+    """Write the measured part of an example's page, and its row in the table of all."""
     study = study_in(folder / name)
     told = json.loads(_eomgen("info", scene_of(name), "--json"))
-    (PAGES / f"{name}.png").write_bytes(compressed(folder / name / "tradeoff.png"))
     page, index = PAGES / f"{name}.md", PAGES / "README.md"
     before, _, rest = page.read_text(encoding="utf-8").partition(BEGIN)
     after = rest.partition(END)[2]

@@ -9,7 +9,7 @@ from pathlib import Path
 from sphinx.cmd.build import build_main
 
 from docs.site.doubts import page as page_of_doubts
-from docs.site.gallery import gallery_pages, write_files
+from docs.site.gallery import drawn, gallery_pages, write_files
 from docs.site.modules import page as page_of_modules
 from docs.site.pages import BUILT, Page, external_links, site_pages, write
 from docs.site.plain_text import write_plain_text
@@ -36,13 +36,14 @@ def main(arguments: list[str]) -> int:
     options = parser.parse_args(arguments)
     sources = options.out / "sources"
     site = site_pages((*gallery_pages(), *reference_pages(sessions()), *built_pages()))
-    write(site, sources)
+    pictures, animations = drawn(options.out / "pictures")
+    write(site, sources, pictures)
     links = (f"{address}  {', '.join(places)}\n" for address, places in external_links(site).items())
     (options.out / "external_links.txt").write_text("".join(links), encoding="utf-8")
     words = ["-b", "dirhtml", "-W", "--keep-going", "-q", "-j", options.jobs, "-c", str(HERE)]
     code = build_main([*words, "-d", str(options.out / "doctrees"), str(sources), str(options.out / "html")])
     write_plain_text(site, options.out / "html")
-    write_files(options.out / "html", options.out / "animations")
+    write_files(options.out / "html", pictures, animations)
     if code == 0:
         folder = options.out / "html"
         sys.stdout.write(f"{folder}; its pages are folders: python -m http.server -d {folder}\n")

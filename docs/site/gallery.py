@@ -2,23 +2,29 @@
 
 The animations are runs of the scenes whose cost of accuracy ``benchmarks.example_pages`` measures, and of further
 scenes that move, five seconds at most if a row says no other duration. A build of the site makes them, each anew only
-if a file of the example changed.
+if a file of the example changed. Most pictures are the outputs of these runs.
 """
 
 from __future__ import annotations
 
-import hashlib
 import math
 import re
 import runpy
 import shutil
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import eomgen
 from benchmarks.example_pages import BEGIN, END, STUDIES
 from docs.site.pages import ROOT, Page, headings, read
+from docs.site.pictures import PROGRAMS, commanded, costs, digest_of, drawings, saved
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 FOLDER = "gallery"
 #: Files of an example that are shown, by ending, and the language of their block; longer ones are named.
@@ -161,24 +167,59 @@ def copied(name: str) -> str:
     return f"pictures/{name}{Path(picture_of(name)).suffix}"
 
 
-def write_files(html: Path, kept: Path) -> None:
-    """Copy pictures and animations into the HTML of a site; animations are kept in a folder by their content."""
+def run_of(name: str) -> eomgen.Solution:
+    """Return the run of an animation."""
+    motion = MOTIONS[name]
+    scene = motion.scene(ROOT / "examples" / name)
+    model = eomgen.build(scene, profile="quick")
+    options = {"initial": {"q": list(motion.initial)}} if motion.initial else {}
+    duration = min(motion.duration, scene.simulation.duration)
+    return model.simulate(duration, inputs=motion.inputs or None, error_estimate=False, **options)
+
+
+def run_pictures() -> dict[str, str]:
+    """Return the pictures of animated runs, which are in no file of the repository: example by path."""
+    paths = {picture_of(name): name for name in MOTIONS if name not in PROGRAMS}
+    return {path: name for path, name in paths.items() if not (ROOT / path).is_file()}
+
+
+def built_pictures() -> set[str]:
+    """Return the paths of all pictures that a build draws."""
+    tables = {f"docs/examples/{name}.png" for name in STUDIES}
+    return {*run_pictures(), *tables, *(picture for drawing in drawings() for picture in drawing.pictures)}
+
+
+def drawn(kept: Path) -> tuple[dict[str, Path], dict[str, Path]]:
+    """Return the files of pictures by their paths, and of animations by example; a folder keeps them."""
+    kept.mkdir(parents=True, exist_ok=True)
+    with ThreadPoolExecutor(1) as pool:
+        others = pool.submit(commanded, kept)  # in processes of their own
+        pictures, pages = costs(kept), {}
+        owners = {name: path for path, name in run_pictures().items()}
+        for name in MOTIONS:
+            sources = [Path(__file__), *files_of(name)]
+            pages[name] = kept / f"{name}-{digest_of(sources)}.html"
+            run = None if pages[name].is_file() else run_of(name)
+            if run is not None:
+                run.animate(pages[name])
+            if name in owners:
+                draw = partial(_figure, name, run)
+                pictures[owners[name]] = saved(kept, name, sources, draw)
+        return pictures | others.result(), pages
+
+
+def _figure(name: str, run: eomgen.Solution | None) -> Figure:
+    (first, *_) = (run or run_of(name)).plot()
+    figure: Figure = first.figure
+    return figure
+
+
+def write_files(html: Path, pictures: Mapping[str, Path], pages: Mapping[str, Path]) -> None:
+    """Copy the pictures of the gallery and the animations into the HTML of a site."""
     for name in examples():
         target = html / copied(name)
         target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(ROOT / picture_of(name), target)
+        shutil.copyfile(pictures.get(picture_of(name), ROOT / picture_of(name)), target)
     (html / "animations").mkdir(exist_ok=True)
-    kept.mkdir(parents=True, exist_ok=True)
-    for name, motion in MOTIONS.items():
-        digest = hashlib.sha256(eomgen.__version__.encode() + Path(__file__).read_bytes())
-        for path in files_of(name):
-            digest.update(path.read_bytes())
-        page = kept / f"{name}-{digest.hexdigest()[:16]}.html"
-        if not page.is_file():
-            scene = motion.scene(ROOT / "examples" / name)
-            model = eomgen.build(scene, profile="quick")
-            options = {"initial": {"q": list(motion.initial)}} if motion.initial else {}
-            duration = min(motion.duration, scene.simulation.duration)
-            run = model.simulate(duration, inputs=motion.inputs or None, error_estimate=False, **options)
-            run.animate(page)
+    for name, page in pages.items():
         shutil.copyfile(page, html / "animations" / f"{name}.html")

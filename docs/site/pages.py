@@ -359,8 +359,18 @@ def external_links(site: Site) -> dict[str, list[str]]:
     return dict(sorted(found.items()))
 
 
-def write(site: Site, folder: Path) -> None:
-    """Write the sources of the site; files whose text is unchanged keep their time, so that Sphinx reads them once."""
+def write(site: Site, folder: Path, drawn: Mapping[str, Path]) -> None:
+    """Write the sources of the site; files whose text is unchanged keep their time, so that Sphinx reads them once.
+
+    Parameters
+    ----------
+    site : Site
+        All pages.
+    folder : Path
+        For the sources.
+    drawn : mapping
+        Files of pictures that the repository does not have, by the paths of links.
+    """
     kept: set[Path] = set()
 
     def put(path: Path, content: bytes) -> None:
@@ -370,7 +380,7 @@ def write(site: Site, folder: Path) -> None:
         kept.add(path)
 
     def copied(path: str) -> str:
-        put(folder / "images" / path, (ROOT / path).read_bytes())
+        put(folder / "images" / path, drawn.get(path, ROOT / path).read_bytes())
         return f"images/{path}"
 
     for page in site.pages.values():

@@ -5,12 +5,13 @@ Blocks of ``toml``, ``yaml`` and ``c`` whose first line names a file are written
 commands, and the other lines are what the commands print. ``...`` stands for any text. A picture of a page has the name
 of a file that a block writes.
 
-``python -m tests.docs.executed docs/tutorials/pendulum.md`` writes the present output, where the page has another one,
-and the pictures.
+``python -m tests.docs.executed docs/tutorials/pendulum.md`` writes the present output, where the page has another one;
+with ``--pictures FOLDER`` it writes the pictures of the page, in place of the output.
 """
 
 from __future__ import annotations
 
+import argparse
 import contextlib
 import doctest
 import io
@@ -98,16 +99,23 @@ def _session(block: str, folder: Path) -> str:
 
 
 def main(arguments: list[str]) -> int:
-    """Renew the outputs and pictures of pages."""
+    """Renew the outputs of pages, or write their pictures."""
     import matplotlib
 
     matplotlib.use("Agg")
-    for path in map(Path, arguments):
+    parser = argparse.ArgumentParser(description=main.__doc__)
+    parser.add_argument("pages", nargs="+", type=Path)
+    parser.add_argument("--pictures", type=Path, help="folder of the pictures")
+    options = parser.parse_args(arguments)
+    for path in options.pages:
         text = path.read_text(encoding="utf-8")
         with tempfile.TemporaryDirectory() as name:
-            path.write_text(executed(text, Path(name), path.stem), encoding="utf-8")
+            made = executed(text, Path(name), path.stem)
+            if options.pictures is None:
+                path.write_text(made, encoding="utf-8")
+                continue
             for picture in pictures(text):
-                shutil.copy(Path(name) / picture, path.parent / picture)
+                shutil.copy(Path(name) / picture, options.pictures / picture)
     return 0
 
 
