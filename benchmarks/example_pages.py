@@ -23,7 +23,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from eomgen.products.studies.work_precision.result import Point, Tradeoff  # a product
+    from eomgen.studies import Point, Tradeoff
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = ROOT / "docs" / "examples"
@@ -118,7 +118,7 @@ def measure(name: str, folder: Path) -> None:
 def study_in(folder: Path) -> Tradeoff:
     """Return the study that ``tradeoff.json`` in a folder tells. Raises ValueError where methods were not built in
     time, which the cache has at the next run."""
-    from eomgen.products.studies.work_precision.result import Point, Tradeoff  # noqa: PLC0415  # a product
+    from eomgen.studies import Point, Tradeoff  # noqa: PLC0415  # of a product
 
     held = json.loads((folder / "tradeoff.json").read_text(encoding="utf-8"))
     if late := [name for name, why in held["left_out"].items() if why.startswith("not built")]:

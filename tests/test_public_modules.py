@@ -46,23 +46,10 @@ def test_modules_that_moved_are_imported_by_their_earlier_names() -> None:
         assert _run(f"import eomgen.{name} as it; print(it.__name__)") == module, name
     of_a_core_room = "from eomgen.analysis.equilibrium import Equilibrium as it; print(it.__module__)"
     assert _run(of_a_core_room) == "eomgen.compiled.rest.equilibrium"
-    within = "from eomgen.linear.state_space import StateSpace as it; print(it.__module__)"
-    assert _run(within) == "eomgen.products.linear.state_space"
 
 
 def test_every_public_package_has_a_witness() -> None:
     assert set(WITHIN) == {name for name in MODULES if hasattr(import_module(MODULES[name]), "__path__")}
-
-
-def test_public_modules_are_imported_by_each_form_of_an_import_first() -> None:
-    forms = ("import eomgen.waves.sea as it", "from eomgen.waves import sea as it", "from eomgen.waves.sea import Sea")
-    for form in forms:
-        check = "sys.modules['eomgen.waves.sea'] is sys.modules['eomgen.products.waves.second_order.sea']"
-        if "Sea" in form:
-            check = f"{check} and Sea is eomgen.waves.Sea"
-        elif form.startswith("from"):
-            check = "it is sys.modules['eomgen.products.waves.second_order.sea']"
-        assert _run(f"import sys, eomgen\n{form}\nprint({check})") == "True", form
 
 
 def test_a_module_that_there_is_not_is_refused_as_python_does() -> None:

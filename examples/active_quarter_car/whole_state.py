@@ -25,8 +25,8 @@ from eomgen.control import (
 from eomgen.control.plant import Plant
 from eomgen.control.stationary import road_intensity
 from eomgen.control.weights import Weights
-from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.state_space import StateSpace
+from eomgen.linear.linearization import Linearization
+from eomgen.linear.state_space import StateSpace
 
 SCENE = Path(__file__).with_name("lag.toml")
 SPEED = 20.0

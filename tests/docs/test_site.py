@@ -45,11 +45,13 @@ from docs.site.reference import (
     reference_pages,
     sessions,
 )
+from eomgen.base.products import products
 from eomgen.cli import VERBS
 from eomgen.integrators.families.register import method_names
 from eomgen.scene.document.schema import every_document
 from eomgen.system.system import INPUT_BLOCKS
 from tests.browser.widths import WIDTHS, faults
+from tests.product_parts import facts_of
 
 DOCUMENT = every_document()
 #: Any picture in place of the ones that a build draws.
@@ -105,18 +107,10 @@ WITHOUT_PAGE = {
         "eomgen.system.description.Wheel",
     },
     "passed on from one public function to another": {
+        *(name for product in products() for name in facts_of(product).get("without_page", ())),
         "eomgen.base.calls.NamedResults",
         "eomgen.compiled.initial_state.InitialState",
         "eomgen.lie.product.Factor",
-        "eomgen.products.linear.freedom.Partials",
-        "eomgen.products.linear.linearization.Names",
-        "eomgen.products.linear.sampling.SampledPart",
-        "eomgen.products.derivatives.stationary_run.StationaryRun",
-        "eomgen.products.ensembles.journal.BlockJournal",
-        "eomgen.products.ensembles.statistics.Reduction",
-        "eomgen.products.fields.documents.document.Chains",
-        "eomgen.products.fields.documents.document.FieldSystem",
-        "eomgen.products.sympy_mechanics.equations.SymbolicEquations",
         "eomgen.results.poses.PosesAndScenery",
         "eomgen.results.recorded.ModelOfRun",
         "eomgen.scene.rotations.Rotation",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import re
 import warnings
 from collections.abc import Callable
@@ -160,3 +161,7 @@ def test_linear_models_and_designs_answer_wrong_arguments(call: Callable[[StateS
     space = StateSpace(-one, one, none, one, 0.0 * one, none, ("x",), ("u",), (), ("y",))
     with pytest.raises(eomgen.UsageError, match=re.escape(text)):
         call(space)
+
+
+def test_modules_within_a_moved_one_are_imported_by_their_earlier_names() -> None:
+    assert importlib.import_module("eomgen.linear.state_space").StateSpace is StateSpace

@@ -143,7 +143,7 @@ def test_blocks_are_runs_of_statements_without_a_branch() -> None:
 
 
 def test_a_mutant_is_in_the_block_before_it_and_a_default_in_the_first() -> None:
-    path = "eomgen/products/linear/modes.py"
+    path = "eomgen/solvers/redundancy.py"
     every = mutants_of((ROOT / path).read_bytes(), path)
     for mutant in every[::7]:
         names = blocks_of(mutant)
@@ -155,10 +155,10 @@ def test_a_mutant_is_in_the_block_before_it_and_a_default_in_the_first() -> None
 
 
 def test_files_about_the_module_come_before_others() -> None:
-    mutant = Mutant("eomgen/products/linear/modes.py", 1, "Modes.stability", "comparison", 0, 1, "a", "b")
+    mutant = Mutant("eomgen/solvers/redundancy.py", 1, "redundant", "comparison", 0, 1, "a", "b")
     ranks = [
-        nearness(mutant, "tests/linear/test_stability_of_modes.py", "from eomgen.products.linear.modes import modes"),
-        nearness(mutant, "tests/linear/test_campbell.py", "import eomgen"),
-        nearness(mutant, "tests/waves/test_radar.py", "import eomgen"),
+        nearness(mutant, "tests/solvers/test_sparse_rows.py", "from eomgen.solvers.redundancy import redundant"),
+        nearness(mutant, "tests/solvers/test_quadrature.py", "import eomgen"),
+        nearness(mutant, "tests/lie/test_groups.py", "import eomgen"),
     ]
     assert ranks == sorted(ranks, reverse=True) and len(set(ranks)) == 3
