@@ -110,10 +110,10 @@ def main(arguments: list[str]) -> int:
     for path in options.pages:
         text = path.read_text(encoding="utf-8")
         with tempfile.TemporaryDirectory() as name:
-            made = executed(text, Path(name), path.stem)
             if options.pictures is None:
-                path.write_text(made, encoding="utf-8")
+                path.write_text(executed(text, Path(name), path.stem), encoding="utf-8")
                 continue
+            executed(text[: max(found.start() for found in _PICTURE.finditer(text))], Path(name), path.stem)
             for picture in pictures(text):
                 shutil.copy(Path(name) / picture, options.pictures / picture)
     return 0
