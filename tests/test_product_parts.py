@@ -32,12 +32,12 @@ def test_every_path_of_a_product_is_there(product: str) -> None:
 
 
 @pytest.mark.parametrize("product", products())
-def test_tests_elsewhere_import_nothing_of_a_regular_product(product: str) -> None:
+def test_tests_elsewhere_import_nothing_of_a_product(product: str) -> None:
     assert not [*strays(product)]
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases(*[*products()][:1])
+@pytest.mark.long_cases("comparison")
 @pytest.mark.parametrize("product", products())
 def test_a_product_is_removed_by_its_paths(product: str, tmp_path: Path) -> None:
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
