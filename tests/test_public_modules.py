@@ -15,7 +15,7 @@ from eomgen.base.products import OF_THE_CORE, earlier_names, products, public_mo
 
 MODULES = OF_THE_CORE | public_modules()
 STUB = Path(eomgen.__file__).parent / "products" / "exported.pyi"
-#: A module within each package.
+#: A module within each package; rows of absent products are left out.
 WITHIN = {
     "control": "regulator",
     "fields": "sampling",
@@ -24,6 +24,7 @@ WITHIN = {
     "studies": "tuning.tune",
     "waves": "sea",
 }
+WITHIN = {name: within for name, within in WITHIN.items() if name in MODULES}
 
 
 def _run(program: str) -> str:

@@ -267,6 +267,8 @@ def test_a_fault_in_a_command_of_a_distribution_is_not_eomgen_s(
 
 
 NAMED = "the entry point 'units' (unitverbs:UNITS) in eomgen.verbs of the distribution unitverbs"
+#: A method of a Solution that a product brings.
+TAKEN = min(methods("Solution"))
 REMEDY = "try: another version of unitverbs, or uninstall it"
 
 
@@ -281,7 +283,7 @@ REMEDY = "try: another version of unitverbs, or uninstall it"
             PLUGIN.replace("unitverbs:units_of_parameters", "unitverbs:simulate"),
             "takes the name simulate, which there is",
         ),
-        (PLUGIN.replace("unitverbs:rows_in", "unitverbs:animate"), "takes the name animate, which there is"),
+        (PLUGIN.replace("unitverbs:rows_in", f"unitverbs:{TAKEN}"), f"takes the name {TAKEN}, which there is"),
     ],
 )
 def test_a_row_that_cannot_be_used_is_named_once(
