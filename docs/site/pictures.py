@@ -106,7 +106,7 @@ def commanded(kept: Path) -> dict[str, Path]:
         digest = digest_of(drawing.sources)
         files = {picture: kept / f"{Path(picture).stem}-{digest}.png" for picture in drawing.pictures}
         if not all(file.is_file() for file in files.values()):
-            environment = {"EOMGEN_PROFILE": "quick", **os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
+            environment = {**os.environ, "PYTHONPATH": str(ROOT), "MPLBACKEND": "Agg"}
             with TemporaryDirectory() as folder:
                 command = [sys.executable, *drawing.command]
                 subprocess.run(command, cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL)
