@@ -8,7 +8,7 @@ import click
 
 from eomgen.cli.options import completed_files, debug_option, json_option, optional_folder
 from eomgen.cli.printing import print_json, say
-from eomgen.errors import FileError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.scene.sources.register import own_endings
 
 
@@ -47,8 +47,6 @@ def _file(path: Path) -> Path:
     ------
     UsageError
         A folder without a solution, or a file of another kind.
-    FileError
-        No such file or folder.
     """
     file = path / "solution.npz" if path.is_dir() else path
     if file.suffix == ".npz" and (file is path or file.is_file()):
@@ -59,7 +57,7 @@ def _file(path: Path) -> Path:
     elif (kept := path.parent / "solution.npz").is_file():
         fault, hint = "a stored solution is needed, a file .npz [E0202]", f"{kept}"
     elif not path.exists():
-        raise FileError(Problem(str(path), "there is no such file or folder [E2218]", of_run))
+        fault, hint = "there is no such file or folder [E2218]", of_run
     else:
         fault, hint = (
             "a stored solution is needed, a file .npz [E0202]",

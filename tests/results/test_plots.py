@@ -363,7 +363,7 @@ def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest
         ),
         (["{run}", "q.hinge", "--over", "q.hinge"], 2, "plot: there is no other column to draw over this one"),
         (["{run}/scene.toml"], 2, "a stored solution is needed, a file .npz; try: {run}/solution.npz"),
-        (["scene.toml"], 7, "scene.toml: there is no such file or folder; try: the folder of a run of eomgen simulate"),
+        (["scene.toml"], 2, "scene.toml: there is no such file or folder; try: the folder of a run of eomgen simulate"),
         (["{run}/empty"], 2, "this folder has no solution.npz; try: the folder of a run of eomgen simulate"),
         (["{run}/none.npz"], 7, "none.npz: cannot be read: No such file or directory"),
         (["{run}/other.npz"], 7, "other.npz: "),
