@@ -597,6 +597,31 @@ def changed(**changes: Any) -> dict[str, Any]:
         ),
         (changed(masses={}), "the key 'masses' is unknown here"),
         (changed(outputs={"r": "sqrt(x**2 - 1)"}), r"\(outputs.r\): it has no finite real value at the start"),
+        (
+            changed(coordinates={"x": {"initial": [0.0, 0.1], "unit": 3}, "y": {"initial": [0, 0]}}),
+            r'\(coordinates.x.unit\): a text is needed here, not 3; try: unit = "m"',
+        ),
+        (
+            changed(
+                coordinates={"x": {"initial": [0, 0], "momentum": "p", "masss": 1}, "y": {"initial": [0, 0]}},
+                hamiltonian="p**2/2 + p_y**2/2 + x*y",
+                outputs={"momentum": "p + p_y"},
+            ),
+            "the key 'masss' is unknown here",
+        ),
+        (
+            changed(parameters={"coupling": {"value": 1.0, "unit": 3}}),
+            r"\(parameters.coupling.unit\): a text is needed",
+        ),
+        (changed(parameters={"coupling": [2.0], "half": "coupling/2"}), "not a list; try: coupling = 2.0"),
+        (
+            changed(definitions={"energy": ["x"]}, outputs={"twice": "2*energy"}),
+            r"\(definitions.energy\): a number or a formula is needed here",
+        ),
+        (changed(outputs={"r": [True]}), r"\(outputs.r\): a number or a formula is .*; try: \[outputs\] and r = \"x\""),
+        (changed(simulation={"compensated": 1}), "true or false is needed here, not 1; try: compensated = false"),
+        (changed(simulation=3), r"\(simulation\): a table is needed here, not 3; try: \[simulation\]"),
+        (changed(name=3), 'a text is needed here, not 3; try: name = "system"'),
         (changed(simulation={"step": 0}), "0 is out of range here: .*; try: a number above 0"),
         (changed(simulation={"steps": 0.1}), "the key 'steps' is unknown here; try: step"),
         (changed(simulation={"record_every": 0.5}), "a whole number is needed here, not 0.5; try: record_every = 1"),

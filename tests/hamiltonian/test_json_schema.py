@@ -46,6 +46,9 @@ def test_every_file_fits(draft: Any) -> None:
         (changed(masses={}), "'masses' was unexpected"),
         (changed(coordinates={"x": {}}), "'initial' is a required property"),
         (changed(coordinates={"x": {"initial": [1]}}), "[1] is too short"),
+        (changed(coordinates={"2x": {"initial": [1, 2]}}), "'2x' does not match"),
+        (changed(name="henon heiles"), "'henon heiles' does not match"),
+        (changed(simulation={"tolerance": -1e-8}), "-1e-08 is less than the minimum of 0"),
         (changed(hamiltonian=["x"]), "['x'] is not valid"),
         (changed(simulation={"step": "1 s"}), "'1 s' is not of type 'number'"),
         (changed(simulation={"record_every": 1.5}), "1.5 is not of type 'integer'"),
@@ -65,12 +68,28 @@ def test_fields_have_theirs() -> None:
     name = next(iter(data["operators"]))
     for changes, text in (
         ({"mesh": {**data["mesh"], "cells": [8, 1]}}, "[8, 1] is not valid"),
+        ({"data": {"2x": "1"}}, "'2x' does not match"),
         ({"operators": {name: {"powr": "1"}}}, "'powr' was unexpected"),
         ({"mass": {"choice": "heavy"}}, "'heavy' is not one of"),
         ({"sampling": {"samples": "many"}}, "'many' is not of type 'integer'"),
     ):
         found = faults({**data, **changes}, jsonschema.Draft7Validator)
         assert len(found) == 1 and text in found[0], found
+
+
+def test_names_of_entries_are_legal_names() -> None:
+    """Names of copies have indices in braces, and of terms of H they are free."""
+    for schema, sections in (
+        (COORDINATES, {"parameters", "coordinates", "definitions", "outputs"}),
+        (FIELDS, {"parameters", "definitions", "operators", "data"}),
+    ):
+        restricted = {key for key, entry in schema["properties"].items() if "patternProperties" in entry}
+        assert restricted == sections
+        assert all(schema["properties"][key]["additionalProperties"] is False for key in sections)
+        assert [*schema["properties"]["operators" if "operators" in sections else "outputs"]["patternProperties"]] == [
+            schema["properties"]["name"]["pattern"]
+        ]
+    assert "patternProperties" not in json.dumps(COORDINATES["$defs"]["Copies"])
 
 
 def test_the_command_prints_it(capsys: pytest.CaptureFixture[str]) -> None:

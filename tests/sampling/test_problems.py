@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import tomllib
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,9 @@ from eomgen.fields import (
     smoothing,
 )
 from eomgen.products.fields.documents.field_reading import fields_from_data, load_fields
-from eomgen.sampling import FieldProblem, field_problem
+from eomgen.products.fields.documents.schema import FieldFile, HamiltonianFile
+from eomgen.sampling import FieldProblem, field_problem, sample
+from eomgen.scene.reading.key_metadata import fields_of, tables_of
 from eomgen.scene.sources.toml import toml_data
 from tests.fields.density import power
 from tests.models.cache import shared_cache
@@ -224,6 +227,7 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ({"mesh__cells": [8, 8, 8, 8]}, "mesh.cells): the numbers of cells cannot be [8, 8, 8, 8]"),
         ({"mesh__length": -1.0}, "mesh.length): the length of the box cannot be -1.0; try: a number above 0"),
         ({"mesh__length": [1.0, 2.0]}, "mesh.length): the length of the box cannot be [1.0, 2.0]"),
+        ({"mesh": {"cells": [8, 8], "length": [60.0]}}, "[60.0]; try: one number for all axes, or a list of 2"),
         ({"mesh__length": 1e-300}, "mesh.length): the length of the box cannot be 1e-300; try: a number above 0 (1e-1"),
         ({"kind": "scene"}, "this is not a file of fields: a system to be sampled has a kind and a mesh"),
         ({"mesh": None}, "there is no mesh: samples are of fields of cells, not of motions of coordinates"),
@@ -247,6 +251,8 @@ def message(folder: Path | None = None, **changes: Any) -> str:
         ),
         ({"operators__mean": {"white": True}}, "operators.mean): the name mean is given twice, in [parameters] too"),
         ({"parameters__s_variance": 1.0}, "parameters.s_variance): this is the name of the variance of s"),
+        ({"operators__t": {"white": 1}}, "operators.t.white): true or false is needed here, not 1; try: white = true"),
+        ({"prior": {"white": 1}}, "prior.white): true or false is needed here, not 1; try: white = true, independent"),
         ({"prior": {"white": False}}, "try: white = true, independent standard normal numbers"),
         ({"truth": None}, "data.counts): counts is drawn about fields of a truth that is missing; try: [truth]"),
         ({"truth__seed": -1}, "truth.seed): -1 is out of range here: it should be greater than or equal to 0;"),
@@ -277,6 +283,13 @@ def message(folder: Path | None = None, **changes: Any) -> str:
             "more than 50 definitions are within one another",
         ),
         ({"mass": {"choice": "heavy"}}, "mass.choice): 'heavy' is not known here; try: one of fisher, prior or unit"),
+        ({"mass": "fisher"}, "mass): a table is needed here, not 'fisher'; try: [mass] and choice ="),
+        ({"operators__s__power": {"file": "p.csv", "columns": ["k"]}}, "a list of 2 entries is needed here, not 1"),
+        ({"parameters__mean": [1.0]}, "mean): a number or a formula is needed here, not a list; try: mean ="),
+        ({"parameters__mean": [True]}, "a number or a formula is needed here, not a list; try: [parameters] and a"),
+        ({"sampling__guard": math.nan}, "sampling.guard): nan is out of range here: it should be greater than 0; try:"),
+        ({"sampling__guard": 0}, "sampling.guard): 0 is out of range here: it should be greater than 0; try:"),
+        ({"sampling__seed": "1"}, "sampling.seed): a whole number is needed here, not '1'; try: seed = 0"),
         ({"sampling__samples": 1.5}, "sampling.samples): a whole number is needed here, not 1.5"),
         ({"sampling__field": "r"}, "sampling.field): there is no field 'r' in the energy; try: s"),
         ({"sampling__sample": 3}, "sampling.sample): the key 'sample' is unknown here; try: samples"),
@@ -318,6 +331,46 @@ def test_what_files_may_not_say(changes: dict[str, Any], text: str) -> None:
     found = message(**changes)
     assert text in found
     assert found.count("\n") <= 2
+
+
+def test_steps_may_have_no_guard() -> None:
+    assert problem(sampling__guard=math.inf).system.sampling.guard == math.inf
+    with pytest.raises(EomgenError, match="guard"):
+        sample(changed(sampling__guard=2))
+
+
+def test_one_length_holds_for_all_axes() -> None:
+    assert problem(mesh={"cells": [8, 6], "length": 60}).system.lengths == (60.0, 60.0)
+    assert problem(mesh={"cells": 8, "length": [60.0]}).system.lengths == (60.0,)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"operators__s__of": 1, "operators__t": {"smoothing": 1.0, "of": "s"}, "sampling__field": "t"},
+        {"operators__s": {"white": True, "power": "k"}, "operators__t": {"smoothing": 1.0, "of": "s"}},
+        {"parameters__shape": {"value": 1.0, "unit": 1}, "operators__s__power": "shape*exp(-k)"},
+        {"parameters__shape": [1.0], "parameters__half": "shape/2", "cell__energy": "(shape + half)*s - counts"},
+        {"data__seen": {"formula": 1, "column": 1}, "data__more": "2*seen", "sampling__field": "s"},
+        {"definitions__shape": True, "definitions__half": "shape/2", "operators__s__power": "half*exp(-k)"},
+    ],
+)
+def test_entries_with_a_fault_are_no_unknown_names(changes: dict[str, Any]) -> None:
+    with pytest.raises(EomgenError) as caught:
+        problem(**changes)
+    assert len(caught.value.problems) == 1, caught.value
+
+
+def test_keys_have_examples_in_the_notation_of_files() -> None:
+    """A hint for any wrong value; keys with few admissible words list these."""
+    tables = {**tables_of(FieldFile), **tables_of(HamiltonianFile)}
+    del tables["Copies"]  # of which copies are made before
+    keys = [(model, name, meaning) for model in tables.values() for name, (meaning, _) in fields_of(model).items()]
+    assert {name for _, name, meaning in keys if not meaning.example} == {"choice", "difference", "repeat"}
+    for model, name, meaning in keys:
+        if model.__name__ in ("Run", "Chains"):
+            standard = model.model_fields[name].default
+            assert tomllib.loads(meaning.example) == {name: "..." if standard == "" else standard}
 
 
 def test_files_of_data_that_cannot_be_taken(tmp_path: Path) -> None:

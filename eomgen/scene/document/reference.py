@@ -223,6 +223,8 @@ def _of_every_draft(node: Any) -> Any:
     node = {key_name: _of_every_draft(entry) for key_name, entry in node.items()}
     if "prefixItems" in node:
         node["items"] = node.pop("prefixItems")[0]  # lists of a length are lists of one kind here
+    if "patternProperties" in node:  # other names are not legal
+        node["additionalProperties"] = False
     if "const" in node:
         node["enum"] = [node.pop("const")]
     return node

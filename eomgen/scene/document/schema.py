@@ -78,7 +78,7 @@ class Document(Table):
     #: Sections by which the file is read: late rows are among them only if the file mentions the section.
     rows: ClassVar[tuple[Section, ...]] = ()
 
-    format: Literal[1] = key("version of this format", kind="1")
+    format: Literal[1] = key("version of this format", kind="1", example="format = 1")
     name: str = key("name of the scene and prefix of its C functions", kind="name")
     description: Description = key("one line for tables and plots", "")
     gravity: Triple = key("in world axes", GRAVITY, unit="m/s^2", names=PARAMETERS)

@@ -56,10 +56,8 @@ _ENTRIES: Mapping[str, str] = {
 }
 #: Values of keys that have to be there, by table and key.
 _REQUIRED: Mapping[tuple[str, str], str] = {
-    ("", "format"): "1",
     ("limits", "stiffness"): "1e5",
     ("friction", "velocity"): "0.01",
-    ("friction", "coulomb"): "0.3",
     ("wave", "period"): "0.5",
 }
 _AXIS_VECTORS = ("[1, 0, 0]", "[0, 1, 0]", "[0, 0, 1]")
@@ -204,9 +202,8 @@ def key_meant(name: str, keys: Collection[str], given: object) -> str:
     if line := _line_meant(name, keys, given) or _concept_meant(name, keys):
         return line
     for row in rows_of("eomgen.keys_elsewhere", ForeignKeys):
-        hint: str = row.hint(name, keys, given)
-        if hint:
-            return hint
+        if hint := row.hint(name, keys, given):
+            return str(hint)
     meant = _KEYS.get(name, _KEYS.get(name.lower(), ()))
     return next((key for key in meant if key in keys), "")
 
@@ -289,8 +286,7 @@ def child_hint(data: Mapping[str, Any]) -> str:
 
 def wrong_format(given: object) -> tuple[str, str]:
     """Return the fault and the remedy of a ``format`` that is not 1."""
-    later = isinstance(given, int) and given > 1
-    remedy = "format = 1, or a newer eomgen" if later else "format = 1"
+    remedy = "format = 1, or a newer eomgen" if isinstance(given, int) and given > 1 else "format = 1"
     return f"this eomgen reads format 1, not {described(given)} [E1479]", remedy
 
 
@@ -338,7 +334,7 @@ def _number_meant(location: tuple[str | int, ...], given: object, table: type[Ba
 
 def _one_number(key: str, given: Sequence[object]) -> str:
     """Return the hint of a list of numbers in place of a number; empty for a list of other values."""
-    if not given or not all(isinstance(part, int | float) for part in given):
+    if not given or not all(map(is_plain_number, given)):
         return ""
     if key == "radius" and len(set(given)) > 1:
         return f'one number, or type = "ellipsoid" with semi_axes = {list(given)}'
@@ -379,8 +375,9 @@ def _reported(
 
     ``renamed``: keys that misspelt keys were meant to be, which are not missing too; new ones are added.
     """
-    parts = (part for part in detail["loc"] if isinstance(part, str | int))
-    location = tuple(part for part in parts if not str(part).startswith("#"))  # tags are not keys
+    location = tuple(part for part in detail["loc"] if not str(part).startswith("#"))  # tags are not keys
+    if not issubclass(schema, Document):  # in all messages of scenes, values in a short form have keys
+        location = _in_file(location, data)
     fault, hint = explained(detail["type"], detail["msg"], location, detail.get("input"), schema)
     if detail["type"] == "extra_forbidden":
         renamed.add((*location[:-1], hint))
@@ -389,6 +386,16 @@ def _reported(
         hint = child_hint(data)
     if _is_news(detail, location, report) and not (missing and location in renamed):
         report.add(key_of(*location), fault, hint)
+    return location
+
+
+def _in_file(location: tuple[str | int, ...], data: object) -> tuple[str | int, ...]:
+    """Return the part of a place that the data have, and a key that is missing: a short form has no keys."""
+    for depth, part in enumerate(location):
+        every = dict(enumerate(data)) if isinstance(data, list | tuple) and isinstance(part, int) else data
+        if not isinstance(every, Mapping):
+            return location[:depth]
+        data = every.get(part)
     return location
 
 
@@ -417,8 +424,7 @@ def _word_meant(message: str, location: tuple[str | int, ...], given: object) ->
         return "formula"
     if location[-1] == "shape" and given in ("sine", "sin", "cosine", "cos"):
         return 'formula = "sin(2 * pi * t / 0.5)" in place of a wave'
-    alike = [name for name in names if _letters(name) == _letters(str(given))]
-    if alike:
+    if alike := [name for name in names if _letters(name) == _letters(str(given))]:
         return alike[0]
     return nearest(str(given), names) if len(names) > _LISTED else f"one of {expected}"
 
@@ -430,8 +436,7 @@ def _letters(word: str) -> str:
 
 def _place_of(location: tuple[str | int, ...], model: Any) -> tuple[Any, str]:
     """Return the schema at a place within a table, None for an unknown one, and the example of the innermost key."""
-    example_of_key = ""
-    own_name = False  # whether the next part is one that the scene gives to an entry
+    example_of_key, own_name = "", False  # whether the next part is one that the scene gives to an entry
     for part in location:
         if own_name:
             own_name = False
@@ -441,9 +446,7 @@ def _place_of(location: tuple[str | int, ...], model: Any) -> tuple[Any, str]:
             own_name = get_origin(model) is dict
             while not isinstance(model, type) or not issubclass(model, BaseModel):
                 arguments = get_args(model)[:1] if get_origin(model) is Annotated else get_args(model)
-                candidates = [
-                    candidate for candidate in arguments if candidate is not type(None) and candidate is not str
-                ]
+                candidates = [kind for kind in arguments if kind not in (type(None), str)]
                 if not candidates:
                     return None, example_of_key
                 model = candidates[-1] if candidates[-1] is not Ellipsis else candidates[0]
@@ -493,9 +496,7 @@ def read_table(
             elif section in kept:
                 broken = broken or section in sections
                 del kept[section]
-    if broken:  # avoids a separate problem for every reference into a missing section
-        report.raise_problems()
-    kept = {**instead, **kept}
-    if any(field.is_required() and name not in kept for name, field in schema.model_fields.items()):
+    kept = {**instead, **kept}  # a broken section: without a separate problem for every reference into it
+    if broken or any(field.is_required() and name not in kept for name, field in schema.model_fields.items()):
         report.raise_problems()
     return schema.model_validate(kept), refused

@@ -50,7 +50,7 @@ class Limits(Table):
 class Friction(Table):
     """Dry friction of a joint's coordinates."""
 
-    coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS)
+    coulomb: Values = key("level of the friction", unit=_EFFORT, names=PARAMETERS, example="coulomb = 0.3")
     velocity: Values = key(
         "regularisation: well below this speed the joint counts as sticking", unit=_RATE, names=PARAMETERS
     )

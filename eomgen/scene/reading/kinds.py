@@ -64,7 +64,7 @@ def _bound(value: object) -> float | str | None:
     return None if isinstance(value, float) and math.isinf(value) else _value(value)
 
 
-def _list_of(*lengths: int) -> Callable[[object], object]:
+def list_of(*lengths: int) -> Callable[[object], object]:
     """Return a validator that takes lists of one of the given lengths."""
 
     def check(value: object) -> object:
@@ -101,8 +101,8 @@ Description = Annotated[str, Field(max_length=10_000)]
 Unit = Annotated[str, Field(max_length=64)]
 Finite = Annotated[float, PlainValidator(_number), _Once(), WithJsonSchema(NUMBER_SCHEMA)]
 Value = Annotated[float | str, PlainValidator(_value), _Once(), WithJsonSchema(VALUE_SCHEMA)]
-Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(_list_of(3)), _Once()]
-Pair = Annotated[tuple[Value, Value], BeforeValidator(_list_of(2)), _Once()]
+Triple = Annotated[tuple[Value, Value, Value], BeforeValidator(list_of(3)), _Once()]
+Pair = Annotated[tuple[Value, Value], BeforeValidator(list_of(2)), _Once()]
 Values = Annotated[
     tuple[Value, ...],
     BeforeValidator(_as_list),
@@ -115,7 +115,7 @@ Numbers = Annotated[
     _Once(),
     WithJsonSchema({"anyOf": [NUMBER_SCHEMA, {"type": "array", "items": NUMBER_SCHEMA}]}),
 ]
-NumberPair = Annotated[tuple[Finite, Finite], BeforeValidator(_list_of(2))]
+NumberPair = Annotated[tuple[Finite, Finite], BeforeValidator(list_of(2))]
 Bound = Annotated[float | str | None, PlainValidator(_bound), WithJsonSchema(VALUE_SCHEMA)]
 Bounds = Annotated[
     tuple[Bound, ...],
@@ -123,13 +123,13 @@ Bounds = Annotated[
     _Once(),
     WithJsonSchema({"anyOf": [*VALUE_SCHEMA["anyOf"], {"type": "array", "items": VALUE_SCHEMA}]}),
 ]
-Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(_list_of(3))]
-Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(_list_of(3)), _Once()]
-LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(_list_of(6))]
-SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(_list_of(6))]
-SixValues = Annotated[tuple[Value, Value, Value, Value, Value, Value], BeforeValidator(_list_of(6))]
+Row = Annotated[tuple[Finite, Finite, Finite], BeforeValidator(list_of(3))]
+Matrix = Annotated[tuple[Row, Row, Row], BeforeValidator(list_of(3)), _Once()]
+LongRow = Annotated[tuple[Finite, Finite, Finite, Finite, Finite, Finite], BeforeValidator(list_of(6))]
+SixBySix = Annotated[tuple[LongRow, LongRow, LongRow, LongRow, LongRow, LongRow], BeforeValidator(list_of(6))]
+SixValues = Annotated[tuple[Value, Value, Value, Value, Value, Value], BeforeValidator(list_of(6))]
 SixBySixValues = Annotated[
-    tuple[SixValues, SixValues, SixValues, SixValues, SixValues, SixValues], BeforeValidator(_list_of(6))
+    tuple[SixValues, SixValues, SixValues, SixValues, SixValues, SixValues], BeforeValidator(list_of(6))
 ]
 
 

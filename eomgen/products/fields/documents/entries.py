@@ -35,7 +35,8 @@ class FieldEntries(Generic[Kind]):
     Attributes
     ----------
     file : the file without the entries that its schema refuses
-    refused : names of refused entries, and definitions that mention one; formulas that mention these are not reported
+    left_out : names of entries that the schema refuses, which exist
+    refused : definitions with a fault, and definitions that mention one; formulas that mention these are not reported
     """
 
     #: Words of formulas, which are not valid names.
@@ -46,7 +47,8 @@ class FieldEntries(Generic[Kind]):
         self.report = report
         instead = {"format": 1, "kind": KIND, "name": "system"}
         self.file, self._refused = read_table(schema, sections, data, report, instead)
-        self.refused = set().union(*self._refused.values())
+        self.left_out: set[str] = set().union(*self._refused.values())
+        self.refused: set[str] = set()
         self.defined: dict[str, NamedExpression] = {}
         if not is_legal(self.file.name):
             report.add("name", f"the name {shown(self.file.name)} is not legal [E0715]", NAME_RULE)
@@ -98,7 +100,7 @@ class FieldEntries(Generic[Kind]):
             return value, None
         values = {item.name: item.value for item in known}
         formula = self.formula(key, value, SceneNames(parameters=dict.fromkeys(values, True)), OF_PARAMETERS)
-        if formula is None:
+        if formula is None or not values.keys() >= {symbol.name for symbol in symbols(formula)}:
             return math.nan, None
         try:
             number = evaluate(formula, lambda symbol: values[symbol.name])
@@ -113,6 +115,9 @@ class FieldEntries(Generic[Kind]):
         """Return a formula; None for a faulty one, which is reported. ``inner``: names for definitions."""
         if not isinstance(text, str):
             return Number(text)
+        left_out = dict.fromkeys(self.left_out, True)
+        names = replace(names, parameters={**names.parameters, **left_out})
+        inner = inner and replace(inner, parameters={**inner.parameters, **left_out})
         try:
             return read_included(text, names, scope, inner)
         except FormulaError as error:

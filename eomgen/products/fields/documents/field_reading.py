@@ -181,10 +181,12 @@ class _FieldReader(FieldEntries[FieldFile]):
     def lengths(self) -> tuple[float, ...]:
         """Return the length along each axis."""
         sides, axes = self.file.mesh.length, len(self.file.mesh.cells)
-        if len(sides) not in (1, axes):
+        if not isinstance(sides, tuple):
+            return (sides,) * axes
+        if len(sides) != axes:
             fault = f"the length of the box cannot be {said(sides)} [E0727]"
-            self.report.add("mesh.length", fault, f"one number, or {axes}: one for each axis")
-        return sides if len(sides) == axes else (sides[0],) * axes
+            self.report.add("mesh.length", fault, f"one number for all axes, or a list of {axes}")
+        return sides
 
     def check_every_name(self) -> None:
         """Report names that are not legal, that formulas have, and that two entries have."""
@@ -211,8 +213,9 @@ class _FieldReader(FieldEntries[FieldFile]):
         if not self.file.operators and not self.report.concerns("operators"):
             hint = '[operators] and density = { power = "300*exp(-(4*k)**2)" }: by which white noise becomes a field'
             self.report.add("operators", "there is no operator [E0732]", hint)
+        every = list(self.data.get("operators", {}))  # refused ones too, which exist
         for name, entry in self.file.operators.items():
-            result = self.operator(f"operators.{name}", name, entry, data, [item.name for item in made])
+            result = self.operator(f"operators.{name}", name, entry, data, every[: every.index(name)])
             if result is not None:
                 made.append(result)
         return made
@@ -346,7 +349,14 @@ class _FieldReader(FieldEntries[FieldFile]):
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return the operators and the data named in formulas of a cell, in the order of the file."""
         own, columns = [item.name for item in operators], [item.name for item in given]
-        known = [*own, *(f"{name}{VARIANCE}" for name in own), *columns, VOLUME, *(item.name for item in self.known)]
+        known = [
+            *own,
+            *(f"{name}{VARIANCE}" for name in own),
+            *columns,
+            VOLUME,
+            *(item.name for item in self.known),
+            *self.left_out,
+        ]
         result: set[str] = set()
         of_where: list[str] = []
         for name, text in (*((f"where.{name}", text) for name, text in where.items()), ("energy", energy)):
@@ -380,7 +390,7 @@ class _FieldReader(FieldEntries[FieldFile]):
                 hint = f"{name} = {standard!r}, or no {name}"
                 self.report.add(f"sampling.{name}", f"the name of {name} is empty [E0754]", hint)
         unknown = given.get("field") and given["field"] not in watched
-        if unknown and not self.report.concerns("operators"):
+        if unknown and not (self.report.concerns("operators") or self.report.concerns("data")):
             hint = listed(watched) or "no field"
             self.report.add("sampling.field", f"there is no field {shown(given['field'])} in the energy [E0757]", hint)
         return Chains(**given)

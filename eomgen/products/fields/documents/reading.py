@@ -91,6 +91,10 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
     def read(self) -> Hamiltonian | None:
         """Return the system; None if a problem has been reported."""
         data, report, file = self.data, self.report, self.file
+        for name in self.left_out.intersection(data.get("coordinates", ())):
+            entry = data["coordinates"][name]
+            own = entry.get("momentum") if isinstance(entry, Mapping) else ""
+            self.left_out.add(own if own and isinstance(own, str) else f"p_{name}")
         parameters = self.parameters()
         coordinates = self.coordinates(parameters)
         if not coordinates:

@@ -2,17 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Generic, Literal, TypeVar
 
-from pydantic import Discriminator, Field, PlainValidator, Tag, WithJsonSchema, create_model, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import (
+    BeforeValidator,
+    Discriminator,
+    Field,
+    PlainValidator,
+    Tag,
+    WithJsonSchema,
+    create_model,
+    model_validator,
+)
+from pydantic_core import PydanticCustomError, PydanticKnownError
 
+from eomgen.base.messages import NAME_LENGTH
 from eomgen.products.fields.documents.document import TOLERANCES, Chains, Run
 from eomgen.scene.reading.key_metadata import Table, key, optional
-from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, described, is_plain_number
+from eomgen.scene.reading.kinds import Description, Finite, Pair, Value, described, is_plain_number, list_of
 
 #: Value of the key ``kind`` in files of Hamiltonian systems.
 KIND = "hamiltonian"
@@ -34,14 +45,21 @@ def _cells(value: object) -> tuple[int, ...]:
     return tuple(counts)
 
 
-def _sides(value: object) -> tuple[float, ...]:
-    """Return lengths whose products, and squares of the wave numbers that follow from them, are finite numbers."""
+def _sides(value: object) -> float | tuple[float, ...]:
+    """Return the length of all sides, or of each: products, and squares of the wave numbers that follow, are finite."""
     sides = value if isinstance(value, list | tuple) else [value]
     lengths = [float(side) for side in sides if is_plain_number(side) and 1e-100 <= side <= 1e100]
     if not sides or len(lengths) < len(sides):
         text = f"the length of the box cannot be {said(value)} [E0727]"
         raise PydanticCustomError("length", "{text}", {"text": text})
-    return tuple(lengths)
+    return tuple(lengths) if sides is value else lengths[0]
+
+
+def _truth_value(value: object) -> bool:
+    """Return true or false: a literal alone takes the number 1, which is equal to true."""
+    if not isinstance(value, bool):
+        raise PydanticKnownError("bool_type")
+    return value
 
 
 def said(value: object) -> str:
@@ -58,10 +76,19 @@ def _shape(value: object) -> str:
     return "#table" if isinstance(value, Mapping) else "#formula"
 
 
-Positive = Annotated[Finite, Field(gt=0.0), WithJsonSchema({"type": "number", "minimum": 0})]
+_POSITIVE = WithJsonSchema({"type": "number", "minimum": 0})
+Positive = Annotated[Finite, Field(gt=0.0), _POSITIVE]
+Guard = Annotated[float, Field(gt=0.0), _POSITIVE]  # inf: none
+Counter = Annotated[int, Field(ge=0)]
+Yes = Annotated[Literal[True], BeforeValidator(_truth_value)]
+Legal = Annotated[str, WithJsonSchema({"type": "string", "pattern": f"^[A-Za-z_][A-Za-z0-9_]{{0,{NAME_LENGTH - 1}}}$"})]
 Counts = Annotated[tuple[int, ...], PlainValidator(_cells), WithJsonSchema(_either({"type": "integer", "minimum": 2}))]
-Sides = Annotated[tuple[float, ...], PlainValidator(_sides), WithJsonSchema(_either({"type": "number", "minimum": 0}))]
+Sides = Annotated[
+    float | tuple[float, ...], PlainValidator(_sides), WithJsonSchema(_either({"type": "number", "minimum": 0}))
+]
 Formulas = dict[str, Value]
+#: Names of entries: legal, or of copies, with indices in braces.
+Name = TypeVar("Name", bound=str)
 
 
 class ShortTable(Table):
@@ -79,17 +106,17 @@ class ParameterTable(ShortTable):
     short: ClassVar[str] = "value"
 
     value: Value = key("a number, or a formula of parameters", example="a finite number, or a formula of parameters")
-    unit: str = key("a label", "")
-    description: Description = key("in words", "")
+    unit: str = key("a label", "", example='unit = "m"')
+    description: Description = key("in words", "", example='description = "in words"')
 
 
 class CoordinateTable(Table):
     """A coordinate with its momentum."""
 
     initial: Pair = key("at the start", example="initial = [0.1, 0.0]: the position and the momentum")
-    momentum: str = key("name of the momentum; p_ and the coordinate by default", "")
-    unit: str = key("a label", "")
-    momentum_unit: str = key("a label", "")
+    momentum: str = key("name of the momentum; p_ and the coordinate by default", "", example='momentum = "p"')
+    unit: str = key("a label", "", example='unit = "m"')
+    momentum_unit: str = key("a label", "", example='momentum_unit = "kg m/s"')
 
 
 class OutputTable(ShortTable):
@@ -98,44 +125,44 @@ class OutputTable(ShortTable):
     short: ClassVar[str] = "formula"
 
     formula: Value = key("of the state and parameters", example='a text: "p_x**2/2"')
-    unit: str = key("a label", "")
+    unit: str = key("a label", "", example='unit = "m"')
 
 
 #: A formula, or a table of formulas by name.
 _Terms = Annotated[Annotated[Value, Tag("#formula")] | Annotated[Formulas, Tag("#table")], Discriminator(_shape)]
 
 
-class _Named(Table):
-    parameters: dict[str, ParameterTable] = key(
+class _Named(Table, Generic[Name]):
+    parameters: dict[Name, ParameterTable] = key(
         "numbers that runs may change", {}, example="[parameters] and a line for each: NAME = 1.0"
     )
-    definitions: Formulas = key(
+    definitions: dict[Name, Value] = key(
         "names of formulas, each of other definitions in any order", {}, example='[definitions] and NAME = "sin(x)**2"'
     )
 
 
-class _Sections(_Named):
-    coordinates: dict[str, CoordinateTable] = key(
-        "coordinates with their momenta", {}, example=f"NAME = {_START}: its position and its momentum"
+class _Sections(_Named[Name], Generic[Name]):
+    coordinates: dict[Name, CoordinateTable] = key(
+        "coordinates with their momenta", {}, example=f"[coordinates] and NAME = {_START}"
     )
     hamiltonian: _Terms = key("H, or terms whose sum it is", "", example='a text: "p_x**2/2"')
-    outputs: dict[str, OutputTable] = key("quantities of the state along a run", {})
+    outputs: dict[Name, OutputTable] = key("quantities of the state along a run", {}, example='[outputs] and r = "x"')
 
 
-class Copies(_Sections):
+class Copies(_Sections[str]):
     """Copies of entries, with indices in braces."""
 
     indices: dict[str, Any] = key("i = 3, from 0 on, or i = [1, 3]: the first and the last")
     where: str = key("a condition of indices", "")
 
 
-class File(_Named):
+class File(_Named[Legal]):
     """All of a file."""
 
     format: Literal[1] = key("of the file", example="format = 1")
     kind: Literal["hamiltonian"] = key("of the file", example=f'kind = "{KIND}"')
-    name: str = key("of the system, a legal C identifier")
-    description: Description = key("in words", "")
+    name: Legal = key("of the system, a legal C identifier", example='name = "system"')
+    description: Description = key("in words", "", example='description = "in words"')
 
 
 def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, Any]) -> type[Table]:
@@ -145,7 +172,7 @@ def _table_of(model: type, descriptions: Mapping[str, str], kinds: Mapping[str, 
     for item in fields(model):
         if item.name in descriptions or not descriptions:
             standard = None if item.default is MISSING else item.default
-            example = f"{item.name} = {standard!r}" if standard else ""
+            example = f"{item.name} = {json.dumps('...' if standard == '' else standard)}"
             kind = kinds.get(item.name) or kinds[str(item.type)]
             made[item.name] = kind, key(descriptions.get(item.name, item.name), standard, example=example)
     return create_model(model.__name__, __base__=Table, __doc__=model.__doc__, **made)
@@ -164,7 +191,7 @@ RunTable: Any = _table_of(
     {
         "duration": Positive,
         "step": Positive,
-        "tolerance": Annotated[Finite, Field(ge=TOLERANCES[0], le=TOLERANCES[1])],
+        "tolerance": Annotated[Positive, Field(ge=TOLERANCES[0], le=TOLERANCES[1])],
         "record_every": Annotated[int, Field(ge=1)],
         "str": str,
         "bool": bool,
@@ -172,10 +199,10 @@ RunTable: Any = _table_of(
 )
 
 
-class HamiltonianFile(_Sections, File):
+class HamiltonianFile(_Sections[Legal], File):
     """A system of coordinates and momenta."""
 
-    simulation: RunTable = key("defaults of runs", RunTable.model_construct())
+    simulation: RunTable = key("defaults of runs", RunTable.model_construct(), example="[simulation]")
     repeat: dict[str, Copies] = key("copies", {})
 
 
@@ -187,14 +214,14 @@ class MeshTable(Table):
         "of the box, or of each side",
         example="a number above 0 (1e-100 to 1e100), or one for each axis: length = 500.0",
     )
-    unit: str = key("of length, a label", "")
+    unit: str = key("of length, a label", "", example='unit = "m"')
 
 
 class PowerTable(Table):
     """A file of two columns, wave numbers and values, each column given by name or by index."""
 
     file: str = key("k and P", example='file = "power.csv", a table of k and P')
-    columns: Annotated[tuple[str, str], Field(strict=False)] = key(
+    columns: Annotated[tuple[str, str], BeforeValidator(list_of(2))] = key(
         "of k and of P", ("", ""), example='columns = ["k", "P"]; the first two if nothing is said'
     )
 
@@ -205,14 +232,16 @@ _Power = Annotated[Annotated[Value, Tag("#formula")] | Annotated[PowerTable, Tag
 class OperatorTable(Table):
     """An operator from the white field, or from the result of another operator."""
 
-    white: Literal[True] | None = optional("the white field itself: true", example="white = true")
-    power: _Power | None = optional("a formula of wave numbers, or a table: the power spectrum of the field")
-    lognormal_power: _Power | None = optional("the power spectrum of exp(field)")
+    white: Yes | None = optional("the white field itself: true", example="white = true")
+    power: _Power | None = optional(
+        "a formula of wave numbers, or a table: the power spectrum of the field", example='power = "exp(-k)"'
+    )
+    lognormal_power: _Power | None = optional("the power spectrum of exp(field)", example='lognormal_power = "exp(-k)"')
     filter: Value | None = optional("a formula of wave numbers", example='filter = "exp(-(k/0.2)**2)"')
-    smoothing: Value | None = optional("the radius of a Gaussian filter")
+    smoothing: Value | None = optional("the radius of a Gaussian filter", example="smoothing = 5.0")
     difference: Literal["x", "y", "z"] | None = optional("the axis of a derivative")
-    mask: Value | None = optional("a formula of places")
-    of: str = key("the operator before this one", "")
+    mask: Value | None = optional("a formula of places", example='mask = "1 if x < 20 else 0"')
+    of: str = key("the operator before this one", "", example='of = "OPERATOR"')
     where: Formulas = key("formulas with a name", {}, example='where = { q = "k/0.2" }')
 
 
@@ -220,14 +249,14 @@ class DataTable(Table):
     """Numbers in the cells."""
 
     file: str | None = optional("a .npy or .csv", example="a path that ends with .npy or .csv")
-    formula: Value | None = optional("the values")
-    poisson: Value | None = optional("the mean of random numbers")
-    negative_binomial: Value | None = optional("the mean of random numbers")
-    normal: Value | None = optional("the mean of random numbers")
-    column: str = key("of the .csv", "")
-    minimum: Value | None = optional("the value below which data have no meaning")
-    beta: Value | None = optional("of a negative binomial distribution")
-    deviation: Value | None = optional("of a normal distribution")
+    formula: Value | None = optional("the values", example='formula = "x + y"')
+    poisson: Value | None = optional("the mean of random numbers", example='poisson = "exp(s)"')
+    negative_binomial: Value | None = optional("the mean of random numbers", example='negative_binomial = "exp(s)"')
+    normal: Value | None = optional("the mean of random numbers", example='normal = "2*s"')
+    column: str = key("of the .csv", "", example='column = "counts"')
+    minimum: Value | None = optional("the value below which data have no meaning", example="minimum = 0.0")
+    beta: Value | None = optional("of a negative binomial distribution", example="beta = 2.0")
+    deviation: Value | None = optional("of a normal distribution", example="deviation = 0.5")
 
     @model_validator(mode="before")
     @classmethod
@@ -241,7 +270,7 @@ class DataTable(Table):
 class PriorTable(Table):
     """The distribution of the state."""
 
-    white: Literal[True] = key(
+    white: Yes = key(
         "independent standard normal numbers",
         True,
         example="white = true, independent standard normal numbers, and an operator that gives the field its"
@@ -271,19 +300,19 @@ class MassTable(Table):
     choice: Literal["fisher", "prior", "unit"] = key("of the momenta", "fisher")
 
 
-SamplingTable: Any = _table_of(Chains, {}, {"str": str, "int": Annotated[int, Field(ge=0)], "float": Finite})
+SamplingTable: Any = _table_of(Chains, {}, {"guard": Guard, "str": str, "int": Counter, "float": Finite})
 
 
 class FieldFile(File):
     """Fields on a periodic mesh by a white prior and the energy of a cell."""
 
-    mesh: MeshTable = key("of the fields")
-    operators: dict[str, OperatorTable] = key(
+    mesh: MeshTable = key("of the fields", example="[mesh] and cells = [64, 64, 64], length = 500.0")
+    operators: dict[Legal, OperatorTable] = key(
         "from the white field to fields of the cells", example=f"[operators] and density = {_POWER}"
     )
-    prior: PriorTable = key("of the state", PriorTable.model_construct())
-    truth: TruthTable | None = optional("of random data")
-    data: dict[str, DataTable] = key("numbers in the cells", {})
+    prior: PriorTable = key("of the state", PriorTable.model_construct(), example="[prior]")
+    truth: TruthTable | None = optional("of random data", example="[truth] and seed = 1")
+    data: dict[Legal, DataTable] = key("numbers in the cells", {}, example='[data] and NAME = "counts.npy"')
     cell: CellTable = key("the energy", example='[cell] and energy = "exp(e) - counts*e"')
-    mass: MassTable = key("of the momenta", MassTable.model_construct())
-    sampling: SamplingTable = key("defaults of sample", SamplingTable.model_construct())
+    mass: MassTable = key("of the momenta", MassTable.model_construct(), example='[mass] and choice = "fisher"')
+    sampling: SamplingTable = key("defaults of sample", SamplingTable.model_construct(), example="[sampling]")
