@@ -76,7 +76,7 @@ def test_a_scene_that_was_read_before_needs_no_reader(tmp_path: Path) -> None:
     first = start(work, tmp_path / "cache")
     # not importlib.metadata, by which pydantic looks for plugins, nor modules for random processes and for mistakes
     check(first, 184, 13, ["pydantic", "tomllib"])
-    check(start(work, tmp_path / "cache"), 70, 1, [])
+    check(start(work, tmp_path / "cache"), 71, 1, [])
 
 
 #: Schemas of a file with bodies and joints alone, and the schema of the file.

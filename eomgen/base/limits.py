@@ -3,14 +3,12 @@ reported, or that are errors."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from contextvars import ContextVar
 from typing import Any, NamedTuple, Self
 
 from eomgen.base.products import objects_of
-from eomgen.errors import Message, Problem
-
-#: Group of the function by which a product gives settings of doubts.
-SETTINGS = "eomgen.doubt_settings"
+from eomgen.errors import Problem
 
 
 class Limit(float):
@@ -55,10 +53,16 @@ class Limit(float):
 
 
 class DoubtSettings(NamedTuple):
-    """Names of doubts that are not reported, and whether all others are errors."""
+    """Names of doubts that are not reported, whether all others are errors, and the function that makes problems."""
 
     quiet: Collection[str] = ()
     strict: bool = False
+    problems: Callable[..., list[Problem]] = list
+
+
+NO_SETTINGS = DoubtSettings()
+#: Settings of options of the command line.
+CALLED: ContextVar[DoubtSettings] = ContextVar("doubts", default=NO_SETTINGS)
 
 
 def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSettings:
@@ -71,11 +75,6 @@ def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSe
     stored : bool
         Whether other processes read the report, so that options of this process do not count.
     """
-    functions = () if stored and not parts else objects_of(SETTINGS)
-    return next((settings(parts, stored=stored) for settings in functions), DoubtSettings())
-
-
-def doubts_as_problems(notes: Iterable[Message], where: str) -> list[Problem]:
-    """Return the doubts among notes as problems."""
-    parts = [(note, *note.partition("; try: ")) for note in notes if note.doubt]
-    return [Problem(where, f"{text} (doubt: {note.doubt})", hint, note.code) for note, text, _, hint in parts]
+    given = parts or (not stored and CALLED.get() is not NO_SETTINGS)
+    functions = objects_of("eomgen.doubt_settings") if given else ()
+    return next((settings(parts, stored=stored) for settings in functions), NO_SETTINGS)

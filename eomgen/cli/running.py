@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 from click.core import ParameterSource
 
-from eomgen.base.limits import doubt_settings, doubts_as_problems
+from eomgen.base.limits import doubt_settings
 from eomgen.base.progress import terminal_bar
 from eomgen.cli import INTERRUPTED
 from eomgen.cli.options import assignments, check_assigned, in_units, starts_of
 from eomgen.cli.printing import building, say_note
-from eomgen.errors import DescriptionError, Message, NumericalError, Problem, UsageError
+from eomgen.errors import Message, NumericalError, Problem, UsageError
 from eomgen.scene.sources.register import all_options, takes
 from eomgen.toolchain.profiles import PROFILE_VARIABLE
 
@@ -50,8 +50,6 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
     changes, signals = assignments("--set", options["parameters"]), assignments("--input", options["inputs"])
     starts = assignments("--initial", options["initial"])
     scene = pipeline.load_scene(path, **{name: options.pop(name) for name in SCENE_OPTIONS})
-    if doubt_settings(scene.parts).strict and (doubts := doubts_as_problems(map(Message, scene.notes), "--strict")):
-        raise DescriptionError(doubts)
     say_notes(scene)
     check_assigned(scene, changes, signals, robot=takes(Path(path), "tunable"))
     options["parameters"] = in_units("--set", changes, scene.parameters)
@@ -61,9 +59,10 @@ def read_scene(path: str, options: dict[str, Any]) -> Scene:
 
 
 def say_notes(scene: Scene) -> None:
-    """Print the notes that reading a scene has made, each once, to stderr."""
+    """Print the notes that reading a scene has made, each once, to stderr, without silenced ones."""
     for note in dict.fromkeys(scene.notes):
-        say_note(note)
+        if Message(note).doubt not in doubt_settings(scene.parts).quiet:
+            say_note(note)
 
 
 def stand_in(scene: Scene, method: str | None) -> str:

@@ -24,6 +24,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass, field_names, is_dataclass, replace, without_garbage_collection
 from eomgen.base.files import ABSENT, digest_of_file, make_private_folder, temporary_file
+from eomgen.base.limits import CALLED
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import FileError, Message, ModelError, Problem
 from eomgen.pipeline.front_end import FrontEnd, is_scene
@@ -223,7 +224,7 @@ def _place(path: str | os.PathLike[str], options: Mapping[str, Any]) -> Path:
         raise NoRecordError
     file = os.path.abspath(Path(os.fspath(path)).expanduser())  # noqa: PTH100  # links are followed again
     made_by = [__version__, checkout_stamp(), *sys.version_info[:2]]
-    key = json.dumps([made_by, file, sorted(options.items())])
+    key = json.dumps([made_by, file, sorted(options.items()), CALLED.get()[:2]])
     return folder / READINGS / hashlib.sha256(key.encode()).hexdigest()
 
 

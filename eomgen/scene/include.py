@@ -317,10 +317,10 @@ class _Includer:
         report.lines = part.lines
         part.data, *_ = in_si(part.data, report)
         self.report.noted += report.all()
-        for left_out in ("base", "gravity"):
+        for left_out in ("base", "doubts", "gravity"):
             if left_out in part.data:
                 part.notes.append(
-                    f"{file}: its {left_out} is left out, that of the scene which includes it holds [W0130]"
+                    f"{file}: its key {left_out} is left out, that of the scene which includes it holds [W0130]"
                 )
         return part
 

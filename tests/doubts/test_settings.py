@@ -57,7 +57,7 @@ def test_unknown_names_have_one_message_with_a_known_one(tmp_path: Path, capsys:
     assert problem.what == "there is no doubt 'discretization_error'" and problem.hint == "discretisation_error"
     (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     call = ("simulate", f"{tmp_path / 'scene.toml'}", "--out", f"{tmp_path / 'out'}", "--quiet")
-    for name, hint in (("passed_sprung", "passed_spring"), ("unused names", "doubts.quiet in the file")):
+    for name, hint in (("passed_sprung", "passed_spring"), ("unused_names", "unused names")):
         assert main((*call, name)) == 2
         assert f"--quiet {name}: there is no doubt '{name}'; try: {hint}" in capsys.readouterr().err
 
@@ -79,7 +79,8 @@ def test_doubts_of_a_strict_scene_are_errors(tmp_path: Path, capsys: pytest.Capt
             loaded(quiet(strict=True), tmp_path)
         (problem,) = told.value.problems
         assert (problem.what, problem.code) == (NOTE, "W0101")
-        assert problem.where.endswith("scene.toml:54 (doubts.strict)")
+        assert problem.where.endswith("scene.toml:51 (parameters.idle)")
+        assert problem.hint == 'doubts.quiet = ["unused names"]'
     assert main(["info", f"{tmp_path / 'scene.toml'}"]) == 3
     assert NOTE in capsys.readouterr().err
 
@@ -103,13 +104,62 @@ def test_the_option_strict_makes_errors_of_doubts(tmp_path: Path, capsys: pytest
     assert main(call) == 0
     for _ in range(2):
         assert main((*call, "--strict")) == 3
-        assert f"--strict: {NOTE}" in capsys.readouterr().err
+        assert f'(parameters.idle): {NOTE}; try: --quiet "unused names"' in capsys.readouterr().err
     file.write_text(PENDULUM_TOML, encoding="utf-8")
     assert main((*call, "--strict")) == 6
     assert "(doubt: discretisation_error)" in json.loads(capsys.readouterr().out)["message"]
     silent = ("discretisation_error", "energy_balance", "unresolved_motion")
     assert main((*call, "--strict", *(word for name in silent for word in ("--quiet", name)))) == 0
     assert main(call) == 0
+
+
+@pytest.mark.parametrize("verb", ["simulate", "equilibrium"])
+def test_a_call_silences_notes_of_the_scene(verb: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A scene whose model of an earlier call has the note, and a scene that is strict itself."""
+    file = tmp_path / "scene.toml"
+    further = ("--out", f"{tmp_path / 'out'}", "--t-end", "0.01", "--no-plots") if verb == "simulate" else ()
+    call, silenced = (verb, f"{file}", "--profile", "quick", *further), ("--quiet", "unused names")
+    note = NOTE.removesuffix(" (doubt: unused names)")
+    for strict, code in ((False, 0), (True, 3)):
+        file.write_text(quiet(strict=strict), encoding="utf-8")
+        for words, expected in (
+            (call, code),
+            ((*call, *silenced), 0),
+            ((*call, "--strict", *silenced), 0),
+            (call, code),
+        ):
+            assert main(words) == expected
+            assert (note in capsys.readouterr().err) == (words == call)
+
+
+@pytest.mark.parametrize(
+    ("entry", "place", "code"),
+    [
+        ('[efforts.push]\njoint = "hinge"\neffort = "sin(90)"', "53 (efforts.push.effort)", "W0300"),
+        ("[parameters.idle]\nvalue = 1.0\n[parameters.spare]\nvalue = 1.0", "7 (parameters)", "W0101"),
+    ],
+)
+def test_a_note_of_a_strict_scene_has_place_and_code(entry: str, place: str, code: str, tmp_path: Path) -> None:
+    with pytest.raises(eomgen.DescriptionError) as told:
+        loaded(f"{PENDULUM_TOML}\n{entry}\n\n[doubts]\nstrict = true\n", tmp_path)
+    (problem,) = told.value.problems
+    assert problem.where.endswith(f"scene.toml:{place}") and problem.code == code
+
+
+@pytest.mark.parametrize(
+    ("line", "hint"),
+    [
+        ('strict = "yes"', "true"),
+        ("strict = 1", "true"),
+        ('quiet = "unused names"', '["unused names"]'),
+        ("quiet = [1]", '["unused names"]'),
+    ],
+)
+def test_wrong_values_have_an_example(line: str, hint: str, tmp_path: Path) -> None:
+    with pytest.raises(eomgen.DescriptionError) as told:
+        loaded(f"{PENDULUM_TOML}\n[doubts]\n{line}\n", tmp_path)
+    (problem,) = told.value.problems
+    assert problem.hint == hint
 
 
 #: A mass on a soft spring.
@@ -135,11 +185,13 @@ def test_an_equilibrium_silences_warnings_by_name() -> None:
 
 
 def test_warnings_of_an_equilibrium_are_errors_if_strict(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(eomgen.NumericalError, match=r"moved farther .* \(doubt: inverted springs\)"):
-        rest_of(strict=True)
+    for silent, code in (((), "W0015"), (("inverted springs",), "W0292")):
+        with pytest.raises(eomgen.NumericalError, match=r"farther .* \(doubt: .*; try: doubts.quiet = ") as told:
+            rest_of(*silent, strict=True)
+        assert told.value.code == code
     assert not rest_of("inverted springs", "long ways", strict=True)
     file = tmp_path / "soft.toml"
     file.write_text(SOFT, encoding="utf-8")
     assert main(["equilibrium", f"{file}"]) == 0
     assert main(["equilibrium", f"{file}", "--strict"]) == 6
-    assert "(doubt: inverted springs)" in capsys.readouterr().err
+    assert '(doubt: inverted springs); try: --quiet "inverted springs"' in capsys.readouterr().err

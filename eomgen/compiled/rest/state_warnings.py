@@ -17,7 +17,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.limits import Limit, doubt_settings, doubts_as_problems
+from eomgen.base.limits import Limit, doubt_settings
 from eomgen.base.products import rows_of
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import Message, NumericalError
@@ -137,12 +137,12 @@ def equilibrium_notes(measures: SceneMeasures, path: Sequence[Array], u: Inputs)
     sentences: list[Message] = []
     if "poses" not in measures.model.functions or len(path) < 2:
         return sentences
-    rest, (quiet, strict) = Rest(measures, path, u), doubt_settings(measures.model.description.parts)
+    rest, settings = Rest(measures, path, u), doubt_settings(measures.model.description.parts)
     for row in rows_of(GROUP, StateWarning):
-        if row.name not in quiet and not (row.alone and sentences):
+        if row.name not in settings.quiet and not (row.alone and sentences):
             sentences.extend(Message(text, row.name) for text in row.evaluate(rest))
-    if strict and sentences:
-        raise NumericalError(doubts_as_problems(sentences, "equilibrium"))
+    if settings.strict and sentences:
+        raise NumericalError(settings.problems(sentences))
     return sentences
 
 

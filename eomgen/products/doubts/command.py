@@ -6,13 +6,13 @@ import click
 
 from eomgen.cli.parts import AddedOption, RestPart, RunPart
 from eomgen.errors import Problem, UsageError
-from eomgen.products.doubts.settings import doubts_of_results, fault_of_name, with_settings
+from eomgen.products.doubts.settings import fault_of_name, with_settings
 
 
 def _silence(context: click.Context, _: click.Parameter, names: tuple[str, ...]) -> None:
     """Leave out doubts as long as the verb runs."""
     for name in names:
-        if unknown := fault_of_name(name, doubts_of_results()):
+        if unknown := fault_of_name(name):
             raise UsageError(Problem(f"--quiet {name}", *unknown))
     context.with_resource(with_settings(names))
 
@@ -24,7 +24,7 @@ def _refuse(context: click.Context, _: click.Parameter, strict: bool) -> bool:
 
 
 def _options(behind: str) -> tuple[AddedOption, ...]:
-    quiet = "Leave out a doubt by the name of its finding; may be repeated."
+    quiet = "Leave out a doubt by its name; may be repeated."
     strict = "Make errors of doubts, and refuse elements that an importer would leave out with a note."
     return (
         AddedOption(

@@ -119,9 +119,9 @@ def _stiff_stretch(beam: Cosserat, document: Document, values: Values) -> Iterat
     noise, loads = _ROUNDING * largest, max(bending / beam.length / beam.length, weight)
     if noise > NOISE * loads:
         note = f"the stiffness of stretch is {largest:.3g} N, by which rounding of positions exerts {noise:.2g} N, and"
-        size = f"its bending and its weight exert {loads:.2g} N"
+        note += f" its bending and its weight exert {loads:.2g} N"
         field = ".stiffness.stretch" if document.section("beams")[beam.name].stiffness is not None else ""
-        yield f'{key_of("beams", beam.name)}{field}: {note} {size}; model = "inextensible" does not stretch at all'
+        yield f'{key_of("beams", beam.name)}{field}: {note}; model = "inextensible" does not stretch at all [W0289]'
 
 
 def _rigid_arms(

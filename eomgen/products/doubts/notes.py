@@ -225,7 +225,7 @@ def _base_out_of_scale(facts: SceneFacts) -> Iterator[str]:
         if size > 0.0 and travel > RANGE * size and acceleration > SHOCK:
             fault = f"shakes the base over {travel:.4g} m, and the size of the scene is {size:.3g} m"
             remedy = "numbers without a unit are in m; try: the unit of the curve's values, or a factor of 0.001"
-            yield f"base.position[{axis}] {fault}: {remedy}"
+            yield f"base.position[{axis}] {fault}: {remedy} [W0290]"
 
 
 def _to_and_fro(law: Formula, times: Array, facts: SceneFacts) -> tuple[float, float]:

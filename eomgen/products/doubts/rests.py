@@ -111,9 +111,8 @@ def _tyres(rest: Rest) -> list[str]:
             continue
         if before > 0.0 > after:
             sunk.append(tyre.name)
-    return (
-        [f"inside out, for their centres are below the road: tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"] if sunk else []
-    )
+    named = f"tyre{'s' * (len(sunk) > 1)} {_few(sunk)}"
+    return [f"inside out, for their centres are below the road: {named} [W0291]"] if sunk else []
 
 
 def _clearance(measures: SceneMeasures, tyre: Wheel, center: Array, inputs: Mapping[str, float]) -> float:
@@ -166,9 +165,8 @@ def _far(rest: Rest) -> list[str]:
     name = max(ways, key=lambda name: ways[name])
     if not ways[name] > LONGER * large:
         return []
-    return [
-        f"farther from the start than the whole scene is large, {large:.4g} m: the body {name}, by {ways[name]:.4g} m"
-    ]
+    far = f"the body {name}, by {ways[name]:.4g} m"
+    return [f"farther from the start than the whole scene is large, {large:.4g} m: {far} [W0292]"]
 
 
 ROWS = (

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Field
 
-from eomgen.products.doubts.settings import doubts_of_results, fault_of_name, notes_of_scenes
+from eomgen.products.doubts.settings import fault_of_name
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.section import Reading, Section
 
@@ -16,9 +16,12 @@ class Doubts(Table):
     """Doubts about the scene and its runs."""
 
     quiet: Annotated[tuple[str, ...], Field(strict=False)] = key(
-        "notes, warnings of equilibria and checks of runs that are not reported, by name", (), kind="list of names"
+        "notes, warnings of equilibria and checks of runs that are not reported, by name",
+        (),
+        kind="list of names",
+        example='["unused names"]',
     )
-    strict: bool = key("whether all other doubts are errors", False)
+    strict: bool = key("whether all other doubts are errors", False, example="true")
 
 
 class _Doubts(Section):
@@ -26,7 +29,7 @@ class _Doubts(Section):
         table = reading.document.table(self.key)
         quiet: tuple[str, ...] = () if table is None else table.quiet
         for place, name in enumerate(quiet):
-            if fault := fault_of_name(name, (*notes_of_scenes(), *doubts_of_results())):
+            if fault := fault_of_name(name):
                 reading.report.add(f"doubts.quiet[{place}]", *fault)
         strict = table is not None and table.strict
         return {"settings": (quiet, strict) if quiet or strict else ()}

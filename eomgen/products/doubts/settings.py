@@ -2,43 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from contextvars import ContextVar
-from functools import cache
-from typing import Any
+from functools import cache, partial
+from typing import TYPE_CHECKING, Any
 
-from eomgen.base.limits import DoubtSettings
-from eomgen.base.messages import nearest, shown
+from eomgen.base.limits import CALLED, DoubtSettings
+from eomgen.base.messages import listed, shown
+from eomgen.errors import Message, Problem
 
-#: Settings that options of the command line give.
-_ASKED: ContextVar[DoubtSettings] = ContextVar("doubts", default=DoubtSettings())  # noqa: B039  # never changed
-
-
-@cache
-def notes_of_scenes() -> tuple[str, ...]:
-    """Return the names of the notes of scenes."""
-    from eomgen.scene.document.notes import every_note  # noqa: PLC0415  # few scenes silence a doubt
-
-    return tuple(row.name for row in every_note())
+if TYPE_CHECKING:
+    from eomgen.scene.reading.report import Report
 
 
 @cache
-def doubts_of_results() -> tuple[str, ...]:
-    """Return the names of warnings of equilibria and of checks of runs."""
+def _every_name() -> tuple[str, ...]:
+    """Return the names of notes of scenes, warnings of equilibria and checks of runs."""
     from eomgen.base.products import rows_of  # noqa: PLC0415
-    from eomgen.compiled.rest.state_warnings import GROUP, StateWarning  # noqa: PLC0415  # few runs silence a doubt
+    from eomgen.compiled.rest.state_warnings import GROUP, StateWarning  # noqa: PLC0415  # few scenes silence a doubt
+    from eomgen.scene.document.notes import every_note  # noqa: PLC0415
     from eomgen.simulation.judgement.register import CHECKS  # noqa: PLC0415
 
-    return tuple(row.name for row in (*rows_of(GROUP, StateWarning), *CHECKS))
+    return tuple(row.name for row in (*every_note(), *rows_of(GROUP, StateWarning), *CHECKS))
 
 
-def fault_of_name(name: str, known: Collection[str]) -> tuple[str, str] | None:
-    """Return the fault of a name that no known doubt has, and a remedy; None for a known name."""
-    if name in known:
+def fault_of_name(name: str) -> tuple[str, str] | None:
+    """Return the fault of a name that no doubt has, and a remedy; None for a known name."""
+    if name in _every_name():
         return None
-    alike = "doubts.quiet in the file" if name in notes_of_scenes() else nearest(name, known)
-    return f"there is no doubt {shown(name)} [E2234]", alike or f"one of {', '.join(known)}"
+    import difflib  # noqa: PLC0415  # for a mistake only
+
+    close = difflib.get_close_matches(name, _every_name())
+    return f"there is no doubt {shown(name)} [E2234]", " or ".join(close) or f"one of {listed(_every_name())}"
 
 
 def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:
@@ -49,18 +44,36 @@ def settings_of(parts: Mapping[str, Any], *, stored: bool) -> DoubtSettings:
     parts : objects by section of a product
     """
     own = DoubtSettings(*parts.get("doubts", ()))
-    return own if stored else _join(own, _ASKED.get())
+    problems = partial(_problems, 'doubts.quiet = ["{}"]' if own.strict else '--quiet "{}"')
+    return own if stored else _join(own, CALLED.get())._replace(problems=problems)
 
 
 def _join(one: DoubtSettings, other: DoubtSettings) -> DoubtSettings:
-    return DoubtSettings({*one.quiet, *other.quiet}, one.strict or other.strict)
+    return DoubtSettings(tuple(sorted({*one.quiet, *other.quiet})), one.strict or other.strict)
+
+
+def _problems(silence: str, notes: Iterable[Message], report: Report | None = None) -> list[Problem]:
+    """Return doubts about a scene, or about an equilibrium without a ``report``, as problems at the entries that they
+    begin with."""
+    problems = []
+    for note in notes:
+        text, _, hint = note.partition("; try: ")
+        start = text.removeprefix("the ")
+        named = (
+            (key for key in report.lines if start.startswith((key, f"{key.replace('s.', ' ', 1)} "))) if report else ()
+        )
+        key = max(named, key=len, default="doubts.strict")
+        where = report.where(key) if report else "equilibrium"
+        hint = " or ".join(filter(None, (hint, silence.format(note.doubt))))
+        problems.append(Problem(where, f"{text.removeprefix(f'{key}: ')} (doubt: {note.doubt})", hint, note.code))
+    return problems
 
 
 @contextmanager
 def with_settings(quiet: Collection[str] = (), *, strict: bool = False) -> Iterator[None]:
     """Leave out doubts by name, or make doubts errors, within the block."""
-    before = _ASKED.set(_join(_ASKED.get(), DoubtSettings(quiet, strict)))
+    before = CALLED.set(_join(CALLED.get(), DoubtSettings(quiet, strict)))
     try:
         yield
     finally:
-        _ASKED.reset(before)
+        CALLED.reset(before)

@@ -226,7 +226,7 @@ def _with_nodes(whole: BeamKeys, pieces: Sequence[_Piece], stations: Sequence[fl
     before, after = (sum(len(piece.widths) for piece in some) for some in (pieces, result))
     if after > before:
         note = f"{before} elements become {after}, since something is attached at more places than they have nodes"
-        values.note([f"{whole.key}.elements: {note}"])
+        values.note([f"{whole.key}.elements: {note} [W0293]"])
     return result
 
 

@@ -141,10 +141,10 @@ class SectionReader:
         self.elastic_modulus = self._formula("elastic_modulus", section.elastic_modulus)
         self.density = self._formula("density", section.density)
         if 0.0 < (density := values.value(self.density)) < _LIGHTEST:
-            note = f"the density {density:.6g} kg/m^3 is below the density of any foam"
+            note = f"the density {density:.6g} kg/m^3 is below the density of any foam [W0294]"
             values.note([f"{key}.density: {note}; {1e3 * density:.6g} if it is in g/cm^3"])
         if 0.0 < (modulus := values.value(self.elastic_modulus)) < _SOFTEST:
-            note = f"the modulus {modulus:.6g} Pa is below the modulus of any solid"
+            note = f"the modulus {modulus:.6g} Pa is below the modulus of any solid [W0295]"
             values.note([f"{key}.elastic_modulus: {note}; {1e9 * modulus:.6g} if it is in GPa"])
         self._check_shape()
 

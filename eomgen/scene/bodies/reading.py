@@ -99,7 +99,9 @@ def _accelerated(
         if integral.end > 0.0:
             integrals[axis] = _described(key, integral)
         if drift is None and _drifts(integral, values.parameters):
-            values.note([f'{integrals[axis]}; try: drift = "remove"; or drift = "keep" if that motion is meant'])
+            values.note(
+                [f'{integrals[axis]}; try: drift = "remove"; or drift = "keep" if that motion is meant [W0296]']
+            )
         values.note(_doubts(key, written_formula, integral, duration, values.parameters))
     x, y, z = position
     return replace(base, position=(x, y, z), integrals=integrals)
@@ -112,10 +114,11 @@ def _doubts(
     if not duration > 0.0 or acceleration == 0.0:
         return []
     if not np.any(law_and_rate(integral.formula, parameters)(np.linspace(0.0, duration, _TIMES))[1]):
-        return [f"{key} is zero from t = 0 to {duration:.6g} s, the end of the run; try: a curve that begins at t = 0"]
+        fault = f"{key} is zero from t = 0 to {duration:.6g} s, the end of the run"
+        return [f"{fault}; try: a curve that begins at t = 0 [W0297]"]
     if integral.end > _LONGER * duration:
         fault = f"{key} lasts {integral.end:.6g} s, and the run {duration:.6g} s"
-        return [f'{fault}; try: argument_unit = "ms" of a table whose times are in milliseconds']
+        return [f'{fault}; try: argument_unit = "ms" of a table whose times are in milliseconds [W0298]']
     return []
 
 

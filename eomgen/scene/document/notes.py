@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import EvaluatesOnce, dataclass
-from eomgen.base.limits import doubt_settings, doubts_as_problems
+from eomgen.base.limits import doubt_settings
 from eomgen.base.products import placed, rows_of
 from eomgen.errors import DescriptionError, Message
 from eomgen.lie.numeric import rotation_matrix
@@ -145,11 +145,11 @@ def every_note() -> tuple[Note, ...]:
 
 
 def notes_of(facts: SceneFacts) -> tuple[Message, ...]:
-    """Return the notes of a scene that are reported, in the order of the register. Raises DescriptionError if these
-    are errors."""
-    quiet, strict = doubt_settings(facts.scene["parts"], stored=True)
-    reported = [note for note in every_note() if note.name not in quiet]
+    """Return the notes that a scene does not silence, in the order of the register, with notes that the call silences:
+    compiled models keep these. Raises DescriptionError if any others are errors."""
+    own, settings = (doubt_settings(facts.scene["parts"], stored=stored) for stored in (True, False))
+    reported = [note for note in every_note() if note.name not in own.quiet]
     notes = tuple(Message(text, note.name) for note in reported for text in note.evaluate(facts))
-    if strict and notes:
-        raise DescriptionError(doubts_as_problems(notes, f"{facts.reading.report.place('doubts')} (doubts.strict)"))
+    if settings.strict and (doubts := [note for note in notes if note.doubt not in settings.quiet]):
+        raise DescriptionError(settings.problems(doubts, facts.reading.report))
     return notes

@@ -312,7 +312,7 @@ def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int
         values.report.add(place, fault, hint)
     if any(part.name == "select" and changes(part.arguments[0]) for part in _operations(formula)):
         equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
-        values.note([f"{place}: the {noun} has an if, whose branches have to meet with equal {equal}"])
+        values.note([f"{place}: the {noun} has an if, whose branches have to meet with equal {equal} [W0299]"])
 
 
 def _words(name: str) -> str:

@@ -43,19 +43,15 @@ _QUATERNION = 4
 _OF_ANGLES = ("sin", "cos", "tan")
 
 
-def plain_degrees(formula: Formula) -> list[str]:
-    """Return a note on each sine, cosine and tangent of a whole number of more than a turn."""
-    return list(dict.fromkeys(_noted(formula)))
-
-
-def _noted(formula: Formula) -> Iterator[str]:
+def plain_degrees(formula: Formula) -> Iterator[str]:
+    """Yield notes on sines, cosines and tangents of whole numbers of more than a turn."""
     for node in distinct_nodes(formula):
-        argument = node.arguments[0] if isinstance(node, Operation) and node.name in _OF_ANGLES else None
-        angle = argument.value if isinstance(argument, Number) else 0.0
-        if abs(angle) >= _TURN and angle.is_integer():
-            assert isinstance(node, Operation)
+        if not (isinstance(node, Operation) and node.name in _OF_ANGLES and isinstance(node.arguments[0], Number)):
+            continue
+        if abs(angle := node.arguments[0].value) >= _TURN and angle.is_integer():
             call = f"{node.name}({angle:.0f}"
-            yield f"{call}) takes {angle:.0f} rad, for angles in formulas are radians; {call} * pi / 180) takes degrees"
+            fault = f"{call}) takes {angle:.0f} rad, for angles in formulas are radians"
+            yield f"{fault}; {call} * pi / 180) takes degrees [W0300]"
 
 
 #: Ends of keys whose formulas are 0 somewhere, with a hint for an equation in place of a formula.
@@ -163,7 +159,7 @@ class Values:
         if known is not None:
             self._require_bound(key, formula, scope)
             return formula
-        self.note(f"{key}: {text}" for text in plain_degrees(formula))
+        self.note(dict.fromkeys(f"{key}: {text}" for text in plain_degrees(formula)))
         self._check_arguments(key, formula)
         self.note(dict.fromkeys(self._periods_in_degrees(key, formula)))
         self.note(dict.fromkeys(self._held_always(key, formula)))
@@ -252,7 +248,7 @@ class Values:
             period = curve.end - curve.start if isinstance(curve, Curve) and curve.outside == "periodic" else 0.0
             if period in _PERIODS_IN_DEGREES and unit_of(used.argument, self.names) == "rad":
                 hint = 'the unit of degrees: "90 deg" in points, argument_unit or x_unit = "deg" in a table'
-                yield f"{key}: {name} has a period of {period:g} rad; try: {hint}"
+                yield f"{key}: {name} has a period of {period:g} rad; try: {hint} [W0301]"
 
     def _held_always(self, key: str, formula: Formula) -> Iterator[str]:
         """Yield notes on curves and maps that hold their end values and have a constant argument beyond the ends."""
@@ -267,17 +263,16 @@ class Values:
                     name = curve.name.partition(", line ")[0]
                     fault = f"{name} is asked at {value:.6g}, and its points are from {curve.start:.6g} to"
                     remedy = f"try: the argument in the unit of the points, {curve.start:.6g} to {curve.end:.6g}"
-                    yield f"{key}: {fault} {curve.end:.6g}: the value at an end is taken always; {remedy}"
+                    yield f"{key}: {fault} {curve.end:.6g}: the value at an end is taken always; {remedy} [W0302]"
 
     def _parts_of_quaternions(self, key: str, formula: Formula) -> Iterator[str]:
         """Yield notes on components of quaternions in the equations of constraints."""
         for symbol in symbols(formula) if key.startswith("constraints.") else ():
             kind = JOINTS.get(self.names.joints.get(symbol.name, "")) if symbol.kind == "q" else None
             if kind is not None and kind.group in GROUPS.values() and symbol.index < _QUATERNION:
-                fault = (
-                    f"q.{symbol.name}[{symbol.index}] is a component of a quaternion, of the half angle, and no angle"
-                )
-                yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin(q.{symbol.name}[k])"
+                name = f"q.{symbol.name}"
+                fault = f"{name}[{symbol.index}] is a component of a quaternion, of the half angle, and no angle"
+                yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin({name}[k]) [W0303]"
 
     def _along(self, scope: Scope) -> Scope:
         return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
@@ -465,7 +460,7 @@ def percent_of_critical(ratio: float) -> str:
     if not ratio > 1.0:
         return ""
     hint = f"; try {ratio / 100.0:.6g}" if ratio <= 100.0 else ""
-    return f"{ratio:.6g} is {100.0 * ratio:.6g} % of critical{hint}"
+    return f"{ratio:.6g} is {100.0 * ratio:.6g} % of critical{hint} [W0304]"
 
 
 def read_orientation(

@@ -42,7 +42,7 @@ class Verdict:
     def findings(self) -> tuple[Finding, ...]:
         """All findings that are reported, in the order of the register: failures are never silenced, and warnings
         are failures of a strict run."""
-        quiet, strict = self._settings
+        quiet, strict, _ = self._settings
         every = chain.from_iterable(map(self.of, BY_NAME))
         reported = (one for one in every if one.severity == FAILURE or one.name not in quiet)
         return tuple(one.as_error() if strict and one.severity == WARNING else one for one in reported)
