@@ -51,8 +51,8 @@ class Refusal:
 
 
 def words(text: str) -> list[str]:
-    """Return the words of a text, or of a pattern of one."""
-    return re.findall(r"[\w'^/]+", re.sub(r"\\[dSsw][+*]?", " # ", text))
+    """Return the words of a text, or of a pattern of one, without the code at its end."""
+    return re.findall(r"[\w'^/]+", re.sub(r"\\[dSsw][+*]?|\[[EW]\d{4}\]", " # ", text))
 
 
 def runs(text: str) -> Iterator[str]:

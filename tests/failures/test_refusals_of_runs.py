@@ -29,7 +29,7 @@ from tests.models.scenes import absolute
 #: Rooms that refuse runs, or end them.
 ROOMS = ("simulation", "integrators", "compiled", "formula", "solvers", "pipeline", "studies/ladders")
 #: Files of these that no run calls.
-NO_RUN = ("compiled/actuators.py", "compiled/bodies.py", "pipeline/calibration.py")
+NO_RUN = ("compiled/actuators.py", "compiled/base_parameters.py", "compiled/bodies.py", "pipeline/calibration.py")
 
 
 def texts_of_runs() -> list[Refusal]:
@@ -132,6 +132,10 @@ def state_of_another_compilation() -> None:
     free().start(step=0.01).restore(other.start(step=0.01).state)
 
 
+def at_rest(**more: Any) -> None:
+    eomgen.build(slider(joint={"stiffness": 1.0}, **more), profile="quick").equilibrium()
+
+
 def with_a_state() -> None:
     lagging = slider(states={"lag": {"rate": "-lag"}})
     eomgen.build(lagging, profile="quick").simulate(0.1, 0.01, method="leapfrog")
@@ -199,6 +203,23 @@ def scene_by_hand() -> None:
             with_a_state,
             "model error: leapfrog cannot run on this scene: it needs a system without internal states: its drifts and"
             " kicks move positions and velocities alone; try: rk4, or generalized_alpha for stiff ones",
+        ),
+        (
+            lambda: eomgen.build(slider(), terms=["mass"], profile="quick").equilibrium(),
+            "usage error: equilibrium: the terms partials, residual are needed, and the model was built without them;"
+            " try: eomgen.build(scene, terms=[..., 'partials', 'residual'])",
+        ),
+        (
+            lambda: at_rest(states={"angle": {"rate": "1", "unit": "rad"}}),
+            "numerical error: equilibrium: the forces balance, but the state angle does not rest: it changes at 1 rad"
+            " per s; try: inputs and parameters with which its rate is 0, as of an integral of an error that is 0 at"
+            " rest",
+        ),
+        (
+            lambda: at_rest(states={"level": {"rate": "-log(level)", "initial": -1.0}}),
+            "numerical error: equilibrium: a rate of z is not a finite number at the initial state: a formula has no"
+            " derivative there, of the forces perhaps log(level); try: another initial state, or a formula of finite"
+            " slope there, x / sqrt(x + width) for sqrt(x)",
         ),
     ],
 )

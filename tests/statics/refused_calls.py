@@ -8,6 +8,7 @@ from typing import Any, cast
 
 import numpy as np
 
+import eomgen
 from eomgen.products.statics import steady_motion
 from eomgen.products.statics.command import LoadPaths
 
@@ -15,6 +16,13 @@ from eomgen.products.statics.command import LoadPaths
 def rest_options(**given: object) -> dict[str, Any]:
     """Return options of ``eomgen equilibrium``."""
     return {"along": None, "over": (), "figure": None, "buckling": None, "path": None, **given}
+
+
+def pushed() -> eomgen.Model:
+    """Return a mass on a line that an input pushes."""
+    builder = eomgen.SceneBuilder("pushed").body("mass", 1.0).input("push", unit="N")
+    builder.joint("slide", "prismatic", "base", "mass", axis=[1, 0, 0], stiffness=1.0).effort("drive", "slide", "push")
+    return eomgen.build(builder.build(), profile="quick")
 
 
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
@@ -32,6 +40,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "buckling and figure": (
         lambda: LoadPaths(rest_options(figure="a.png", buckling="load")),
         "--plot: it belongs to a path, or to an equilibrium alone; try: --path load=0:10",
+    ),
+    "a path over an input of a list": (
+        lambda: pushed().equilibrium_path("push", 1.0, u=[0.0]),
+        "u: push is varied, so the other inputs are given by name; try: u={...}",
     ),
     "path and buckling": (
         lambda: LoadPaths(rest_options(along="load=0:10", buckling="load")),
