@@ -1,5 +1,5 @@
 """Pictures that a build of the site draws, each anew only if its sources changed: by programs of examples, by blocks of
-pages, from the tables of what accuracy costs, and of the runs of animations.
+pages, from the tables of costs and accuracy, and of the runs of animations.
 
 They have paths in the repository, where pages link to them, and no files there.
 """
@@ -129,7 +129,7 @@ def saved(kept: Path, name: str, sources: Iterable[Path], draw: Callable[[], Fig
 
 
 def costs(kept: Path) -> dict[str, Path]:
-    """Draw the tables of what accuracy costs, and return the files by their paths."""
+    """Draw the tables of costs and accuracy, and return the files by their paths."""
     found = {}
     for name in STUDIES:
         page = f"docs/examples/{name}.md"
@@ -151,6 +151,6 @@ def cost(page: str) -> Figure:
 
 
 def rows_of(text: str) -> set[tuple[float, float, str]]:
-    """Return time, error and method of the rows of a table of what accuracy costs."""
+    """Return time, error and method of the rows of a table of costs and accuracy."""
     rows = re.findall(r"^\| \S+ \| (\w+)[^|]*\|[^|]*\| (\S+) \| (\S+) (\w?s) \|$", text, re.MULTILINE)
     return {(float(time) * _UNITS[unit], float(error), method) for method, error, time, unit in rows}

@@ -72,7 +72,19 @@ class Finding:
         return replace(self, name=name, severity=severity)
 
     def as_error(self) -> Self:
-        """Return a failure with the same value, and the name of the check in its text."""
+        """Return a failure with the same value, and the name of the check in its text.
+
+        Returns
+        -------
+        Finding
+            Of severity ``failure``, as a strict scene has them.
+
+        Examples
+        --------
+        >>> from eomgen.results.finding import Finding
+        >>> Finding("halved_steps", text="the step was halved once").as_error().text
+        'the step was halved once (doubt: halved_steps)'
+        """
         return replace(self, severity=FAILURE, text=f"{self.text} (doubt: {self.name})")
 
     def described(self) -> dict[str, Any]:

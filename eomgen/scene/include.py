@@ -320,7 +320,7 @@ class _Includer:
         for left_out in ("base", "doubts", "gravity"):
             if left_out in part.data:
                 part.notes.append(
-                    f"{file}: its key {left_out} is left out, that of the scene which includes it holds [W0130]"
+                    f"{file}: its key {left_out} is left out, the key of the including scene holds [W0130]"
                 )
         return part
 

@@ -220,14 +220,14 @@ def test_twice_the_same_file(folder: Path) -> None:
     assert scene.source["springs.left_coil.stiffness"] == scene.source["springs.r_coil.stiffness"] == "wheel.toml:28"
     assert scene.source["joints.left_base.position"] == "car.toml:16"
     left_out = [note for note in scene.notes if "gravity" in note]
-    assert left_out == ["wheel.toml: its key gravity is left out, that of the scene which includes it holds"]
+    assert left_out == ["wheel.toml: its key gravity is left out, the key of the including scene holds"]
 
 
 def test_doubts_of_a_part_are_left_out_with_a_note(folder: Path) -> None:
     with (folder / "wheel.toml").open("a", encoding="utf-8") as file:
         file.write('[doubts]\nquiet = ["unused names"]\nstrict = true\n')
     notes = made(folder, CAR + LEFT).notes
-    assert "wheel.toml: its key doubts is left out, that of the scene which includes it holds" in notes
+    assert "wheel.toml: its key doubts is left out, the key of the including scene holds" in notes
 
 
 def test_an_included_scene_runs(folder: Path) -> None:

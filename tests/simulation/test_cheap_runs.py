@@ -79,10 +79,10 @@ def test_a_run_whose_last_state_is_read_costs_few_calls(name: str, method: str, 
 @pytest.mark.parametrize(
     ("name", "method", "success", "message", "with_estimate"),
     [
-        ("symmetric_top", "taylor", 296, 634, 1500),
-        ("symmetric_top", "rk4", 325, 662, 2515),
-        ("robot_arm", "generalized_alpha", 320, 671, 2735),
-        ("four_bar", "generalized_alpha", 436, 827, 3240),  # 5 ask for options without an effect
+        ("symmetric_top", "taylor", 312, 682, 1530),
+        ("symmetric_top", "rk4", 341, 719, 2545),
+        ("robot_arm", "generalized_alpha", 337, 724, 2770),
+        ("four_bar", "generalized_alpha", 452, 881, 3270),  # 5 ask for options without an effect
     ],
 )
 def test_the_judgement_of_a_run_costs_few_calls(

@@ -13,7 +13,7 @@ from eomgen.products.studies.verification.check import check
 from eomgen.scene.load import load_toml
 from tests.mechanics.test_alike_links import chain
 from tests.mechanics.test_rolling_on_surfaces import BODIES, HILLS, shaped
-from tests.pipeline.test_front_ends import lattice
+from tests.pipeline.test_front_ends import installed, lattice  # noqa: F401  # a fixture
 from tests.scene.test_body_inertia import SHAFTS
 from tests.simulation.test_events import DOUBLE, changed
 

@@ -138,7 +138,7 @@ FAILURES = [
     Failure(
         "What would be left out, with --strict",
         3,
-        "description error: r.urdf:1: not modelled: limits of position, velocity and effort (1: lift); try: no --strict"
+        "description error: r.urdf:4: not modelled: limits of position, velocity and effort (1: lift); try: no --strict"
         " (strict=False), to go on without [W0197]",
         command="info r.urdf --strict",
         files={"r.urdf": robot(in_joint('<limit lower="-1" upper="1" effort="10" velocity="2"/>'))},
