@@ -46,16 +46,18 @@ def distribution(entry: EntryPoint) -> str:
 
 def distribution_of(module: str) -> str:
     """Return the distribution of a module if it extends eomgen by entry points; empty for other modules."""
-    from importlib.metadata import distributions, packages_distributions  # noqa: PLC0415  # for errors only
+    from importlib.metadata import distributions  # noqa: PLC0415  # for errors only
 
     package = module.partition(".")[0]
-    extending = {
-        one.name: {entry.module.partition(".")[0] for entry in entries}
-        for one in distributions()
-        if (entries := [entry for entry in one.entry_points if entry.group.startswith("eomgen.")])
-    }
-    brings = packages_distributions().get(package, [])
-    return next((name for name, packages in extending.items() if package in packages or name in brings), "")
+    for extension in distributions():
+        entries = [entry for entry in extension.entry_points if entry.group.startswith("eomgen.")]
+        if not entries:
+            continue
+        packages = {entry.module.partition(".")[0] for entry in entries}
+        packages.update((extension.read_text("top_level.txt") or "").split())
+        if package in packages or any(file.parts[0] == package for file in extension.files or ()):
+            return extension.name
+    return ""
 
 
 def broken(entry: EntryPoint, fault: str) -> UsageError:

@@ -7,6 +7,7 @@ all pistons follow from the angle of the shaft in closed form.
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 import eomgen
 from eomgen.base.arrays import Array
@@ -64,6 +65,7 @@ def pump() -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.slow
 def test_a_pump_runs_through_positions_with_vanishing_pivots() -> None:
     model = eomgen.build(pump(), profile="quick")
     assert model.nv == 84
