@@ -243,4 +243,4 @@ def _show_warning(
     click.echo(f"warning: {Message(str(message)).line}", err=True)
 
 
-__all__ = ["info", "info_part", "options", "parts", "printing", "running", "tables"]
+__all__ = ["info", "options", "parts", "printing", "running"]

@@ -3,8 +3,6 @@
 __all__ = [
     "citations",
     "content",
-    "controllers",
-    "file_kinds",
     "front_end",
     "model",
     "pipeline",

@@ -20,6 +20,7 @@ from eomgen.solvers.constraint_rows import (
     REDUNDANT,
     ConstrainedSystem,
     RowsInMetric,
+    constraints_named,
     elastic_components,
     split_sizes,
 )
@@ -117,7 +118,7 @@ def _refuse_surplus_drives(system: System, rows: Redundancy) -> None:
             f"the constraints before it already determine this motion, so the drive has no effect: {surplus[0]} [E2202]"
         )
         hint = "the drive removed, or a constraint less, such as another drive of the same loop"
-        raise ModelError(Problem("constraints", fault, hint))
+        raise ModelError(Problem("constraints", fault, hint, data=constraints_named(surplus[:1])))
 
 
 def _refuse_undetermined(system: System, equations: ConstrainedSystem, q: Array, light: Sequence[LightJoint]) -> None:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import re
 import weakref
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from eomgen.base.data import dataclass
 from eomgen.base.extensions import code_stamp
@@ -72,35 +71,33 @@ def _derive(document: Scene | StoredScene, terms: Sequence[str] | None) -> Syste
         raise _with_numbers(error, scene) from None
 
 
+#: Codes of the notes on units, and of rows that have no derivative.
+_ON_UNITS, _NO_DERIVATIVE = frozenset({"W0027", "W0105", "W0118", "W0119", "W0120", "W0121"}), "E2083"
+
+
 def _with_numbers(error: ModelError, scene: Scene) -> ModelError:
     """Return an error of constraints with the place of the first named one, which is the farthest from being met, with
     lengths and curves of the named ones, and with doubts on units."""
     from eomgen.scene.joints.constraint_numbers import numbers_of_constraints  # noqa: PLC0415  # of few scenes
 
-    doubts = [note.partition("; ")[0] for note in scene.notes if "without a unit" in note or "radians" in note]
+    doubts = [note.partition("; ")[0] for note in scene.notes if getattr(note, "code", "") in _ON_UNITS]
+    first, *rest = error.problems
+    listed = cast("Sequence[str]", first.data.get("constraints", ()))
     named = [
         item
         for item in scene.constraints
-        if re.search(rf"[:,;] {re.escape(item.name)}: ", str(error))
-        and not any(doubt.startswith(f"constraints.{item.name}.") for doubt in doubts)
+        if item.name in listed and not any(doubt.startswith(f"constraints.{item.name}.") for doubt in doubts)
     ]
-    defined = "no finite derivative" not in str(error)
+    defined = first.code != _NO_DERIVATIVE
     values = {item.name: item.value for item in scene.parameters} if defined else None
     said = numbers_of_constraints(named, values)
-    first, *rest = error.problems
-    fault = first.what
-    place = _place_of(fault, scene) if first.where == "constraints" else first.where
-    hint = first.hint + ("; numbers without a unit are in m and in rad" if defined and (said or doubts) else "")
-    clauses = [fault, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
-    return ModelError([Problem(place, "; ".join(clauses), hint, first.code), *rest])
-
-
-def _place_of(fault: str, scene: Scene) -> str:
-    """Return the file, line and key of the first constraint that a sentence names; "constraints" without a file."""
     keys = {item.name: f"joints.{item.name}" for item in scene.joints}
     keys |= {item.name: f"constraints.{item.name}" for item in scene.constraints}
-    named = [keys.get(name, "") for name in re.findall(r"(?<=[:,;] )[^:,;]+(?=: )", fault)]
-    return next((f"{scene.source[key]} ({key})" for key in named if key in scene.source), "constraints")
+    found = (key for name in listed if (key := keys.get(name, "")) in scene.source)
+    place = next((f"{scene.source[key]} ({key})" for key in found), first.where)
+    hint = first.hint + ("; numbers without a unit are in m and in rad" if defined and (said or doubts) else "")
+    clauses = [first.what, *said, *(f"in doubt is {doubt}" for doubt in doubts)]
+    return ModelError([Problem(place, "; ".join(clauses), hint, first.code), *rest])
 
 
 def _unconnected(scene: Scene) -> bool:

@@ -8,6 +8,5 @@ __all__ = [
     "plots",
     "poses",
     "recorded",
-    "sample_errors",
     "solution",
 ]

@@ -4,7 +4,6 @@ Positions by Gauss-Newton steps of least kinetic size, q <- q exp(-M^-1 B^T (B M
 projection of B v + Phi_t. The pseudo-inverse lets redundant rows be, as long as they do not contradict each other.
 
 The correction of a sample, and its end, follow from its own numbers alone; samples that are done wait.
-Corrections of least kinetic size are computed by singular values here, so last digits differ from ``consistency``.
 """
 
 from __future__ import annotations
@@ -32,6 +31,7 @@ from eomgen.solvers.constraint_rows import (
     WORST_ROUNDING,
     ConstrainedSystem,
     RowsInMetric,
+    constraints_named,
     long_lever,
 )
 from eomgen.solvers.regular_inertia import inertia_with_rows
@@ -80,13 +80,7 @@ class Assembly:
     strained: StrainedStart | None = None
 
     def corrections(self) -> list[str]:
-        """Return one sentence for each row that the guess did not meet.
-
-        Returns
-        -------
-        list of str
-            One sentence for each.
-        """
+        """Return one sentence for each row that the guess did not meet."""
         at_position = [
             f"initial position corrected: {name} was off by {value:.3g} [W0286]"
             for name, value in self.violations.items()
@@ -329,7 +323,8 @@ def _contradiction(
     rows: RowsInMetric, names: Sequence[str], left: Array, limits: Array, level: str, iterations: int
 ) -> ModelError:
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
-    worst = [f"{names[k]} by {left[k]:.3g}" for k in order[:5] if not abs(left[k]) <= limits[k]]
+    off = [k for k in order[:5] if not abs(left[k]) <= limits[k]]
+    worst = [f"{names[k]} by {left[k]:.3g}" for k in off]
     text = (
         f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
         f" {'; '.join(worst)} [E2082]"
@@ -348,7 +343,7 @@ def _contradiction(
         driven = [name.partition(":")[0] for name in names if name.endswith((": driven angle", ": driven travel"))]
         if driven and level == "positions":
             hint += f", or a drive of {' and '.join(driven)} that starts within the range of its loop"
-    return ModelError(Problem("constraints", text, hint))
+    return ModelError(Problem("constraints", text, hint, data=constraints_named([names[k] for k in off])))
 
 
 def _lengths(names: Sequence[str], left: Array, limits: Array) -> list[tuple[str, str]]:

@@ -11,7 +11,7 @@ place of a machine, make no difference.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -438,8 +438,13 @@ def _jacobian(system: ConstrainedSystem, q: Array, t: float) -> Any:
             for kind in kinds
         }
         hint = "; ".join(remedy for kind, remedy in remedies.items() if kind in of_rows)
-        raise ModelError(Problem("constraints", fault, hint))
+        raise ModelError(Problem("constraints", fault, hint, data=constraints_named(undefined[:LISTED])))
     return B
+
+
+def constraints_named(rows: Iterable[str]) -> dict[str, list[str]]:
+    """Return the names of the constraints of rows, in their order, as data of a problem."""
+    return {"constraints": list(dict.fromkeys(row.partition(": ")[0] for row in rows))}
 
 
 #: Remedy if rotation moves a row far more than the size of the joined bodies.

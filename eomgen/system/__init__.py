@@ -7,7 +7,6 @@ __all__ = [
     "events",
     "motions",
     "notebook",
-    "samples",
     "signals",
     "sparsity",
     "system",

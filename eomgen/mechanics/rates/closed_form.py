@@ -18,7 +18,7 @@ J) holds for balls too. A is applied, outwards along the tree, and A^T inwards; 
 
     (A y)' = A (y' + a (y - A y)),      (A^T x)' = A^T (x' - a^T A^T x) + a^T A^T x
 
-The joints' poses are all that is shared with the recursion of ``rate_recursion``, so each is the other's check.
+The joints' poses are all that is shared with the recursion of ``rates.recursion``, so each is the other's check.
 """
 
 from __future__ import annotations

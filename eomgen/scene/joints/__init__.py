@@ -1,6 +1,6 @@
 """Joints, their frames, limits and mimic joints, and constraints: schema, reading, model."""
 
-__all__ = ["constraint_numbers", "model", "reaction_model", "tree"]
+__all__ = ["constraint_numbers", "model", "tree"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = [
     "constraint_reading",
