@@ -324,10 +324,9 @@ def _contradiction(
 ) -> ModelError:
     order = np.argsort(-np.abs(left) / np.maximum(limits, np.finfo(float).tiny))
     off = [k for k in order[:5] if not abs(left[k]) <= limits[k]]
-    worst = [f"{names[k]} by {left[k]:.3g}" for k in off]
     text = (
         f"the {level} of the constraints cannot be met together: after {iterations} corrections still off:"
-        f" {'; '.join(worst)} [E2082]"
+        f" {'; '.join(f'{names[k]} by {left[k]:.3g}' for k in off)} [E2082]"
     )
     first, lengths = int(order[0]), _lengths(names, left, limits)
     if lengths:
@@ -338,7 +337,7 @@ def _contradiction(
         hint = NEARER_FRAMES
     else:
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
-        if level == "positions" and len(worst) == 1 and names[first].endswith(": formula"):
+        if level == "positions" and len(off) == 1 and names[first].endswith(": formula"):
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
         driven = [name.partition(":")[0] for name in names if name.endswith((": driven angle", ": driven travel"))]
         if driven and level == "positions":
