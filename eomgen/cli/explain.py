@@ -33,7 +33,7 @@ def _every_page() -> Mapping[str, Mapping[str, str]]:
 
 
 def pages() -> Mapping[str, str]:
-    """Return the page of the documentation by the beginning of a room."""
+    """Return the page of the documentation by the prefix of a module's dotted name."""
     return _every_page()["rooms"]
 
 

@@ -454,7 +454,7 @@ def _is_even(column: Array) -> bool:
 
 
 def _started(item: Any, other: Any) -> Any:
-    """Return an entry with the state at the start of another."""
+    """Return a body or joint with the initial position and velocity of another."""
     if other is None:
         return item
     return replace(item, **{item_.name: getattr(other, item_.name) for item_ in fields(item) if item_.name in _START})

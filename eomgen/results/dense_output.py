@@ -42,7 +42,7 @@ Between = Callable[[Rows, Array, Index], tuple[Array, Array, Array, Array]]
 
 
 def factors_of(metadata: Mapping[str, Any]) -> list[Factor]:
-    """Return the factors that a solution's metadata hold. Raises UsageError if the metadata hold no factors."""
+    """Return the Lie groups of the coordinates in a solution's metadata. Raises UsageError if there are none."""
     if "factors" not in metadata:
         fault = (
             "this solution does not say which groups its coordinates are of: it was made by hand or by an older"

@@ -123,7 +123,8 @@ class LoadedStatics:
     sizes : (nv,) scales of components of a displacement: 1 rad, or the scene's length
     reach : scale of the load factor
     balance(rest), tangents(rest), by_factor(rest) : unbalanced quantities, their partials, their derivative by s
-    followed(q, s) : q with counted turns adapted to the poses strains(s) : of stiff elements; None if there are none
+    followed(q, s) : q with counted turns adapted to the poses
+    strains(s) : of stiff elements; None if there are none
     mass(rest) : (nv, nv)
     """
 

@@ -47,9 +47,12 @@ class Statics:
     factors : of the configuration
     turning : (nv,) which components of v are angular
     holonomic : number of constraint rows at position level, which come first
-    mass(q), jacobian(q), constraint(q) : M, B (rows, nv), Phi (holonomic,) residual(q, lam, z) : r = -Q + B^T lam
-    stiffness(q, lam, z) : left-trivialised derivative of r by q rates(q, z) : zdot couplings(q, z) : derivatives of r
-    by z, of zdot by q, and of zdot by z followed(q) : q with counted turns adapted to the poses
+    mass(q), jacobian(q), constraint(q) : M, B (rows, nv), Phi (holonomic,)
+    residual(q, lam, z) : r = -Q + B^T lam
+    stiffness(q, lam, z) : left-trivialised derivative of r by q
+    rates(q, z) : zdot
+    couplings(q, z) : derivatives of r by z, of zdot by q, and of zdot by z
+    followed(q) : q with counted turns adapted to the poses
     length : m, scale of coordinates in m: the scene's largest
     gravity : m/s^2
     total : kg, the scene's mass

@@ -219,7 +219,8 @@ class SystemMatrices:
 class Image:
     """A x and time derivatives of A x, for columns x with the time dependence ``changes``.
 
-    The n-th derivative of A x is A y_n, with y_0 = x and y_(n+1) = y_n' + a (y_n - A y_n).
+    A accumulates columns along the tree, and A' = A a - A a A. The n-th derivative of A x is A y_n, with y_0 = x and
+    y_(n+1) = y_n' + a (y_n - A y_n).
     """
 
     def __init__(self, system: SystemMatrices, x: Columns, changes: Callable[[int], Columns] | None = None) -> None:

@@ -56,9 +56,8 @@ class Link:
     inertia : shape integrals about this frame's origin
     rotor_inertias : one for each column
     balanced : whether the link turns about the centre of mass of all carried bodies, so that translation of the origin
-    is uncoupled from the rotation
-    elastic : deformation, None for a rigid link; ``inertia`` is then the inertia of the deformed body ``inertia`` is
-        then the inertia of the deformed body
+        is uncoupled from the rotation
+    elastic : deformation, None for a rigid link; ``inertia`` is then the inertia of the deformed body
     station : motion due to elastic coordinates, for a place on a beam; None for a constant motion subspace
     turn : the coordinate axis of rotation, None without rotation about a single coordinate axis
     motion, pitch : of a joint; the pitch in m/rad

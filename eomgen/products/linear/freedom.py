@@ -145,7 +145,7 @@ class Measures:
     ----------
     factors : the groups of the configuration with velocities w
     v, a : (n,) w and the time derivative of w
-    P, Z : (n, nv) partials of w in v and in q; first the constraint rows, except in the last n - (nv - rows) rows
+    P, Z : (n, nv) partials of w in v and in q; w and the first nv - n constraint rows determine v
     Av, Aq : (n, nv) partials of the time derivative in v and in q
     """
 

@@ -34,7 +34,8 @@ class Critical:
     mode : (nv,) displacement with zero stiffness at the point, with a largest component of 1 rad, or of the scene's
         length
     columns : of the path, at the point
-    after : row of the path's arrays after the point components : names of the mode's largest components, largest first
+    after : row of the path's arrays after the point
+    components : names of the mode's largest components, largest first
     modes : (nv, n) basis of all displacements with zero stiffness at the point; n > 1 if several stiffnesses vanish
         together, as for a round column, which buckles in two planes
     """

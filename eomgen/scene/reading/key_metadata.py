@@ -261,7 +261,7 @@ def added_keys(section: str) -> tuple[AddedKey, ...]:
 
 
 def shown_power(value: float) -> str:
-    """Return a small number in the notation of the reference page: ``1e-3``."""
+    """Return a power of ten as the reference page writes it, 1e-3; other numbers lose all digits but the first."""
     return f"{value:.0e}".replace("e-0", "e-")
 
 

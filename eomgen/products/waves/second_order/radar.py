@@ -150,6 +150,8 @@ class Radar:
     def line(self, profile: Profile, length: float, cells: int, direction: Literal[1, -1] = 1) -> Array:
         """Return the intensity of a line of cells, over the length after which a sea along the flight repeats itself.
 
+        Facets of the surface are displaced by their velocity towards the radar, and a cell adds up the facets in it.
+
         Parameters
         ----------
         profile : Profile

@@ -33,8 +33,8 @@ def read_follow(entry: SurfaceFollowing, base: Base, values: Values) -> Base:
 
 
 def _afloat(waves: WaveField, position: Vector) -> tuple[Vector, tuple[Rotation, Rotation]]:
-    """Return a place whose z counts from the surface, and the rotations that make z normal to the surface there: about
-    y and then about x, so that x stays above the direction of x."""
+    """Return the position in scene axes of a place whose z counts from the surface, and the rotations that make z
+    normal to the surface there: about y and then about x, so that x stays above the direction of x."""
     x, y, z = position
     along, across = (quantity_of(SLOPE, waves, (x, y), component) for component in range(2))
     pitch = -Operation("atan", (along,))
