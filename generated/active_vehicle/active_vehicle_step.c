@@ -1504,7 +1504,6 @@ static real active_vehicle_correction_error(const active_vehicle_parameters *p, 
     active_vehicle_move(from, step, work);
     active_vehicle_residual(p, t, work->q, work->v, work->vdot, work->u, work->right);
     ++statistics->evaluations;
-    
     active_vehicle_correct(scale, work);
     ++statistics->newton_iterations;
     active_vehicle_add(scale, moved, -part, work);
@@ -1533,7 +1532,6 @@ static int active_vehicle_learn_rounding(const active_vehicle_parameters *p, con
         return 0;
     ++statistics->factorizations;
     work->factored_step = step;
-    
     active_vehicle_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
@@ -1631,7 +1629,6 @@ static active_vehicle_status active_vehicle_advance(const active_vehicle_paramet
             fresh = 1;
             since = 0;
         }
-        
         error = active_vehicle_correct(&scale, work);
         if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             active_vehicle_tolerances(settings, c, from, step, work);

@@ -407,8 +407,7 @@ static int bouncing_ball_goes_on(const bouncing_ball_parameters *p, const bounci
 {
     return work->order == settings->order
         && work->tolerance == settings->tolerance && work->spacing == settings->step
-        && memcmp(&work->parameters, p, sizeof *p) == 0           
-            && memcmp(work->q, state->q, sizeof state->q) == 0           
+        && memcmp(&work->parameters, p, sizeof *p) == 0 && memcmp(work->q, state->q, sizeof state->q) == 0
             && memcmp(work->v, state->v, sizeof state->v) == 0;
 }
 

@@ -901,7 +901,6 @@ static real free_spinning_body_correction_error(const free_spinning_body_paramet
     free_spinning_body_move(from, step, work);
     free_spinning_body_residual(work->q, work->v, work->vdot, work->right);
     ++statistics->evaluations;
-    
     free_spinning_body_correct(scale, work);
     ++statistics->newton_iterations;
     free_spinning_body_add(scale, moved, -part, work);
@@ -932,7 +931,6 @@ static int free_spinning_body_learn_rounding(const free_spinning_body_parameters
         return 0;
     ++statistics->factorizations;
     work->factored_step = step;
-    
     free_spinning_body_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
@@ -1032,7 +1030,6 @@ static free_spinning_body_status free_spinning_body_advance(const free_spinning_
             fresh = 1;
             since = 0;
         }
-        
         error = free_spinning_body_correct(&scale, work);
         if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             free_spinning_body_tolerances(settings, c, from, step, work);

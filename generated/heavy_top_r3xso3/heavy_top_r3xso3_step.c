@@ -1832,7 +1832,6 @@ static real heavy_top_r3xso3_correction_error(const heavy_top_r3xso3_parameters 
     heavy_top_r3xso3_move(from, step, work);
     heavy_top_r3xso3_equations(work->q, work->v, work->vdot, work->lam, work->right, work->right + 6, work->right + 9);
     ++statistics->evaluations;
-    
     heavy_top_r3xso3_correct(scale, work);
     ++statistics->newton_iterations;
     heavy_top_r3xso3_add(scale, moved, -part, work);
@@ -1862,7 +1861,6 @@ static int heavy_top_r3xso3_learn_rounding(const heavy_top_r3xso3_parameters *p,
         return 0;
     ++statistics->factorizations;
     work->factored_step = step;
-    
     heavy_top_r3xso3_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
@@ -1983,7 +1981,6 @@ static heavy_top_r3xso3_status heavy_top_r3xso3_advance(const heavy_top_r3xso3_p
             fresh = 1;
             since = 0;
         }
-        
         error = heavy_top_r3xso3_correct(&scale, work);
         if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             heavy_top_r3xso3_tolerances(settings, c, from, step, work);

@@ -672,7 +672,6 @@ static real pendulum_on_shaking_base_correction_error(const pendulum_on_shaking_
     pendulum_on_shaking_base_move(from, step, work);
     pendulum_on_shaking_base_residual(work->q, work->v, work->vdot, &work->base, work->right);
     ++statistics->evaluations;
-    
     pendulum_on_shaking_base_correct(scale, work);
     ++statistics->newton_iterations;
     pendulum_on_shaking_base_add(scale, moved, -part, work);
@@ -703,7 +702,6 @@ static int pendulum_on_shaking_base_learn_rounding(const pendulum_on_shaking_bas
         return 0;
     ++statistics->factorizations;
     work->factored_step = step;
-    
     pendulum_on_shaking_base_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
@@ -803,7 +801,6 @@ static pendulum_on_shaking_base_status pendulum_on_shaking_base_advance(const pe
             fresh = 1;
             since = 0;
         }
-        
         error = pendulum_on_shaking_base_correct(&scale, work);
         if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             pendulum_on_shaking_base_tolerances(settings, c, from, step, work);

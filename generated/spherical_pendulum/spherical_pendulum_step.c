@@ -802,7 +802,6 @@ static real spherical_pendulum_correction_error(const spherical_pendulum_paramet
     spherical_pendulum_move(from, step, work);
     spherical_pendulum_residual(work->q, work->v, work->vdot, work->right);
     ++statistics->evaluations;
-    
     spherical_pendulum_correct(scale, work);
     ++statistics->newton_iterations;
     spherical_pendulum_add(scale, moved, -part, work);
@@ -833,7 +832,6 @@ static int spherical_pendulum_learn_rounding(const spherical_pendulum_parameters
         return 0;
     ++statistics->factorizations;
     work->factored_step = step;
-    
     spherical_pendulum_correct(scale, work);
     ++statistics->newton_iterations;
     memcpy(correction, work->solution, sizeof correction);
@@ -933,7 +931,6 @@ static spherical_pendulum_status spherical_pendulum_advance(const spherical_pend
             fresh = 1;
             since = 0;
         }
-        
         error = spherical_pendulum_correct(&scale, work);
         if (iteration == 0 && (work->tolerance_steps_left <= 0 || work->tolerance_step != step)) {
             spherical_pendulum_tolerances(settings, c, from, step, work);

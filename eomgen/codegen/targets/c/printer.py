@@ -48,7 +48,8 @@ def folded(text: str) -> str:
     """
     pieces: list[str] = []
     within = False  # a comment that an earlier line began: a product may begin with a star, too
-    for line in _joined_lines(text.split("\n")):
+    # lines of blanks alone are left of macros of templates that print nothing here
+    for line in _joined_lines([line.rstrip() for line in text.split("\n") if not line.isspace()]):
         pieces += _pieces(line, within)
         opened, closed = line.rfind("/*"), line.rfind("*/")
         within = opened > closed or (within and closed < 0)
