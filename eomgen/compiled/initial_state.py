@@ -277,15 +277,15 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
     from eomgen.solvers.consistency import KeptComponents  # noqa: PLC0415  # most models have no constraints
 
     places = {factor.name: factor.v for factor in factors}
-    masks = np.zeros((4, sum(factor.v_size for factor in factors)), dtype=bool)
+    masks = np.zeros((2, sum(factor.v_size for factor in factors)), dtype=bool)
     held = [start for start in starts if start.held]
     for start in held:
         component = places.get(start.joint)
-        for mask, kept in zip(masks, (start.position, start.velocity) * 2, strict=True):
+        for mask, kept in zip(masks, (start.position, start.velocity), strict=True):
             if component is not None and kept:
                 mask[component] = True
     names = tuple(start.joint for start in held)
-    return KeptComponents(masks[0], masks[1], masks[2], masks[3], names) if masks.any() else None
+    return KeptComponents(masks[0], masks[1], names) if masks.any() else None
 
 
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:

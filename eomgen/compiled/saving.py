@@ -17,7 +17,7 @@ from eomgen.base.files import write_arrays
 from eomgen.base.version import __version__, checkout_stamp
 from eomgen.errors import ModelError, Problem, ToolchainError
 from eomgen.toolchain.builder import library_files
-from eomgen.toolchain.compiler import library_suffix, processor
+from eomgen.toolchain.compiler import library_suffix, processor_digest
 from eomgen.toolchain.profiles import profile as profile_named
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def machine(profile: str) -> Iterator[tuple[str, str]]:
     yield "C library", platform.libc_ver()[0]
     yield OF_PYTHON, library_suffix()
     if profile_named(profile).native:
-        yield f"processor, for which profile {profile} compiles", processor()
+        yield f"processor, for which profile {profile} compiles", processor_digest()
 
 
 def check_machine(path: str | os.PathLike[str], metadata: Mapping[str, Any], profile: str) -> None:

@@ -934,10 +934,10 @@ def _with_settings(data: dict[str, Any], described: Description) -> dict[str, An
 def _is_faster_on_tape(functions: Sequence[Mapping[str, Any]], loops: int, steps: float) -> bool:
     """Return whether a run of the given number of steps ends on the tape engine before the compilers of the library
     would end; ``functions`` and ``loops`` as of ``compiler_seconds``."""
-    from eomgen.toolchain.compiler import processors  # noqa: PLC0415
+    from eomgen.toolchain.compiler import compilers_at_once  # noqa: PLC0415
     from eomgen.toolchain.profiles import compiler_seconds, run_seconds_on_tape  # noqa: PLC0415
 
-    compiled, on_tape = compiler_seconds(functions, processors(), loops), run_seconds_on_tape(functions, steps)
+    compiled, on_tape = compiler_seconds(functions, compilers_at_once(), loops), run_seconds_on_tape(functions, steps)
     _LOG.info("estimated %.2g s of compilers, and %.2g s of the run on the tape engine", compiled, on_tape)
     return on_tape < compiled
 

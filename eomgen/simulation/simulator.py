@@ -73,8 +73,7 @@ def _no_assignment(name: str) -> UnknownAttribute:
     ),
 )
 class Simulator:
-    """A motion stepped by its caller: ``run = model.start(...)``, then repeated ``run.step(u)``. ``run =
-    model.start(...)``, then ``run.step(u)`` as often as wanted.
+    """A motion stepped by its caller: ``run = model.start(...)``, then ``run.step(u)`` as often as wanted.
 
     The inputs of a step act from the beginning of the step. If inputs or parameters differ from the values at the end
     of the last step, all quantities carried from step to step (accelerations, algorithmic accelerations, chosen steps,

@@ -9,7 +9,6 @@ The correction of a sample, and its end, follow from its own numbers alone; samp
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import product
 from operator import itemgetter
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -93,29 +92,18 @@ class Assembly:
 
 
 class KeptComponents(NamedTuple):
-    """Components of v, masks (nv,), that corrections leave as given, with the coordinates that they change.
+    """Components of v, masks (nv,), that corrections leave as given, with the coordinates that they change; a state
+    that cannot be met so is refused.
 
     Attributes
     ----------
-    positions, velocities : kept if the constraints can be met by the others
-    held_positions, held_velocities : kept, or else the state is refused
+    positions, velocities : masks of components held in corrections of positions and of velocities
     names : of joints that are held
     """
 
     positions: NDArray[np.bool_]
     velocities: NDArray[np.bool_]
-    held_positions: NDArray[np.bool_]
-    held_velocities: NDArray[np.bool_]
-    names: tuple[str, ...] = ()
-
-    @property
-    def ways(self) -> list[tuple[NDArray[np.bool_], NDArray[np.bool_]]]:
-        """Masks of positions and velocities in the order in which they are tried: at last the held components alone."""
-        positions, velocities = (
-            [np.array(mask) for mask in dict.fromkeys(tuple(mask.tolist()) for mask in masks)]
-            for masks in ((self.positions, self.held_positions), (self.velocities, self.held_velocities))
-        )
-        return list(product(positions, velocities))
+    names: tuple[str, ...]
 
 
 def assemble(
@@ -130,21 +118,15 @@ def assemble(
     """
     if kept is None:
         return _assemble(system, system, q, v, t)
-    # beams that follow joints have to turn with them before they are strained: held values alone are kept there
-    ways = kept.ways if system.beams is None and system.elastic is None else kept.ways[-1:]
-    for number, masks in enumerate(ways, 1):
-        for_positions, for_rates = (system.holding(mask) if np.any(mask) else system for mask in masks)
-        try:
-            return _assemble(for_positions, for_rates, q, v, t)
-        except ModelError as error:
-            if number < len(ways):
-                continue
-            if not kept.names:
-                raise
-            problem = error.problems[0]
-            hint = f"no hold of the initial state of {', '.join(kept.names)}, {problem.hint}"
-            raise ModelError(replace(problem, hint=hint)) from None
-    raise AssertionError("there is at least one way")  # pragma: no cover
+    for_positions, for_rates = (
+        system.holding(mask) if np.any(mask) else system for mask in (kept.positions, kept.velocities)
+    )
+    try:
+        return _assemble(for_positions, for_rates, q, v, t)
+    except ModelError as error:
+        problem = error.problems[0]
+        hint = f"no hold of the initial state of {', '.join(kept.names)}, {problem.hint}"
+        raise ModelError(replace(problem, hint=hint)) from None
 
 
 def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array, v: Array, t: float) -> Assembly:
@@ -529,16 +511,9 @@ def consistent_states(
     system: ConstrainedSamples, q: Array, v: Array, kept: KeptComponents | None = None
 ) -> ConsistentStates:
     """Return the consistent states nearest to guesses q (n, nq), v (n, nv)."""
-    if kept is not None:
-        result = ConsistentStates(q.copy(), v.copy(), np.zeros(len(q), dtype=bool))
-        for masks in kept.ways:
-            left = np.flatnonzero(~result.met)
-            for_positions, for_rates = (system.of(left).holding(mask) for mask in masks)
-            nearest = _nearest(for_positions, for_rates, q[left], v[left])
-            for part, new in zip(result, nearest, strict=True):
-                part[left] = new
-        return result
-    return _nearest(system, system, q, v)
+    if kept is None:
+        return _nearest(system, system, q, v)
+    return _nearest(system.holding(kept.positions), system.holding(kept.velocities), q, v)
 
 
 def _nearest(system: ConstrainedSamples, for_rates: ConstrainedSamples, q: Array, v: Array) -> ConsistentStates:

@@ -37,7 +37,7 @@ from eomgen.toolchain.compiler import (
     in_background,
     library_suffix,
     preprocessed,
-    processor,
+    processor_digest,
 )
 from eomgen.toolchain.library import LaneLibrary, Library
 from eomgen.toolchain.profiles import (
@@ -79,7 +79,7 @@ def wrapper_key(compiler: Compiler, cdef: str, header: str, headers: Path) -> st
 
 
 def _digest(compiler: str, content: bytes, profile: Profile, flags: Sequence[str], mode: str) -> str:
-    machine = processor() if profile.native else ""
+    machine = processor_digest() if profile.native else ""
     digest = hashlib.sha256()
     for text in (compiler, " ".join(flags), machine, mode, library_suffix()):
         digest.update(text.encode() + b"\0")
@@ -436,21 +436,28 @@ class Builder:
             entry = self.cache.get(key)
             return None if entry is None else entry.file(_OBJECT)
 
+        def fill(running: RunningCompilers, folder: Path) -> None:
+            for other, text in texts.items():
+                (folder / other).write_text(text, encoding="utf-8")
+            made, _ = compile_object(self.compiler, folder / name, flags, running=running)
+            made.rename(folder / _OBJECT)
+            for other in texts:
+                (folder / other).unlink()
+
+        self._begin(key, Begun(object_file), fill)
+
+    def _begin(self, key: str, begun: Begun, fill: Callable[[RunningCompilers, Path], None]) -> RunningCompilers:
+        """Fill an entry of the cache in the background; ``begun`` ends with it, even by an exception."""
+
         def work(running: RunningCompilers) -> None:
-            def fill(folder: Path) -> None:
-                for other, text in texts.items():
-                    (folder / other).write_text(text, encoding="utf-8")
-                made, _ = compile_object(self.compiler, folder / name, flags, running=running)
-                made.rename(folder / _OBJECT)
-                for other in texts:
-                    (folder / other).unlink()
+            try:
+                with suppress(EomgenError):
+                    self.cache.put(key, partial(fill, running))
+            finally:
+                begun.ended.set()
 
-            with suppress(EomgenError):
-                self.cache.put(key, fill)
-            begun.ended.set()
-
-        begun = self._begun[key] = Begun(object_file)
-        in_background("eomgen-begun", work, lower=False)
+        self._begun[key] = begun
+        return in_background("eomgen-begun", work, lower=False)
 
     def begin_on_tape(self, files: Mapping[str, str], cdef: str) -> None:
         """Compile and link the library of one source on the tape engine while the caller derives the tape, if the cache
@@ -481,16 +488,8 @@ class Builder:
                 (folder / other).unlink()
             (folder / _COMMANDS).write_text(command, encoding="utf-8")
 
-        def work(running: RunningCompilers) -> None:
-            try:
-                with suppress(EomgenError):
-                    self.cache.put(key, partial(fill, running))
-            finally:
-                begun.ended.set()
-
-        begun = self._begun[key] = Begun(lambda: None)
         # without the wait the thread would wait for Python at each file, in turns with the caller
-        in_background("eomgen-begun", work, lower=False).started.wait(_STARTING)
+        self._begin(key, Begun(lambda: None), fill).started.wait(_STARTING)
         _LOG.debug("began the library on the tape engine, by %s", self.compiler.version)  # asked for meanwhile
 
     @property

@@ -213,7 +213,7 @@ def as_root(command: str) -> str:
 
 
 @cache
-def processor() -> str:
+def processor_digest() -> str:
     """Return a short digest of the processor features used by ``-march=native``."""
     text = platform.machine()
     try:
@@ -228,8 +228,8 @@ def processor() -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-def processors() -> int:
-    """Return the number of compilers to run at once: one for each processor of this process, two at least."""
+def compilers_at_once() -> int:
+    """Return the number of compilers to run: one for each processor of this process, two at least."""
     own = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     return min(max(2, own), _MOST_COMPILERS)
 
@@ -324,7 +324,7 @@ class Compilation:
         self._tasks: list[_Task] = []
         self._keep: dict[Path, Callable[[], object]] = {}
         self._running = RunningCompilers() if running is None else running
-        self._pool = None if jobs == 0 else _Workers(processors() if jobs is None else jobs)
+        self._pool = None if jobs == 0 else _Workers(compilers_at_once() if jobs is None else jobs)
         self._ended = contextlib.ExitStack()
 
     def __enter__(self) -> Self:
@@ -540,7 +540,7 @@ def in_background(name: str, work: Callable[[RunningCompilers], None], *, lower:
             work(running)
         finally:
             running.started.set()
-        atexit.unregister(end)
+            atexit.unregister(end)
 
     thread = threading.Thread(target=whole, name=name, daemon=True)
     atexit.register(end)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import ctypes
+import hashlib
 import struct
 from pathlib import Path
 
 #: Fingerprint of the library as text, ended by zero, and the numbers of heads, constants and instructions.
 _START = struct.Struct("=24s3q")
-#: Memory of each tape, which libraries may read for as long as the process runs.
+#: Memory of each tape by its digest, which libraries may read for as long as the process runs.
 _KEPT: dict[bytes, ctypes.Array[ctypes.c_char]] = {}
 
 
@@ -18,7 +19,10 @@ class _Tape(ctypes.Structure):
 
 def hand_over(library: Path, tape: bytes) -> None:
     """Give a tape to a loaded library, before the first call."""
-    start = ctypes.addressof(_KEPT.setdefault(tape, ctypes.create_string_buffer(tape, len(tape))))
+    digest = hashlib.sha256(tape).digest()
+    if digest not in _KEPT:
+        _KEPT[digest] = ctypes.create_string_buffer(tape, len(tape))
+    start = ctypes.addressof(_KEPT[digest])
     _, heads, numbers, _ = _START.unpack_from(tape)
     first = start + _START.size
     places = (first, first + 8 * heads, first + 8 * (heads + numbers), start)

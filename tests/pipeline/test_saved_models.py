@@ -150,7 +150,7 @@ def test_a_model_of_another_machine_is_refused(name: str, value: str, text: str,
 def test_a_model_of_another_processor_is_refused_if_its_profile_needs_one(
     saved: Path, elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(saving, "processor", lambda: "0" * 16)
+    monkeypatch.setattr(saving, "processor_digest", lambda: "0" * 16)
     assert eomgen.load_model(saved / "pendulum.eomgen").nq == 1
     file = changed(saved, elsewhere, lambda metadata: metadata.update(profile="fast"))
     with pytest.raises(eomgen.ToolchainError, match="processor, for which profile fast compiles none, here 0000"):

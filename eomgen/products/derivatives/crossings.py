@@ -78,13 +78,11 @@ def check_crossings(run: LinearRun[Any], names: Sequence[str]) -> None:
         if shifts.max(initial=0.0) > _MOVED:
             t, moved = float(one.after["t"][0]), names[int(np.argmax(shifts))]
             by = branches.branches[one.branch].description
-            fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves [E0571]"
+            lost = "which is in no derivative of the steps"
+            fault = f"forces jump near t = {t:.6g} s by {by}, at a moment that {moved} moves, {lost} [E0571]"
             if one.change == 0.0:
-                fault = (
-                    f"the run stays at a jump of the forces by {by}, near t = {t:.6g} s, and {moved} moves it"
-                    f" off [E0572]"
-                )
-            fault += ", which is in no derivative of the steps"
+                stays = f"the run stays at a jump of the forces by {by}, near t = {t:.6g} s"
+                fault = f"{stays}, and {moved} moves it off, {lost} [E0572]"
             hint = "a smooth law in its place, tanh(x/0.01) for sign(x), or a run that does not come there"
             raise CrossedJump(Problem("sensitivities", fault, hint))
 

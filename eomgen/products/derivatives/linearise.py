@@ -373,10 +373,10 @@ def _check_jumps(layout: Mapping[str, Any], method: Method) -> None:
         if row["quantum"]:
             fault = (
                 f"the sampled state {name} is rounded to multiples of {row['quantum']:.6g}: its derivatives are 0"
-                f" or [E0609]"
+                f" or infinite [E0609]"
             )
             hint = "the scene without this quantum, for the derivatives of its mean"
-            raise UsageError(Problem("sensitivities", f"{fault} infinite", hint))
+            raise UsageError(Problem("sensitivities", fault, hint))
 
 
 def _check_formulas(model: CompiledModel, given: Collection[str], by: Sequence[str]) -> None:

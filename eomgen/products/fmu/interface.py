@@ -25,8 +25,6 @@ _IDENTIFIER = r"[A-Za-z_]\w*(\[\d+(,\d+)*\])?(\.[A-Za-z_]\w*(\[\d+(,\d+)*\])?)*"
 _STRUCTURED = re.compile(rf"(?a:{_IDENTIFIER}|der\({_IDENTIFIER}\))")
 #: In place of the token, which follows from all other texts.
 NO_TOKEN = "{00000000-0000-0000-0000-000000000000}"
-#: Kinds of variables with values that the equations give.
-CALCULATED = ("der_q", "der_v", "der_z", "der_minimal", "output", "formula", "indicator", "residual", "drift")
 
 
 @dataclass(frozen=True)

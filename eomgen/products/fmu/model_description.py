@@ -21,7 +21,6 @@ CATEGORIES: Mapping[str, str] = {
     "logStatusWarning": "values that are replaced, and calls without effect",
     "logEvents": "events of the scene, samples of controllers, corrections of states",
 }
-_XSI = "http://www.w3.org/2001/XMLSchema-instance"
 
 
 @dataclass(frozen=True)

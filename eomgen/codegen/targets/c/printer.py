@@ -48,7 +48,7 @@ def folded(text: str) -> str:
     """
     pieces: list[str] = []
     within = False  # a comment that an earlier line began: a product may begin with a star, too
-    # lines of blanks alone are left of macros of templates that print nothing here
+    # a macro of a template without output leaves a line of blanks
     for line in _joined_lines([line.rstrip() for line in text.split("\n") if not line.isspace()]):
         pieces += _pieces(line, within)
         opened, closed = line.rfind("/*"), line.rfind("*/")

@@ -427,9 +427,9 @@ class Processes:
         if expansions[0].repaired:
             fault = (
                 f"the covariance is not positive, and the nearest one that is, {expansions[0].repaired:.2g} of its"
-                f" norm [E1022]"
+                f" norm from it, takes its place [E1022]"
             )
-            self.values.note([f"{key}: {fault} from it, takes its place"])
+            self.values.note([f"{key}: {fault}"])
         self._translations.check(result[0])
         return result
 
