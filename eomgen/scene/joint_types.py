@@ -213,7 +213,13 @@ class Connection:
     @property
     def needed(self) -> tuple[str, ...]:
         """Required keys of a joint of this type, other than the axis."""
-        return ("second_axis",) * (self.second_key == "second_axis") + ("pitch",) * self.has("screw")
+        return tuple(word.partition("=")[0] for word in self.joint_keys.split() if "=" in word)
+
+    @property
+    def joint_keys(self) -> str:
+        """Keys of a joint of this type, other than the axis; needed keys with an example."""
+        second = self.second_key.replace("second_axis", "second_axis=[0,1,0]")
+        return f"{second} pitch=0.01" if self.has("screw") else second
 
     @property
     def drawn(self) -> tuple[bool, bool]:
@@ -242,9 +248,9 @@ class Connection:
         return ("z", "z") if len(self.turned_about) == 1 and not self.has("screw") else ("x and z", "x and z")
 
     @property
-    def constraint_keys(self) -> tuple[str, ...]:
-        """Keys of a constraint other than the frames."""
-        return ("drive",) * bool(self.drive) + self.keys + ("pitch",) * self.has("screw")
+    def constraint_keys(self) -> str:
+        """Keys of a constraint other than the frames; needed keys with an example."""
+        return " ".join(("drive",) * bool(self.drive) + self.keys + ("pitch=0.01",) * self.has("screw"))
 
 
 #: Keys of the body that touches a plane, or a surface.

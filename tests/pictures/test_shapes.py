@@ -136,20 +136,19 @@ def refused(tmp_path: Path, text: str) -> str:
         (BALL.replace("hull", "hul"), "cart.toml:15 (shapes.part.body): there is no body 'hul'; try: hull"),
         (
             'type = "box"\nbody = "hull"\n',
-            "cart.toml:13 (shapes.part): a box needs size, and size is missing; try: size = [0.4, 0.2, 0.1]",
+            "cart.toml:13 (shapes.part): the type box needs the key size; try: size = [0.4, 0.2, 0.1]",
         ),
         (
-            BOX.replace("size = [1, 1, 1]", "length = 1"),
-            "cart.toml:16 (shapes.part.length): a box needs size, and size is missing; try: size = [0.4, 0.2, 0.1]",
+            BOX + "length = 1",
+            "cart.toml:17 (shapes.part.length): length has no meaning for box; try: type = cylinder or capsule",
         ),
         (
             WHEEL.replace("width = 0.2\n", ""),
-            "cart.toml:13 (shapes.part): a wheel needs radius and width, and width is missing; try: radius = 0.1, width"
-            " = 0.2",
+            "cart.toml:13 (shapes.part): the type wheel needs the key width; try: width = 0.2",
         ),
         (
             BALL + "size = [1, 1, 1]",
-            "cart.toml:17 (shapes.part.size): a sphere has no size: it has radius; try: no size, or another type",
+            "cart.toml:17 (shapes.part.size): size has no meaning for sphere; try: type = box",
         ),
         (
             BOX.replace("[1, 1, 1]", "[1, 1]"),
@@ -211,9 +210,9 @@ def refused(tmp_path: Path, text: str) -> str:
             "cart.toml:16 (shapes.part.semi_axes[1]): a semi-axis of an ellipsoid is -2; try: a number above 0",
         ),
         (
-            BALL.replace('"sphere"', '"ellipsoid"'),
-            "cart.toml:16 (shapes.part.radius): an ellipsoid needs semi_axes, and semi_axes is missing; try: semi_axes"
-            " = [0.2, 0.1, 0.1]",
+            BALL.replace('"sphere"', '"ellipsoid"') + "semi_axes = [1, 1, 1]",
+            "cart.toml:16 (shapes.part.radius): radius has no meaning for ellipsoid; try: type = cylinder or sphere or"
+            " capsule or wheel",
         ),
         (
             MESH.format("hull.stl") + "scale = [1, 2]",
@@ -234,7 +233,7 @@ def refused(tmp_path: Path, text: str) -> str:
         ),
         (
             BOX + "scale = 2",
-            "cart.toml:17 (shapes.part.scale): scale is for meshes, and this is a box; try: no scale",
+            "cart.toml:17 (shapes.part.scale): scale has no meaning for box; try: type = mesh",
         ),
         (
             BOX + 'in = "world"',
@@ -270,7 +269,7 @@ def refused(tmp_path: Path, text: str) -> str:
         ),
         (
             'type = "mesh"\nbody = "hull"',
-            'cart.toml:13 (shapes.part): a mesh needs file, and file is missing; try: file = "part.stl"',
+            'cart.toml:13 (shapes.part): the type mesh needs the key file; try: file = "part.stl"',
         ),
         (
             MESH.format("part.ply"),

@@ -97,7 +97,7 @@ def test_the_builder_takes_the_same() -> None:
     [
         (
             'type = "helical"\naxis = [0, 0, 1]',
-            "(joints.first): a helical joint needs a pitch; try: pitch = 0.01, in m/rad",
+            "(joints.first): the type helical needs the key pitch; try: pitch = 0.01",
         ),
         (
             'type = "helical"\naxis = [0, 0, 1]\npitch = "still"',
@@ -109,11 +109,11 @@ def test_the_builder_takes_the_same() -> None:
         ('type = "helical"\npitch = 1', "(joints.first): a helical joint needs an axis; try: axis = [0, 0, 1]"),
         (
             'type = "revolute"\naxis = [0, 0, 1]\npitch = 1',
-            "(joints.first.pitch): a revolute joint has no pitch; try: type",
+            "(joints.first.pitch): pitch has no meaning for revolute; try: type",
         ),
         (
             'type = "universal"\naxis = [0, 0, 1]',
-            "(joints.first): a universal joint needs a second_axis; try: second_axis = [0, 1, 0]",
+            "(joints.first): the type universal needs the key second_axis; try: second_axis = [0, 1, 0]",
         ),
         (
             'type = "universal"\naxis = [0, 0, 1]\nsecond_axis = [0, 1, 1]',
@@ -125,7 +125,7 @@ def test_the_builder_takes_the_same() -> None:
         ),
         (
             'type = "cylindrical"\naxis = [0, 0, 1]\nx_axis = [0, 1, 0]',
-            "(joints.first.x_axis): a cylindrical joint has no x_axis; try: type = planar",
+            "(joints.first.x_axis): x_axis has no meaning for cylindrical; try: type = planar",
         ),
         (
             'type = "cylindrical"\naxis = [0, 0, 1]\nstiffness = 3',

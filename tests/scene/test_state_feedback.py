@@ -176,7 +176,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
         (HELD, 'a state_feedback needs gains or a calibration; try: [controllers.ride.calibration] and method = "lqr"'),
         (
             HELD + "signal = 1\nposition_gains = { body = 1 }",
-            "signal has no meaning for state_feedback; try: no signal",
+            "signal has no meaning for state_feedback; try: type = pi or pid or low_pass or lead_lag",
         ),
         (
             HELD + "proportional = 1\nposition_gains = { body = 1 }",
@@ -228,7 +228,10 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
             HELD + 'calibration = { method = "lqr", effort_weights = -1 }',
             "effort_weights of -1 cannot be; try: 0 or more",
         ),
-        (HELD + 'calibration = { method = "imsc" }', "imsc needs effort_weights; try: effort_weights = 1e-3"),
+        (
+            HELD + 'calibration = { method = "imsc" }',
+            "the method imsc needs the key effort_weights; try: effort_",
+        ),
         (
             HELD + 'calibration = { method = "imsc", effort_weights = 0 }',
             "effort_weights of 0 cannot be; try: a number above 0",
@@ -250,7 +253,7 @@ HELD = FEEDBACK + 'coordinates = ["body", "wheel"]\n'
             HELD + 'calibration = { method = "pole_placement", poles = [[-1]] }',
             "a list of 2 entries is needed here, not 1",
         ),
-        ('[controllers.sky]\ntype = "skyhook"\n', 'a skyhook controller needs spring; try: spring = "suspension"'),
+        ('[controllers.sky]\ntype = "skyhook"\n', 'the type skyhook needs the key spring; try: spring = "suspension"'),
         (
             '[controllers.sky]\ntype = "skyhook"\nspring = "suspensio"\ndamping = 1',
             "there is no spring 'suspensio'; try: suspension",

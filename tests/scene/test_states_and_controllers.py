@@ -149,11 +149,11 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
         ('c = { type = "sky_hook", signal = 1 }', "'sky_hook' is not known here; try: skyhook"),
         (
             'c = { type = "low_pass", signal = 1 }',
-            "a low_pass controller needs time_constant; try: time_constant = 0.01",
+            "the type low_pass needs the key time_constant; try: time_constant = 0.01",
         ),
         (
             'c = { type = "lead_lag", signal = 1, time_constant = 1 }',
-            "a lead_lag controller needs lead; try: lead = 0.01",
+            "the type lead_lag needs the key lead; try: lead = 0.01",
         ),
         ('c = { type = "pi", signal = 1, derivative = 1 }', "derivative has no meaning for pi; try: type = pid"),
         (f"{LAG}, integral = 1 }}", "integral has no meaning for low_pass; try: type = pi or pid"),
@@ -172,7 +172,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
         ),
         (
             'c = { type = "lead_lag", signal = 1, time_constant = 1, lead = 2, initial = 3 }',
-            "a lead_lag controller starts from initial_filtered; try: initial_filtered = ...",
+            "initial has no meaning for lead_lag; try: type = pi or pid or low_pass or sampled",
         ),
         (
             'c = { type = "pi", signal = "a.pin" }',

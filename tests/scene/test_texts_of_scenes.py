@@ -77,11 +77,11 @@ REFUSED: dict[str, tuple[Changes, list[str]]] = {
     ),
     "second": (
         (("joints/hinge/second_axis", [1, 0, 0]),),
-        ["(joints.hinge.second_axis): a revolute joint has no second_axis; try: type = universal"],
+        ["(joints.hinge.second_axis): second_axis has no meaning for revolute; try: type = universal"],
     ),
     "pitch": (
         (("joints/slide/type", "helical"),),
-        ["(joints.slide): a helical joint needs a pitch; try: pitch = 0.01, in m/rad"],
+        ["(joints.slide): the type helical needs the key pitch; try: pitch = 0.01"],
     ),
     "damping of fixed": (
         (("joints/slide/type", "fixed"), ("joints/slide/axis", None), ("joints/slide/damping", 1)),
@@ -260,12 +260,12 @@ REFUSED: dict[str, tuple[Changes, list[str]]] = {
             ),
         ),
         [
+            "(controllers.f.calibration): the method imsc needs the key effort_weights; try: effort_weights = 1e-3",
             "(controllers.f.calibration.frequencies): frequencies has no meaning for imsc; try: method ="
             " pole_placement",
             "(controllers.f.calibration.damping_ratios): damping_ratios has no meaning for imsc; try: method ="
             " pole_placement",
             "(controllers.f.calibration.frequencies[0]): frequencies of 0 cannot be; try: a number above 0",
-            "(controllers.f.calibration): imsc needs effort_weights; try: effort_weights = 1e-3",
         ],
     ),
     "weights of none": (

@@ -85,7 +85,7 @@ def check_needed(row: Connection, key: str) -> None:
     try:
         load_toml(text(row.name, without=key))
     except DescriptionError as error:
-        told = f"a {row.name} joint needs a" in str(error) and key in str(error)
+        told = f"{row.name} joint needs an {key}" in str(error) or f"needs the key {key}" in str(error)
         demand(told, row.name, f"a joint without {key} is refused without the name of the key: {error}")
     else:
         demand(False, row.name, f"a joint without {key} is taken")

@@ -28,21 +28,18 @@ from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.section import Reading, Section
 from eomgen.system.description import BASE, WORLD, Point, Shape, UnreadMesh
 
-#: Sizes that each type needs, and the axis of symmetry in the frame of the shape.
-_SIZES: Mapping[str, tuple[str, ...]] = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "sphere": ("radius",),
-    "capsule": ("radius", "length"),
-    "wheel": ("radius", "width"),
-    "ellipsoid": ("semi_axes",),
-    "mesh": ("file",),
+#: Keys of each type; needed sizes, in the axes of the shape, with an example.
+_KEYS: Mapping[str, str] = {
+    "box": "size=[0.4,0.2,0.1]",
+    "cylinder": "radius=0.1 length=0.5",
+    "sphere": "radius=0.1",
+    "capsule": "radius=0.1 length=0.5",
+    "wheel": "radius=0.1 width=0.2",
+    "ellipsoid": "semi_axes=[0.2,0.1,0.1]",
+    "mesh": 'file="part.stl" scale',
 }
+#: Axis of symmetry in the frame of the shape.
 _AXES = {"cylinder": (0.0, 0.0, 1.0), "capsule": (0.0, 0.0, 1.0), "wheel": (0.0, 1.0, 0.0)}
-_EXAMPLES = {
-    "size": "[0.4, 0.2, 0.1]", "radius": "0.1", "length": "0.5", "width": "0.2",
-    "semi_axes": "[0.2, 0.1, 0.1]", "file": '"part.stl"',
-}  # fmt: skip  # a table
 #: Triangles of all meshes of a scene together: with more of them pages of animations are slow.
 _MOST_TOGETHER = 12_000
 #: Colours by name.
@@ -109,10 +106,9 @@ class DrawnShape(Table):
         path=True,
         shown_default=_OF_TYPE.format("a mesh"),
     )
-    scale: OneOrMore = key(
+    scale: OneOrMore | None = optional(
         'length of one unit in the file of the mesh; `"1 mm"` for millimetres; or three, along the axes of the mesh,'
         " negative ones for mirrored meshes",
-        (1.0,),
         unit="m",
         names=PARAMETERS,
         shown_default="1",
@@ -144,7 +140,7 @@ class _Reader:
         known = check_reference(f"{self.key}.body", entry.body, bodies, "body", self.report)
         if entry.first is not None or entry.second is not None:
             return self._between(known=known)
-        self._check_keys()
+        values.check_kind(self.key, entry, "type", _KEYS)
         position = values.vector(f"{self.key}.position", entry.position, PARAMETERS)
         axes = self._axes()
         if axes is None:
@@ -198,27 +194,6 @@ class _Reader:
         axes = rows(frame_about(direction / size))
         return Shape(self.name, entry.body, entry.type, middle, axes, sizes, self._color(), self._opacity())
 
-    def _check_keys(self) -> None:
-        """Report missing sizes, and sizes of other types."""
-        entry, needed = self.entry, _SIZES[self.entry.type]
-        given = [name for name in _EXAMPLES if getattr(entry, name) is not None]
-        for name in needed:
-            if name not in given:
-                place = next((f"{self.key}.{other}" for other in given if other not in needed), self.key)
-                hint = ", ".join(f"{name} = {_EXAMPLES[name]}" for name in needed)
-                self.report.add(
-                    place, f"{_noun(entry.type)} needs {' and '.join(needed)}, and {name} is missing [E1400]", hint
-                )
-                return
-        for name in given:
-            if name not in needed:
-                fault = f"{_noun(entry.type)} has no {name}: it has {' and '.join(needed)} [E1401]"
-                self.report.add(f"{self.key}.{name}", fault, f"no {name}, or another type")
-        if entry.type != "mesh" and "scale" in entry.model_fields_set:
-            self.report.add(
-                f"{self.key}.scale", f"scale is for meshes, and this is {_noun(entry.type)} [E1403]", "no scale"
-            )
-
     def _axes(self) -> tuple[tuple[float, float, float], ...] | None:
         """Return the axes of the shape in the frame that the entry is given in; z is the axis of symmetry."""
         entry, symmetry = self.entry, _AXES.get(self.entry.type)
@@ -239,22 +214,15 @@ class _Reader:
         """Return the sizes of the type, m, formulas of parameters; for a mesh the scale."""
         entry, values = self.entry, self.values
         if entry.type == "mesh":
-            if len(entry.scale) not in (1, 3):
-                fault = f"a mesh has one scale or three, not {len(entry.scale)} [E1406]"
+            scale = entry.scale or (1.0,)
+            if len(scale) not in (1, 3):
+                fault = f"a mesh has one scale or three, not {len(scale)} [E1406]"
                 self.report.add(f"{self.key}.scale", fault, "scale = 0.001")
-            if len(entry.scale) == 1:
-                return (values.formula(f"{self.key}.scale", entry.scale[0], PARAMETERS),)
-            return tuple(
-                values.formula(f"{self.key}.scale[{k}]", value, PARAMETERS) for k, value in enumerate(entry.scale)
-            )
-        result: list[Formula] = []
-        for name in _SIZES[entry.type]:
-            value = getattr(entry, name)
-            if isinstance(value, tuple):
-                result += values.vector(f"{self.key}.{name}", value, PARAMETERS)
-            elif value is not None:
-                result.append(values.formula(f"{self.key}.{name}", value, PARAMETERS))
-        return tuple(result)
+            if len(scale) == 1:
+                return (values.formula(f"{self.key}.scale", scale[0], PARAMETERS),)
+            return tuple(values.formula(f"{self.key}.scale[{k}]", value, PARAMETERS) for k, value in enumerate(scale))
+        sizes = values.keys(self.key, entry, *(word.partition("=")[0] for word in _KEYS[entry.type].split()))
+        return tuple(part for size in sizes.values() for part in (size if isinstance(size, tuple) else (size,)))
 
     def _color(self) -> str:
         """Return ``#rrggbb``; empty for the colour of the body."""

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import functools
-import math
 import operator
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
@@ -16,12 +15,12 @@ from typing import TYPE_CHECKING
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula, Number, Operation, Symbol
+from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Symbol
 from eomgen.scene.control.model import Controller, StateFeedback
 from eomgen.scene.control.sampled import read_sampled_controller, sampled_names
 from eomgen.scene.control.state_feedback import feedback_names, parameters_of, read_state_feedback
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.formula.scope import PARAMETERS, STATE
+from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.signals import Parameter, SampledController, State
@@ -37,7 +36,6 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
     """Return the tension that a skyhook controller asks for; ``ends`` are the points of every spring."""
     key, report = key_of("controllers", name), values.report
     if entry.spring is None:
-        report.add(key, "a skyhook controller needs spring [E1411]", 'spring = "suspension"')
         return UNKNOWN
     if entry.spring not in ends:
         hint = nearest(entry.spring, ends) or "a [springs] section"
@@ -111,38 +109,31 @@ def _root(x: Formula) -> Formula:
 def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:
     """Return the states and the output of a controller with memory; faults are reported."""
     key = key_of("controllers", name)
-    e = UNKNOWN if entry.signal is None else values.formula(f"{key}.signal", entry.signal, STATE)
-
-    def number(field: str, default: float) -> Formula:
-        written = getattr(entry, field)
-        return Number(default) if written is None else values.formula(f"{key}.{field}", written, PARAMETERS)
-
-    def start(field: str) -> float:
-        written = getattr(entry, field)
-        return 0.0 if written is None else values.constant(f"{key}.{field}", written)
-
-    T = number("time_constant", math.nan)
+    given = values.keys(key, entry, "signal", "time_constant")
+    e, T = given.get("signal", UNKNOWN), given.get("time_constant", UNKNOWN)
     x, f = (Symbol("state", f"{name}_{suffix}") for suffix in ("integral", "filtered"))
     limits = OutputLimits(key, entry, values)
+    parts = ("proportional", "integral", "derivative", "lead")
+    given = values.keys(key, entry, *parts, "gain", "initial_filtered", "initial")
+    kp, ki, kd, lead = (given.get(part, ZERO) for part in parts)
+    gain, filtered = given.get("gain", ONE), given.get("initial_filtered", 0.0)
     made: dict[str, tuple[Formula, float]] = {}
     if entry.type in ("pi", "pid"):
-        kp, ki = number("proportional", 0.0), number("integral", 0.0)
         free = kp * e + x
         if entry.type == "pid":
             rate = (e - f) / T
-            free = free + number("derivative", 0.0) * rate
-            made["filtered"] = rate, start("initial_filtered")
+            free = free + kd * rate
+            made["filtered"] = rate, filtered
         rate = ki * e
         if limits.given:
             rate = rate + (limits.of(free) - free) / _tracking(key, entry, kp, ki, values)
-        made = {"integral": (rate, start("initial")), **made}
+        made = {"integral": (rate, given["initial"]), **made}
     elif entry.type == "low_pass":
-        made["filtered"] = (number("gain", 1.0) * e - f) / T, start("initial")
+        made["filtered"] = (gain * e - f) / T, given["initial"]
         free = f
     else:
-        made["filtered"] = (e - f) / T, start("initial_filtered")
-        share = number("lead", 0.0) / T
-        free = number("gain", 1.0) * (f + share * (e - f))
+        made["filtered"] = (e - f) / T, filtered
+        free = gain * (f + lead / T * (e - f))
     state_words = {"integral": "integral", "filtered": "filtered signal"}
     states = [
         State(
@@ -227,30 +218,18 @@ def _used(formulas: Iterable[Formula]) -> list[str]:
     )
 
 
-#: Keys of each type in addition to signal, limits and labels: required keys, then optional keys.
-_KEYS: Mapping[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "pi": ((), ("proportional", "integral", "tracking")),
-    "pid": (("time_constant",), ("proportional", "integral", "derivative", "tracking", "initial_filtered")),
-    "low_pass": (("time_constant",), ("gain",)),
-    "lead_lag": (("time_constant", "lead"), ("gain", "initial_filtered")),
-    "state_feedback": (
-        (),
-        (
-            "outputs",
-            "coordinates",
-            "signals",
-            "position_references",
-            "signal_references",
-            "position_gains",
-            "velocity_gains",
-            "signal_gains",
-            "calibration",
-        ),
-    ),
-    "sampled": (("sample",), ("signals", "outputs", "delay", "quantum", "source", "function", "memory")),
-    "skyhook": ((), ("spring", "damping", "groundhook", "clipped", "minimum_damping", "maximum_damping", "width")),
+#: Keys of each type in addition to labels; needed keys with an example.
+_KEYS: Mapping[str, str] = {
+    "pi": "signal=... initial minimum maximum proportional integral tracking",
+    "pid": "signal=... initial minimum maximum time_constant=0.01 proportional integral derivative tracking"
+    " initial_filtered",
+    "low_pass": "signal=... initial minimum maximum time_constant=0.01 gain",
+    "lead_lag": "signal=... minimum maximum time_constant=0.01 lead=0.01 gain initial_filtered",
+    "state_feedback": "minimum maximum outputs coordinates signals position_references signal_references position_gains"
+    " velocity_gains signal_gains calibration",
+    "sampled": "initial sample=0.01 signals outputs delay quantum source function memory",
+    "skyhook": 'minimum maximum spring="suspension" damping groundhook clipped minimum_damping maximum_damping width',
 }
-_OPTIONAL = tuple(dict.fromkeys(field for needed, allowed in _KEYS.values() for field in (*needed, *allowed)))
 #: The states that each type makes, by the suffix after the controller's name.
 SUFFIXES: Mapping[str, tuple[str, ...]] = {
     "pi": ("integral",), "pid": ("integral", "filtered"), "low_pass": ("filtered",), "lead_lag": ("filtered",),
@@ -323,7 +302,7 @@ def read_controllers(
     result = Controllers()
     ends = {name: (spring.first, spring.second) for name, spring in springs.items()}
     for name, entry in entries.items():
-        _check_keys(name, entry, values)
+        values.check_kind(key_of("controllers", name), entry, "type", _KEYS)
         if SUFFIXES[entry.type]:
             states, controller = read_controller(name, entry, values)
             result.states += states
@@ -346,30 +325,3 @@ def read_controllers(
             formula = limits.of(read_skyhook(name, entry, values, ends))
             result.outputs.append(Controller(name, formula, entry.unit or "N", entry.description))
     return result
-
-
-def _check_keys(name: str, entry: Written, values: Values) -> None:
-    """Report keys that a type of controller does not take, and required keys that are missing."""
-    key, report = key_of("controllers", name), values.report
-    needed, allowed = _KEYS[entry.type]
-    given = [option for option in _OPTIONAL if getattr(entry, option) is not None]
-    for option in given:
-        if option not in (*needed, *allowed):
-            kinds = " or ".join(kind for kind, (first, second) in _KEYS.items() if option in (*first, *second))
-            report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type} [E1417]", f"type = {kinds}")
-    for option in needed:
-        if option not in given:
-            report.add(key, f"a {entry.type} controller needs {option} [E1418]", f"{option} = 0.01")
-    if entry.initial and entry.type == "lead_lag":
-        report.add(
-            f"{key}.initial", "a lead_lag controller starts from initial_filtered [E1419]", "initial_filtered = ..."
-        )
-    if not SUFFIXES[entry.type]:
-        sampled = entry.type == "sampled"  # outputs are limited by the function
-        for option in ("signal", "minimum", "maximum") if sampled else ("signal", "initial"):
-            if getattr(entry, option) not in (None, 0.0):
-                limited = ", and limits in the function, or min() and max() around its output"
-                hint = f"no {option}{limited if option in ('minimum', 'maximum') else ''}"
-                report.add(f"{key}.{option}", f"{option} has no meaning for {entry.type} [E1417]", hint)
-    elif entry.signal is None:
-        report.add(f"{key}.signal", "the key signal is missing [E1420]", "signal = ...")

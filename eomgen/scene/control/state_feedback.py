@@ -13,7 +13,6 @@ from eomgen.formula.nodes import Formula, Symbol
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.formula.scope import STATE
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values, percent_of_critical
 from eomgen.system.signals import Parameter
 
@@ -204,20 +203,12 @@ def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
         )
 
 
-#: Keys of each method, besides method and at.
+#: Keys of each method, besides method and at; needed keys with an example.
 _TAKEN = {
-    "lqr": ("position_weights", "velocity_weights", "signal_weights", "output_weights", "effort_weights"),
-    "imsc": ("modes", "effort_weights"),
-    "pole_placement": ("modes", "frequencies", "damping_ratios", "poles"),
+    "lqr": "position_weights velocity_weights signal_weights output_weights effort_weights",
+    "imsc": "modes effort_weights=1e-3",
+    "pole_placement": "modes frequencies damping_ratios poles",
 }
-
-
-def _check_keys_of_method(key: str, written: WrittenCalibration, report: Report) -> None:
-    """Report keys that belong to other methods."""
-    for field in dict.fromkeys(field for fields in _TAKEN.values() for field in fields):
-        if getattr(written, field) is not None and field not in _TAKEN[written.method]:
-            kinds = " or ".join(kind for kind, fields in _TAKEN.items() if field in fields)
-            report.add(f"{key}.{field}", f"{field} has no meaning for {written.method} [E1417]", f"method = {kinds}")
 
 
 def read_calibration(
@@ -229,8 +220,8 @@ def read_calibration(
     outputs: Collection[str],
 ) -> Calibration:
     """Return a calibration; faults are reported."""
-    report, method = values.report, written.method
-    _check_keys_of_method(key, written, report)
+    report = values.report
+    values.check_kind(key, written, "method", _TAKEN)
     _check_weights(key, written, signals, outputs, values)
     _check_lists(key, written, count, values)
     for place, (real, imaginary) in enumerate(written.poles or ()):
@@ -238,19 +229,7 @@ def read_calibration(
             fault = f"the pole [{real:g}, {imaginary:g}] does not decay: its real part is not below 0 [E1439]"
             report.add(f"{key}.poles[{place}]", fault, f"[{-real or -1.0:g}, {imaginary:g}]")
     poles = tuple(complex(*pair) for pair in written.poles or ())
-    return Calibration(
-        method,
-        written.at,
-        written.position_weights or {},
-        written.velocity_weights or {},
-        written.signal_weights or {},
-        written.output_weights or {},
-        written.effort_weights or (),
-        written.modes or (),
-        written.frequencies or (),
-        written.damping_ratios or (),
-        poles,
-    )
+    return Calibration(**values.keys(key, written) | {"poles": poles})
 
 
 def _check_weights(
@@ -305,8 +284,6 @@ def _check_lists(key: str, written: WrittenCalibration, count: int, values: Valu
 def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None:
     """Report lists that a method needs, and lists that exclude each other."""
     report, method = values.report, written.method
-    if method == "imsc" and written.effort_weights is None:
-        report.add(key, "imsc needs effort_weights [E1446]", "effort_weights = 1e-3")
     if method == "pole_placement":
         if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
             report.add(

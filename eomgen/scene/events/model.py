@@ -15,7 +15,7 @@ class Event:
     ----------
     resets : pairs of a coordinate, a velocity or an internal state, and the new value; of ``reset``
     restitution : of ``impact``
-    mode, value : of ``switch``
+    mode, to : of ``switch``
     least_interval : s; 0 by default
     place : file, line and key of ``when``, for messages
     """
@@ -27,12 +27,12 @@ class Event:
     resets: tuple[tuple[Symbol, Formula], ...] = ()
     restitution: Formula | None = None
     mode: str = ""
-    value: Formula | None = None
+    to: Formula | None = None
     least_interval: float = 0.0
     description: str = ""
     place: str = ""
 
     def actions(self) -> list[Formula]:
         """Return the formulas of the action: new values, a restitution, a new mode."""
-        given = [self.restitution, self.value]
+        given = [self.restitution, self.to]
         return [*(formula for _, formula in self.resets), *(formula for formula in given if formula is not None)]

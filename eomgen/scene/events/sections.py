@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
 #: Quantities that a reset may set.
 _TARGETS = Scope('coordinates, velocities and internal states: "q.joint", "v.joint"', frozenset({"q", "v", "state"}))
-#: Keys by the action to which they belong; each action requires its keys.
-_KEYS = {"reset": ("reset",), "impact": ("restitution",), "switch": ("mode", "to")}
+#: Keys that the actions need, each with an example.
+_KEYS = {"reset": 'reset={"v.joint"=0}', "impact": "restitution=0.8", "switch": 'mode="gear" to=1'}
 
 
 def _restitution_fault(number: float) -> str:
@@ -42,12 +42,6 @@ _RESTITUTION = Row(
     "a number from 0 to 1",
     stage=0,
 )
-_EXAMPLES = {
-    "reset": 'reset = { "v.joint" = 0 }',
-    "restitution": "restitution = 0.8",
-    "mode": 'mode = "gear"',
-    "to": "to = 1",
-}
 
 
 def read_event(
@@ -70,23 +64,13 @@ def read_event(
     if _is_comparison(when):
         message = "a comparison is 1 or 0 and does not pass zero [E1482]"
         values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
-    for action, keys in _KEYS.items():
-        for own in keys:
-            given = getattr(entry, own) is not None
-            if given and action != entry.action:
-                values.report.add(
-                    f"{key}.{own}",
-                    f"{own} is of the action {action}, not {entry.action} [E1483]",
-                    f'action = "{action}"',
-                )
-            elif not given and action == entry.action:
-                values.report.add(key, f"the action {action} needs the key {own} [E1484]", _EXAMPLES[own])
+    values.check_kind(key, entry, "action", _KEYS)
     if entry.mode is not None:
         report.check_reference(f"{key}.mode", entry.mode, modes, "mode", values.report)
     resets = []
     if entry.action == "reset" and entry.reset is not None:
         if not entry.reset:
-            values.report.add(f"{key}.reset", "the reset sets nothing [E1485]", _EXAMPLES["reset"])
+            values.report.add(f"{key}.reset", "the reset sets nothing [E1485]", 'reset = { "v.joint" = 0 }')
         for target, value in entry.reset.items():
             place = f"{key}.reset.{key_of(target)}"
             symbol = values.formula(place, target, _TARGETS)
@@ -95,22 +79,13 @@ def read_event(
                 values.report.add(place, *fault)
             elif isinstance(symbol, Symbol):
                 resets.append((symbol, formula))
-    least = values.keys(key, entry, "least_interval").get("least_interval", 0.0)
+    given = values.keys(key, entry, "direction", "action", "least_interval", "restitution", "mode", "to", "description")
+    least, restitution = given.get("least_interval", 0.0), given.get("restitution", UNKNOWN)
     if least < 0.0:
         values.report.add(f"{key}.least_interval", f"{least:.6g} s is negative [E1490]", "a small positive time")
-    return Event(
-        name=name,
-        when=when,
-        direction=entry.direction,
-        action=entry.action,
-        resets=tuple(resets),
-        restitution=_restitution(key, entry, values),
-        mode=entry.mode or "",
-        value=values.keys(key, entry, "to").get("to"),
-        least_interval=least,
-        description=entry.description,
-        place=values.report.where(f"{key}.when"),
-    )
+    if restitution is not UNKNOWN and all(symbol.kind == "parameter" for symbol in symbols(restitution)):
+        values.require(f"{key}.restitution", _RESTITUTION, [restitution])  # else a run refuses negative values
+    return Event(name, when, resets=tuple(resets), place=values.report.where(f"{key}.when"), **given)
 
 
 def _is_comparison(formula: Formula) -> bool:
@@ -119,15 +94,6 @@ def _is_comparison(formula: Formula) -> bool:
         return False
     joined = formula.name in ("mul", "min", "max") and all(map(_is_comparison, formula.arguments))
     return formula.name in ("lt", "le") or joined
-
-
-def _restitution(key: str, entry: WrittenEvent, values: Values) -> Formula | None:
-    """Return the formula of a restitution: from 0 to 1 if the formula has parameters only; for other formulas a run
-    refuses negative values."""
-    formula: Formula | None = values.keys(key, entry, "restitution").get("restitution")
-    if formula is not None and all(symbol.kind == "parameter" for symbol in symbols(formula)):
-        values.require(f"{key}.restitution", _RESTITUTION, [formula])
-    return formula
 
 
 def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: bool) -> tuple[str, str] | None:

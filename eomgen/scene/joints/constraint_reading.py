@@ -36,26 +36,12 @@ from eomgen.system.description import BASE, WORLD, Point
 if TYPE_CHECKING:
     from eomgen.scene.joints import constraint_schema as written
 
-#: Keys of some types only, in the order of their checks.
-_CONSTRAINT_KEYS = (
-    "drive",
-    "length",
-    "radius",
-    "shape",
-    "semi_axes",
-    "tube_radius",
-    "surface",
-    "pitch",
-    "equation",
-    "velocity_equation",
-    "unit",
-)
 #: Keys that surfaces need besides the shape.
-_OF_SHAPES: Mapping[str, Mapping[str, str]] = {
-    "disc": {"radius": "1.0"},
-    "sphere": {"radius": "1.0"},
-    "ellipsoid": {"semi_axes": "[0.2, 0.03, 0.02]"},
-    "torus": {"radius": "0.3", "tube_radius": "0.05"},
+_OF_SHAPES: Mapping[str, str] = {
+    "disc": "radius=1.0",
+    "sphere": "radius=1.0",
+    "ellipsoid": "semi_axes=[0.2,0.03,0.02]",
+    "torus": "radius=0.3 tube_radius=0.05",
 }
 _EQUATION = 'equation = "q.rod - lift(q.cam)", which is 0 on the constraint'
 _VELOCITIES = ("v", "velocity")
@@ -64,22 +50,8 @@ _ROUGH = {"abs": "a corner", "min": "a corner", "max": "a corner", "sign": "a ju
 _COUNTS = {1: "one derivative", 2: "two derivatives", 3: "three derivatives"}
 #: Degree in velocities of formulas that are not linear.
 _NONLINEAR = 2
-_EXAMPLES = {"pitch": "0.01"}
 #: Distances at the design position below this, m, are not taken for a length.
 _NO_LENGTH = 1e-9
-
-
-def _check_keys(key: str, entry: written.Constraint, report: Report) -> None:
-    """Report keys that a type of constraint needs or does not have."""
-    for field in _CONSTRAINT_KEYS:
-        given = getattr(entry, field) is not None
-        types = [row.name for row in TYPES.values() if field in row.constraint_keys]
-        if given and entry.type not in types:
-            report.add(
-                f"{key}.{field}", f"a {entry.type} constraint has no {field} [E1599]", f"type = {' or '.join(types)}"
-            )
-        elif not given and entry.type in types and field in _EXAMPLES:
-            report.add(key, f"a {entry.type} constraint needs a {field} [E1600]", f"{field} = {_EXAMPLES[field]}")
 
 
 def read_constraint(
@@ -87,10 +59,10 @@ def read_constraint(
 ) -> Constraint:
     """Return a checked constraint; faults go to the report of ``values``."""
     key = key_of("constraints", name)
-    _check_keys(key, entry, values.report)
+    values.check_kind(key, entry, "type", {row.name: row.constraint_keys for row in TYPES.values()})
     shape = entry.shape or Constraint.shape
     if "shape" in CONSTRAINTS[entry.type].keys:
-        _check_shape(key, shape, entry, values)
+        values.check_kind(key, entry, "shape", _OF_SHAPES, shape)
     framed = entry.type != "formula" or entry.first is not None or entry.second is not None
     first, second = (
         _frame(f"{key}.{side}", entry, getattr(entry, side), need, bodies, points, values) if framed else Frame(BASE)
@@ -192,25 +164,6 @@ def _frame(
         values.report.add(key, f"the key {side} is missing [E1343]", f"{side} = ...")
         return Frame("")
     return read_frame(key, f"{_kind(entry)} constraint", frame, need, bodies, points, values)
-
-
-def _check_shape(key: str, shape: Shape, entry: written.Constraint, values: Values) -> None:
-    """Report missing keys of a shape, and keys that do not belong to the shape."""
-    for field in ("radius", "semi_axes", "tube_radius"):
-        given, example = getattr(entry, field) is not None, _OF_SHAPES[shape].get(field)
-        if example is not None and not given:
-            article = "an" if shape == "ellipsoid" else "a"
-            fault = (
-                f"a {entry.type} constraint needs a {field} [E1600]"
-                if field == "radius"
-                else f"{article} {shape} needs {field} [E1604]"
-            )
-            values.report.add(key, fault, f"{field} = {example}")
-        elif given and example is None:
-            having = [f'"{name}"' for name, keys in _OF_SHAPES.items() if field in keys]
-            values.report.add(
-                f"{key}.{field}", f"the shape {shape} has no {field} [E1608]", f"shape = {' or '.join(having)}"
-            )
 
 
 def _needs(entry: written.Constraint) -> tuple[Need, Need]:

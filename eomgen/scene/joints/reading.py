@@ -21,7 +21,7 @@ from eomgen.scene.joints.model import (
     Reaction,
     Stop,
 )
-from eomgen.scene.reading.report import Report, check_reference
+from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_orientation
 from eomgen.scene.rotations import frame_about, quaternion_of, rows
@@ -130,8 +130,6 @@ _NEUTRAL = (1.0, 0.0, 0.0, 0.0)
 _QUATERNION_TOLERANCE = 1e-6
 #: Meaning of the velocity, by group.
 _VELOCITY_MEANING = {"SO3": " (angular velocity, body axes)", "SE3": " (angular, then linear velocity, body axes)"}
-#: Keys of some types only, each with an example of a value.
-_KEYS = {"second_axis": "[0, 1, 0]", "x_axis": "", "pitch": "0.01, in m/rad"}
 _COEFFICIENTS = ("stiffness", "damping", "rest", "rotor_inertia")
 _PERPENDICULAR = 1e-6
 
@@ -163,26 +161,20 @@ def read_joint(name: str, joint: written.Joint, values: Values) -> Joint:
     )
 
 
-def _check_axis_keys(key: str, joint: written.Joint, report: Report) -> None:
+def _check_axis_keys(key: str, joint: written.Joint, values: Values) -> None:
     """Report directions that a type of joint needs or does not have."""
-    kind = JOINTS[joint.type]
+    kind, report = JOINTS[joint.type], values.report
     if kind.coordinates and joint.axis is None:
         report.add(key, f"a {joint.type} joint needs an axis [E1652]", "axis = [0, 0, 1]")
     elif not kind.coordinates and joint.axis is not None:
         report.add(f"{key}.axis", f"a {joint.type} joint has no axis [E1653]", "rotation, for its placement")
-    for field, example in _KEYS.items():
-        given = getattr(joint, field) is not None
-        if given and field not in (kind.second_key, *kind.needed):
-            first = next(row.name for row in JOINTS.values() if field in (row.second_key, *row.needed))
-            report.add(f"{key}.{field}", f"a {joint.type} joint has no {field} [E1654]", f"type = {first}")
-        elif not given and field in kind.needed:
-            report.add(key, f"a {joint.type} joint needs a {field} [E1655]", f"{field} = {example}")
+    values.check_kind(key, joint, "type", {row.name: row.joint_keys for row in (*JOINTS.values(), kind)})
 
 
 def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Direction]:
     """Return the axis and the second axis orthogonal to it, as given or by the default of the type."""
     report, kind = values.report, JOINTS[joint.type]
-    _check_axis_keys(key, joint, report)
+    _check_axis_keys(key, joint, values)
     neutral = ((0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     axis = None if joint.axis is None or not kind.coordinates else values.axis(f"{key}.axis", joint.axis)
     if axis is None:

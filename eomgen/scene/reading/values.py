@@ -371,6 +371,29 @@ class Values:
             return False
         return check_reference(key, name, self.names.points, "point", self.report)
 
+    def check_kind(self, key: str, entry: Table, choice: str, taken: Mapping[str, str], kind: str = "") -> None:
+        """Report keys without a meaning for the kind of an entry, and keys that the kind needs.
+
+        Parameters
+        ----------
+        choice : key whose value is the kind
+        taken : keys that only some kinds have, by kind; of needed keys with an example: ``"lead=0.01 gain"``
+        kind : in place of the value of ``choice``
+        """
+        kind = kind or getattr(entry, choice)
+        keys = {other: dict(word.partition("=")[::2] for word in words.split()) for other, words in taken.items()}
+        for name in dict.fromkeys(name for own in keys.values() for name in own):
+            given, example = (
+                getattr(entry, name) != type(entry).model_fields[name].default,
+                keys.get(kind, {}).get(name),
+            )
+            if given and example is None:
+                kinds = " or ".join(other for other, own in keys.items() if name in own)
+                self.report.add(f"{key}.{name}", f"{name} has no meaning for {kind} [E1417]", f"{choice} = {kinds}")
+            elif example and not given:
+                hint = f"{name} = {example.replace(',', ', ')}"
+                self.report.add(key, f"the {choice} {kind} needs the key {name} [E1418]", hint)
+
     def keys(self, key: str, entry: Table, *names: str) -> dict[str, Any]:
         """Return the values of an entry by its schema: formulas in the scope of each key, numbers of fixed parameters,
         and values without a scope as they are. Keys that the entry does not give are left out.

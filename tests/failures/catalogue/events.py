@@ -46,7 +46,7 @@ FAILURES = [
         "A reset without values",
         3,
         "description error: scene.toml:33 (events.stop): the action reset needs the key reset; try: "
-        'reset = { "v.joint" = 0 } [E1484]',
+        'reset = {"v.joint"=0} [E1418]',
         more='[events.stop]\nwhen = "q.shoulder"\naction = "reset"\n',
     ),
     Failure(
@@ -59,8 +59,8 @@ FAILURES = [
     Failure(
         "A restitution of an event without impact",
         3,
-        "description error: scene.toml:35 (events.stop.restitution): restitution is of the action "
-        'impact, not record; try: action = "impact" [E1483]',
+        "description error: scene.toml:35 (events.stop.restitution): restitution has no meaning for record; "
+        "try: action = impact [E1417]",
         more='[events.stop]\nwhen = "q.shoulder"\nrestitution = 0.5\n',
     ),
     Failure(

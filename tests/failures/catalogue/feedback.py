@@ -185,8 +185,8 @@ FAILURES = [
     Failure(
         "Modal control without the weight of its forces",
         3,
-        "description error: scene.toml:37 (controllers.hold.calibration): imsc needs effort_weights; try: "
-        "effort_weights = 1e-3 [E1446]",
+        "description error: scene.toml:37 (controllers.hold.calibration): the method imsc needs the key "
+        "effort_weights; try: effort_weights = 1e-3 [E1418]",
         more=(
             "[controllers.hold]\n"
             'type = "state_feedback"\n'
@@ -405,8 +405,8 @@ FAILURES = [
     Failure(
         "A skyhook on no spring",
         3,
-        "description error: scene.toml:33 (controllers.sky): a skyhook controller needs spring; try: spring = "
-        '"suspension" [E1411]',
+        "description error: scene.toml:33 (controllers.sky): the type skyhook needs the key spring; try: spring = "
+        '"suspension" [E1418]',
         more='[controllers.sky]\ntype = "skyhook"\ndamping = 100',
     ),
     Failure(

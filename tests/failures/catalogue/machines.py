@@ -194,8 +194,8 @@ FAILURES = [
     Failure(
         "A helical joint without its pitch",
         3,
-        "description error: scene.toml:16 (joints.shoulder): a helical joint needs a pitch; try: pitch = 0.01, in"
-        " m/rad [E1655]",
+        "description error: scene.toml:16 (joints.shoulder): the type helical needs the key pitch; try: pitch = 0.01"
+        " [E1418]",
         old='type = "revolute"',
         new='type = "helical"',
     ),

@@ -54,14 +54,14 @@ FAILURES = [
     Failure(
         "A controller without a signal",
         3,
-        "description error: scene.toml:33 (controllers.servo.signal): the key signal is missing; try: signal ="
-        " ... [E1420]",
+        "description error: scene.toml:33 (controllers.servo): the type pi needs the key signal; try: signal = ..."
+        " [E1418]",
         more='[controllers.servo]\ntype = "pi"\nproportional = 2',
     ),
     Failure(
         "A filter without its time",
         3,
-        "description error: scene.toml:33 (controllers.servo): a low_pass controller needs time_constant; try: "
+        "description error: scene.toml:33 (controllers.servo): the type low_pass needs the key time_constant; try: "
         "time_constant = 0.01 [E1418]",
         more='[controllers.servo]\ntype = "low_pass"\nsignal = "q.shoulder"',
     ),
@@ -124,7 +124,7 @@ FAILURES = [
     Failure(
         "A sampled controller without its clock",
         3,
-        "description error: scene.toml:33 (controllers.servo): a sampled controller needs sample; try: sample ="
+        "description error: scene.toml:33 (controllers.servo): the type sampled needs the key sample; try: sample ="
         " 0.01 [E1418]",
         more='[controllers.servo]\ntype = "sampled"\nsignals = { angle = "q.shoulder" }',
     ),
