@@ -1,6 +1,6 @@
 """The cost of derivatives of a run against that of the run: a seven-axis arm, 24 parameters; or closed loops.
 
-    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--method tdg2] [--hessian] [--loop car] [--quick]
+    python -m benchmarks.sensitivities [--steps 2000] [--repeats 7] [--method trapezoidal] [--loop car] [--quick]
 
 Processor time of this process (user), medians of what is run alternately: the run alone, a gradient by adjoints, all
 tangents, a Hessian. The gradient is held against the tangents first.
@@ -73,7 +73,6 @@ def main(words: Sequence[str] | None = None) -> int:
     parser.add_argument("--steps", type=int, default=2000)
     parser.add_argument("--repeats", type=int, default=7)
     parser.add_argument("--method", default="generalized_alpha")
-    parser.add_argument("--hessian", action="store_true", help="whole Hessians of tdg methods, too")
     parser.add_argument("--quick", action="store_true", help="few steps, no times")
     parser.add_argument("--loop", choices=("tree", "absolute", "car", "four_bar"), help="closed loops instead")
     given = parser.parse_args(words)
@@ -94,13 +93,6 @@ def main(words: Sequence[str] | None = None) -> int:
         "tangents": lambda: model.sensitivities(end, size, **options).derivatives,
         "Hessian": lambda: model.sensitivities(end, size, **options).hessian("integral(flange[2])"),
     }
-    if given.method.startswith("tdg"):  # 24 adjoints in complex numbers
-        along = np.linspace(-1.0, 1.0, len(model.parameters))
-        calls["Hessian product"] = lambda: model.sensitivities(end, size, **options).hessian_products(
-            "integral(flange[2])", along
-        )
-        if not given.hessian:
-            del calls["Hessian"]
     if given.loop:  # starts that follow from parameters have no second derivatives
         del calls["Hessian"]
     times: dict[str, list[float]] = {name: [] for name in calls}

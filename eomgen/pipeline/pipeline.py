@@ -492,8 +492,7 @@ def built_in(
     stored : libraries of the file from which the model is loaded
     """
     terms = checked_terms(terms)
-    from eomgen.integrators.families.family import LinearPasses  # noqa: PLC0415
-    from eomgen.integrators.families.register import method_named, terms_of  # noqa: PLC0415
+    from eomgen.integrators.families.register import terms_of  # noqa: PLC0415
 
     document, front_end = as_document(scene)
     described = front_end.describe(document)
@@ -534,10 +533,6 @@ def built_in(
             return error.problems[0].what
 
     def built(others: Sequence[str]) -> Model:
-        own = _method_name(described, method)
-        # data of this method are packed as the partials are
-        if isinstance(method_named(own).linear_step, LinearPasses):
-            others = (*others, *terms_of(own, constrained, bool(described.states), mass))
         return built_in(cache, document, tuple(dict.fromkeys(others)), method, profile, real)
 
     def in_complex(others: Sequence[str]) -> Library:

@@ -2,8 +2,7 @@
  *
  * SPDX-License-Identifier: MIT
  * Part of eomgen; the same for all models, in front of the sweeps of each family. Golub and Van Loan, Matrix
- * Computations (2013), chapter 3. Matrices are row-major, blocks of directions (size, directions). With EG_COMPLEX
- * numbers are complex.
+ * Computations (2013), chapter 3. Matrices are row-major, blocks of directions (size, directions).
  */
 #include <math.h>
 #include <string.h>
@@ -14,16 +13,7 @@
 #define EG_SEEN
 #endif
 
-#if defined(EG_COMPLEX)
-#include <complex.h>
-typedef double _Complex eg_number;
-#define EG_SIZE(x) (fabs(creal(x)) + fabs(cimag(x)))
-#else
-typedef double eg_number;
-#define EG_SIZE(x) fabs(x)
-#endif
-
-#if defined(__GNUC__) && !defined(EG_COMPLEX)
+#if defined(__GNUC__)
 #define EG_VECTORS
 #if defined(__AVX512F__)
 #define EG_WIDE 8
@@ -36,15 +26,15 @@ typedef double eg_vector __attribute__((vector_size(8 * EG_WIDE), aligned(8), ma
 
 /* Y (directions) += s times the sum of X[t step] D[t] (directions) over so many terms. Sums of four vectors stay in
  * registers; coefficients that are 0 by the structure of the equations are passed over. */
-static void eg_accumulate(eg_number *restrict Y, eg_number s, const eg_number *restrict X, long step, long terms,
-    const eg_number *restrict D, long count)
+static void eg_accumulate(double *restrict Y, double s, const double *restrict X, long step, long terms,
+    const double *restrict D, long count)
 {
     long k = 0, t;
 #if defined(EG_VECTORS)
     for (; k + 4 * EG_WIDE <= count; k += 4 * EG_WIDE) {
         eg_vector a = { 0.0 }, b = { 0.0 }, c = { 0.0 }, d = { 0.0 }, *to = (eg_vector *)(Y + k);
         for (t = 0; t < terms; ++t) {
-            const eg_number x = X[t * step];
+            const double x = X[t * step];
             const eg_vector *from = (const eg_vector *)(D + t * count + k);
             if (x == 0.0)
                 continue;
@@ -61,7 +51,7 @@ static void eg_accumulate(eg_number *restrict Y, eg_number s, const eg_number *r
     for (; k + 2 * EG_WIDE <= count; k += 2 * EG_WIDE) {
         eg_vector a = { 0.0 }, b = { 0.0 }, *to = (eg_vector *)(Y + k);
         for (t = 0; t < terms; ++t) {
-            const eg_number x = X[t * step];
+            const double x = X[t * step];
             const eg_vector *from = (const eg_vector *)(D + t * count + k);
             if (x == 0.0)
                 continue;
@@ -80,7 +70,7 @@ static void eg_accumulate(eg_number *restrict Y, eg_number s, const eg_number *r
     }
 #endif
     for (; k < count; ++k) {
-        eg_number total = 0.0;
+        double total = 0.0;
         for (t = 0; t < terms; ++t)
             total += X[t * step] * D[t * count + k];
         Y[k] += s * total;
@@ -88,8 +78,8 @@ static void eg_accumulate(eg_number *restrict Y, eg_number s, const eg_number *r
 }
 
 /* Y += s X (rows, columns) D, D and Y of `count` directions. */
-static void eg_add(eg_number *restrict Y, eg_number s, const eg_number *restrict X, long rows, long columns,
-    const eg_number *restrict D, long count)
+static void eg_add(double *restrict Y, double s, const double *restrict X, long rows, long columns,
+    const double *restrict D, long count)
 {
     long i;
     for (i = 0; i < rows; ++i)
@@ -97,13 +87,13 @@ static void eg_add(eg_number *restrict Y, eg_number s, const eg_number *restrict
 }
 
 /* Y += s X^T D. */
-static void eg_add_transposed(eg_number *restrict Y, eg_number s, const eg_number *restrict X, long rows, long columns,
-    const eg_number *restrict D, long count)
+static void eg_add_transposed(double *restrict Y, double s, const double *restrict X, long rows, long columns,
+    const double *restrict D, long count)
 {
     long i, j;
     if (count == 1) {
         for (i = 0; i < rows; ++i) {
-            const eg_number x = s * D[i];
+            const double x = s * D[i];
             for (j = 0; j < columns; ++j)
                 Y[j] += X[i * columns + j] * x;
         }
@@ -114,7 +104,7 @@ static void eg_add_transposed(eg_number *restrict Y, eg_number s, const eg_numbe
 }
 
 /* Y += s D. */
-static void eg_add_scaled(eg_number *restrict Y, eg_number s, const eg_number *restrict D, long size)
+static void eg_add_scaled(double *restrict Y, double s, const double *restrict D, long size)
 {
     long i = 0;
 #if defined(EG_VECTORS)
@@ -126,7 +116,7 @@ static void eg_add_scaled(eg_number *restrict Y, eg_number s, const eg_number *r
 }
 
 /* X *= s. */
-static void eg_multiply(eg_number *X, eg_number s, long count)
+static void eg_multiply(double *X, double s, long count)
 {
     long k = 0;
 #if defined(EG_VECTORS)
@@ -138,12 +128,12 @@ static void eg_multiply(eg_number *X, eg_number s, long count)
 }
 
 /* 1 over the largest of so many numbers; 0 if all are 0, or one is no finite number. */
-static double eg_inverse_of_largest(const eg_number *x, long step, long count)
+static double eg_inverse_of_largest(const double *x, long step, long count)
 {
     double largest = 0.0;
     long i;
     for (i = 0; i < count; ++i) {
-        const double size = EG_SIZE(x[i * step]);
+        const double size = fabs(x[i * step]);
         if (!(size <= largest))
             largest = size;
     }
@@ -153,7 +143,7 @@ static double eg_inverse_of_largest(const eg_number *x, long step, long count)
 #define EG_PANEL 4
 
 /* Y (size) -= sum of X[t] D[t] over so many terms, at most EG_PANEL; rows of D are `step` apart. */
-static void eg_add_panel(eg_number *restrict Y, const eg_number *restrict X, long terms, const eg_number *restrict D,
+static void eg_add_panel(double *restrict Y, const double *restrict X, long terms, const double *restrict D,
     long step, long size)
 {
     long i = 0, t;
@@ -163,7 +153,7 @@ static void eg_add_panel(eg_number *restrict Y, const eg_number *restrict X, lon
     if (!any)
         return;
     if (terms == EG_PANEL) {
-        const eg_number a = X[0], b = X[1], c = X[2], d = X[3];
+        const double a = X[0], b = X[1], c = X[2], d = X[3];
 #if defined(EG_VECTORS)
         for (; i + EG_WIDE <= size; i += EG_WIDE) {
             eg_vector *to = (eg_vector *)(Y + i);
@@ -180,27 +170,27 @@ static void eg_add_panel(eg_number *restrict Y, const eg_number *restrict X, lon
 }
 
 /* Factor the columns k to end of the rows from k on, with partial pivoting of whole rows; 0: singular. */
-static int eg_factor_panel(eg_number *S, long *pivot, long k, long end, long n)
+static int eg_factor_panel(double *S, long *pivot, long k, long end, long n)
 {
     long i, j;
     for (; k < end; ++k) {
-        eg_number inverse;
+        double inverse;
         long best = k;
         for (i = k + 1; i < n; ++i)
-            if (EG_SIZE(S[i * n + k]) > EG_SIZE(S[best * n + k]))
+            if (fabs(S[i * n + k]) > fabs(S[best * n + k]))
                 best = i;
         pivot[k] = best;
-        if (!(EG_SIZE(S[best * n + k]) > 0.0))
+        if (!(fabs(S[best * n + k]) > 0.0))
             return 0;
         if (best != k)
             for (j = 0; j < n; ++j) {
-                const eg_number swap = S[k * n + j];
+                const double swap = S[k * n + j];
                 S[k * n + j] = S[best * n + j];
                 S[best * n + j] = swap;
             }
         inverse = 1.0 / S[k * n + k];
         for (i = k + 1; i < n; ++i) {
-            const eg_number factor = S[i * n + k] * inverse;
+            const double factor = S[i * n + k] * inverse;
             S[i * n + k] = factor;
             for (j = k + 1; j < end && factor != 0.0; ++j)
                 S[i * n + j] -= factor * S[k * n + j];
@@ -210,7 +200,7 @@ static int eg_factor_panel(eg_number *S, long *pivot, long k, long end, long n)
 }
 
 /* LU with partial pivoting of a matrix whose rows and columns are scaled by their largest entries; 0: singular. */
-static int eg_factor(eg_number *S, eg_number *row, eg_number *column, long *pivot, long n)
+static int eg_factor(double *S, double *row, double *column, long *pivot, long n)
 {
     long i, j, k;
     for (i = 0; i < n; ++i) {
@@ -240,18 +230,18 @@ static int eg_factor(eg_number *S, eg_number *row, eg_number *column, long *pivo
     return 1;
 }
 
-static void eg_swap(eg_number *X, long i, long j, long count)
+static void eg_swap(double *X, long i, long j, long count)
 {
     long k;
     if (i != j)
         for (k = 0; k < count; ++k) {
-            const eg_number swap = X[i * count + k];
+            const double swap = X[i * count + k];
             X[i * count + k] = X[j * count + k];
             X[j * count + k] = swap;
         }
 }
 
-static void eg_scale(eg_number *X, const eg_number *by, long n, long count)
+static void eg_scale(double *X, const double *by, long n, long count)
 {
     long i;
     for (i = 0; i < n; ++i)
@@ -259,8 +249,8 @@ static void eg_scale(eg_number *X, const eg_number *by, long n, long count)
 }
 
 /* X := S^-1 X. */
-static void eg_solve(const eg_number *S, const eg_number *row, const eg_number *column, const long *pivot, long n,
-    eg_number *X, long count)
+static void eg_solve(const double *S, const double *row, const double *column, const long *pivot, long n,
+    double *X, long count)
 {
     long i;
     eg_scale(X, row, n, count);
@@ -276,8 +266,8 @@ static void eg_solve(const eg_number *S, const eg_number *row, const eg_number *
 }
 
 /* X := S^-T X. */
-static void eg_solve_transposed(const eg_number *S, const eg_number *row, const eg_number *column, const long *pivot,
-    long n, eg_number *X, long count)
+static void eg_solve_transposed(const double *S, const double *row, const double *column, const long *pivot,
+    long n, double *X, long count)
 {
     long i;
     eg_scale(X, column, n, count);

@@ -19,7 +19,6 @@ from eomgen.products.derivatives.run_sensitivities import Sensitivities
 from eomgen.scene.builder import SceneBuilder
 from tests.derivatives.test_sensitivities import STEP, TO_ROUNDING, built, loop, refusal, tree
 from tests.models.cache import shared_cache
-from tests.oracles.complex_galerkin import ComplexGalerkinRun
 from tests.oracles.complex_runs import STEP as TINY
 from tests.oracles.complex_runs import ComplexRun, derivatives
 
@@ -48,9 +47,7 @@ def hold(found: Sensitivities, expected: Array, tolerance: float) -> None:
     assert np.max(np.abs(gradients - table[-1])) <= tolerance * np.max(np.abs(table[-1]))
 
 
-def oracle_of(model: Model, scene: Any, method: str, found: Sensitivities) -> ComplexRun | ComplexGalerkinRun:
-    if method.startswith("tdg"):
-        return ComplexGalerkinRun(scene, method, STEP)
+def oracle_of(model: Model, scene: Any, method: str, found: Sensitivities) -> ComplexRun:
     begun = found._run.motion.start
     rho = {"rho_inf": model.library.layout["defaults"]["rho_inf"]} if method == "generalized_alpha" else {}
     return ComplexRun(scene, method_named(method, **rho), STEP, slope=bool(np.any(begun["a"] != begun["vdot"])))
@@ -106,7 +103,6 @@ def resting_controller() -> SceneBuilder:
     ("builder", "method", "by"),
     [
         (resting_tree, "generalized_alpha", ["mass", "stiffness", "length"]),
-        pytest.param(resting_tree, "tdg2", ["mass", "stiffness", "length"], marks=pytest.mark.slow),
         pytest.param(resting_controller, "trapezoidal", ["mass", "lag", "gain", "wanted"], marks=pytest.mark.slow),
         pytest.param(resting_loop, "generalized_alpha", ["mass", "length", "stiffness"], marks=pytest.mark.slow),
     ],
@@ -115,8 +111,7 @@ def test_a_start_at_rest_moves_with_parameters(
     builder: Callable[[], SceneBuilder], method: str, by: Sequence[str]
 ) -> None:
     scene, model = built(builder())
-    settings = None if method.startswith("tdg") else TO_ROUNDING
-    found = model.sensitivities(STEPS * STEP, STEP, by=by, method=method, settings=settings)
+    found = model.sensitivities(STEPS * STEP, STEP, by=by, method=method, settings=TO_ROUNDING)
     begun = found._run.motion.start
     p = np.repeat(np.array([model.parameter_array()], complex), len(by), axis=0)
     for number, name in enumerate(by):

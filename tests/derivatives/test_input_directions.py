@@ -28,8 +28,7 @@ def samples(*names: str) -> dict[str, Array]:
 
 
 def options_of(method: str, inputs: dict[str, Array]) -> dict[str, Any]:
-    settings = None if method.startswith("tdg") else TO_ROUNDING
-    return {"method": method, "settings": settings, "initial": {"a": 0.4}, "inputs": inputs}
+    return {"method": method, "settings": TO_ROUNDING, "initial": {"a": 0.4}, "inputs": inputs}
 
 
 def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, Any]:
@@ -44,12 +43,10 @@ def changed(options: dict[str, Any], direction: str, size: float) -> dict[str, A
     return {**options, "inputs": inputs}
 
 
-@pytest.mark.slow_cases("tdg2")
-@pytest.mark.parametrize("method", [pytest.param("trapezoidal", marks=pytest.mark.slow), "tdg2"])
-def test_tangents_and_adjoints_against_differences_of_runs(method: str) -> None:
+def test_tangents_and_adjoints_against_differences_of_runs() -> None:
     """Of order 6; inputs enter the matrix of a step, internal states and outputs."""
     _, model = built(driven())
-    options = options_of(method, samples("torque", "road", "command"))
+    options = options_of("trapezoidal", samples("torque", "road", "command"))
     found = model.sensitivities(
         STEPS * STEP, STEP, by=["q.a", "inputs.torque[:]", "inputs.command[3]", "inputs.command"], **options
     )
@@ -126,11 +123,10 @@ def test_hessians_take_the_start_within_the_first_step_and_constraints(builder: 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["generalized_alpha", "tdg2"])
-def test_rest_moves_with_the_first_value_of_an_input(method: str) -> None:
+def test_rest_moves_with_the_first_value_of_an_input() -> None:
     builder = tree().input("push").effort("pushed", "a", "push").simulation(start="equilibrium")
     _, model = built(builder)
-    options = {**options_of(method, {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}), "initial": None}
+    options = {**options_of("generalized_alpha", {"push": 0.3 + 0.1 * np.arange(STEPS + 1.0)}), "initial": None}
     found = model.sensitivities(STEPS * STEP, STEP, by=["inputs.push[0]", "inputs.push[2]", "inputs.push"], **options)
 
     def run(row: int | slice, size: float) -> Array:
@@ -172,9 +168,7 @@ def pushed(builder: Any) -> Any:
     ("builder", "method", "output"),
     [
         (resting_tree, "generalized_alpha", "angle"),
-        (resting_tree, "tdg1", "angle"),
         (resting_controller, "trapezoidal", "y[1]"),
-        (resting_controller, "tdg2", "y[1]"),
         (resting_loop, "generalized_alpha", "y[0]"),
     ],
 )

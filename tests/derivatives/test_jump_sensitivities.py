@@ -252,7 +252,7 @@ def test_quanta_and_functions_of_controllers_are_refused() -> None:
     builder.controller("servo", type="sampled", sample=0.01, signals={"x": "q.rail"}, memory=0)
     text = refused(eomgen.build(builder.effort("drive", "rail", "servo").build()))
     assert "a function of a controller sets the sampled state servo_held, and its slopes are not known" in text
-    text = refused(eomgen.build(servo().build()), method="tdg2")
+    text = refused(eomgen.build(servo().build()), method="rk4")
     assert "the scene has sampled states, across which this method has no derivatives" in text
 
 

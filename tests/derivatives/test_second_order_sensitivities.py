@@ -37,11 +37,6 @@ SWUNG = {"a": {"position": 0.7, "velocity": 0.2}, "b": {"position": -0.3, "veloc
 OF_TREE = ["mass", "stiffness", "damping", "length", "q.a", "v.b"]
 
 
-def to_rounding(method: str) -> dict[str, Any]:
-    """Return settings by which steps leave rounding alone; methods in passes iterate on nothing."""
-    return {} if method.startswith("tdg") else {"settings": TO_ROUNDING}
-
-
 def begun(model: Model, found: Sensitivities) -> tuple[dict[str, float], dict[str, Array]]:
     """Return parameters by name, and the state that a run begins with."""
     start = found._run.motion.start
@@ -76,7 +71,7 @@ def differenced(model: Model, found: Sensitivities, of: Sequence[str], span: tup
         def slope(size: float, row: Array = row) -> Array:
             ends = [
                 model.sensitivities(
-                    *span, by=found.by, method=method, **to_rounding(method), **moved(model, found, sign * size * row)
+                    *span, by=found.by, method=method, settings=TO_ROUNDING, **moved(model, found, sign * size * row)
                 ).gradients(of)
                 for sign in (1.0, -1.0)
             ]
@@ -98,7 +93,7 @@ def check(
     """Hold Hessians of functionals to differences, and products with vectors to them."""
     _, model = built(builder)
     span = (30 * step, step)
-    found = model.sensitivities(*span, by=by, method=method, initial=initial, **to_rounding(method))
+    found = model.sensitivities(*span, by=by, method=method, initial=initial, settings=TO_ROUNDING)
     hessians = found.hessians(of)
     expected = differenced(model, found, of, span, method)
     vectors = np.concatenate([np.eye(len(by)), np.random.default_rng(1).normal(size=(len(by), 2))], axis=1)

@@ -87,7 +87,6 @@ WITHOUT_PAGE = {
         "eomgen.codegen.program.Program",
         "eomgen.codegen.targets.target.Names",
         "eomgen.integrators.families.family.Bound",
-        "eomgen.integrators.families.family.LinearPasses",
         "eomgen.integrators.families.family.LinearStep",
         "eomgen.integrators.families.family.LinearTransitions",
         "eomgen.integrators.families.needs.SystemRequirement",

@@ -45,7 +45,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.base.data import dataclass, replace
@@ -66,7 +66,6 @@ from eomgen.integrators.families.family import (
     DenseOutput,
     Field,
     GroupFunction,
-    LinearPasses,
     MethodName,
     Setting,
     Sizes,
@@ -218,10 +217,6 @@ class DiscontinuousGalerkin(OneFactorization):
             "input_times": [0.0, *(float(node) for node in result.nodes)],
         }
 
-    @property
-    def linear_step(self) -> LinearPasses:
-        return _linear_passes(self)
-
     def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
         from eomgen.integrators.step_work import (  # noqa: PLC0415
             Work,
@@ -293,22 +288,6 @@ def _work_of_turns(tangents: Sequence[Mapping[str, Any]], times: int) -> tuple[W
 def numbers(matrix: list[list[Fraction]]) -> list[list[float]]:
     """Return a matrix as JSON."""
     return [[float(x) for x in row] for row in matrix]
-
-
-@lru_cache(maxsize=16)
-def _linear_passes(method: DiscontinuousGalerkin) -> LinearPasses:
-    result = method.operators
-    return LinearPasses(
-        float(method.gamma),
-        method.passes,
-        method.refined,
-        [float(node) for node in result.nodes],
-        numbers(product(result.modes, result.first)),
-        numbers(product(result.modes, result.integration)),
-        numbers(result.modes),
-        numbers(result.values),
-        numbers(result.derivative),
-    )
 
 
 def _square_root(x: Fraction) -> Fraction:

@@ -155,32 +155,6 @@ class LinearStep(NamedTuple):
     rate_gamma: float
 
 
-class LinearPasses(NamedTuple):
-    """Data for linearised steps in passes, see ``families.discontinuous_galerkin``; matrices act on
-    values at the nodes.
-
-    Attributes
-    ----------
-    gamma : the only eigenvalue of the first pass, in shares of a step
-    passes : int
-    refined : whether accelerations of nodes are corrected once by the factors of the step
-    nodes : shares of a step
-    first, later : integrals over the step as coefficients, of the first pass and of later passes
-    modes, values : coefficients of values, and values of coefficients
-    derivative : of polynomials that vanish at the start of the step
-    """
-
-    gamma: float
-    passes: int
-    refined: bool
-    nodes: Sequence[float]
-    first: Sequence[Sequence[float]]
-    later: Sequence[Sequence[float]]
-    modes: Sequence[Sequence[float]]
-    values: Sequence[Sequence[float]]
-    derivative: Sequence[Sequence[float]]
-
-
 class LinearTransitions(NamedTuple):
     """Steps that are maps of q, v and z, whose derivatives follow from the equations of the step.
 
@@ -327,7 +301,7 @@ class Family(ABC):
         return self.order
 
     @property
-    def linear_step(self) -> LinearStep | LinearPasses | LinearTransitions | None:
+    def linear_step(self) -> LinearStep | LinearTransitions | None:
         """Return the coefficients of a step made linear; None if runs have no derivatives."""
         return None
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -29,12 +28,6 @@ _TERMS = (
         "output_partials",
     ),
     *("parameter_partials", "output_parameter_partials"),
-)
-
-#: Terms of steps without constraints in complex numbers.
-_IN_COMPLEX = (
-    *("residual", "partials", "internal_rate", "internal_partials", "output_partials"),
-    *("parameter_partials", "output_parameter_partials", "second_partials"),
 )
 
 
@@ -108,9 +101,6 @@ class Equations:
         directions differs from row to row: block ``du`` of the values, (n, nu, driven)
     """
 
-    #: Number type of the partials.
-    dtype: Any = np.float64
-
     def __init__(
         self,
         model: CompiledModel,
@@ -171,7 +161,7 @@ class Equations:
         if term not in functions:
             return {}
         count = len(values["t"])
-        if count == 1 and self.dtype is np.float64:  # without the bookkeeping of batches
+        if count == 1:  # without the bookkeeping of batches
             inputs = {name: values[name] for name in functions.inputs(term)}
             results = functions(term, {name: x if name == "p" and x.ndim == 1 else x[0] for name, x in inputs.items()})
             return {name: array[np.newaxis] for name, array in zip(functions.output_names(term), results, strict=True)}
@@ -214,8 +204,8 @@ class Equations:
             none = np.zeros((count, nv, 0))
             return EquationPartials(of.Rq, of.Rv, of.Ra, none, none, of.Rp)
         rows = nv + nz + nh + nl
-        Jq, Jv, Ja = (np.zeros((count, rows, nv), self.dtype) for _ in range(3))
-        Jz, Jlam, Jp = (np.zeros((count, rows, size), self.dtype) for size in (nz, nl, of.Rp.shape[2]))
+        Jq, Jv, Ja = (np.zeros((count, rows, nv)) for _ in range(3))
+        Jz, Jlam, Jp = (np.zeros((count, rows, size)) for size in (nz, nl, of.Rp.shape[2]))
         Jq[:, :nv], Jv[:, :nv], Ja[:, :nv], Jp[:, :nv] = of.Rq, of.Rv, of.Ra, of.Rp
         if nz:
             place = slice(nv, nv + nz)
@@ -255,7 +245,7 @@ class Equations:
         """Return zeros in the memory of one zero."""
         zeros = self._known_zeros.get(shape)
         if zeros is None:
-            zeros = self._known_zeros[shape] = np.broadcast_to(np.zeros((), self.dtype), shape)
+            zeros = self._known_zeros[shape] = np.broadcast_to(np.zeros(()), shape)
         return zeros
 
     def output_partials(self, values: Mapping[str, Array]) -> tuple[Array, Array]:
@@ -273,7 +263,7 @@ class Equations:
         count, rows = len(values["t"]), len(self.outputs)
         partials = self.of("output_partials", values)
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        Y = np.zeros((count, rows, sum(sizes.values())), self.dtype)
+        Y = np.zeros((count, rows, sum(sizes.values())))
         first = 0
         for name, size in sizes.items():
             if name in partials:
@@ -300,8 +290,8 @@ class Equations:
         partials = self.of("output_partials", values)
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        of_state = np.zeros((len(weights), sum(sizes.values()), weights.shape[2]), self.dtype)
-        of_parameters = np.zeros((len(self.chosen) + self.driven, weights.shape[2]), self.dtype)
+        of_state = np.zeros((len(weights), sum(sizes.values()), weights.shape[2]))
+        of_parameters = np.zeros((len(self.chosen) + self.driven, weights.shape[2]))
         first = 0
         for name, size in sizes.items():
             for one in used.tolist() if name in partials and size else ():
@@ -322,8 +312,8 @@ class Equations:
         inputs, count = self.model.description.inputs, len(values["t"])
         driven = [number for number, item in enumerate(inputs) if not item.given]
         given = [number for number, item in enumerate(inputs) if item.given]
-        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)), self.dtype)
-        of_outputs = np.zeros((count, len(self.outputs), len(inputs)), self.dtype)
+        of_e = np.zeros((count, self.nv + self.nz + self.holonomic + self.nl, len(inputs)))
+        of_outputs = np.zeros((count, len(self.outputs), len(inputs)))
         linear, outputs = self.of("linearization", values), self.of("output_partials", values)
         for columns, names in ((driven, ("B0", "Fu", "Yu")), (given, ("E0", "Fw", "Yw"))):
             rows = (of_e[:, : self.nv], of_e[:, self.nv : self.nv + self.nz], of_outputs)
@@ -357,7 +347,7 @@ class Equations:
         """
         functions, place = self._functions("second_partials"), self._weighted
         count, _, directions = along.shape
-        weighted = np.zeros((count, 1, functions.sizes["weights"]), self.dtype)
+        weighted = np.zeros((count, 1, functions.sizes["weights"]))
         weighted[:, 0, : place["w"].stop] = -multipliers
         weighted[:, 0, place["zdot"]] *= -1.0  # e has minus the rates
         if of_accelerations is not None:
@@ -367,7 +357,7 @@ class Equations:
         state, of_inputs = self._along["p"].start, self._along["u"]
         chosen = state + np.array(self.chosen, dtype=int)
         of_state, of_parameters, driven = np.split(along, [state, state + len(chosen)], axis=1)
-        changes = np.zeros((count, directions, functions.sizes["direction"]), self.dtype)
+        changes = np.zeros((count, directions, functions.sizes["direction"]))
         changes[:, :, :state] = np.swapaxes(of_state, 1, 2)
         changes[:, :, chosen] = np.swapaxes(of_parameters, 1, 2)
         if self.driven:
@@ -379,39 +369,6 @@ class Equations:
         if not self.driven:
             return kept
         return np.concatenate([kept, np.swapaxes(values["du"], 1, 2) @ result[:, of_inputs]], axis=1)
-
-    @property
-    def second_functions(self) -> Functions:
-        """Evaluates ``second_partials``."""
-        return self._functions("second_partials")
-
-    def along_directions(self, dp: Array, values: Mapping[str, Array]) -> Array:
-        """Return changes after z along directions (parameters, n), the argument of ``second_partials``, (1, size, n),
-        or (rows, size, n) if inputs change."""
-        first = self._along["lam"].start
-        result = np.zeros((len(values["t"]) if self.driven else 1, self._along["u"].stop - first, dp.shape[1]))
-        of_parameters, driven = np.split(dp, [len(self.chosen)])
-        result[:, self._along["p"].start - first + np.array(self.chosen, dtype=int)] = of_parameters
-        if self.driven:
-            self.of_inputs(result)[:] = values["du"] @ driven
-        return result
-
-    def of_directions(self, rest: Array, values: Mapping[str, Array]) -> Array:
-        """Return derivatives in the directions of parameters and inputs, (n, size, ...).
-
-        ``rest`` holds the columns of ``second_partials`` for all arguments after z.
-        """
-        first = self._along["lam"].start
-        chosen = self._along["p"].start - first + np.array(self.chosen, dtype=int)
-        if not self.driven:
-            return rest[:, chosen]
-        driven = np.swapaxes(values["du"], 1, 2) @ self.of_inputs(rest)
-        return np.concatenate([rest[:, chosen], driven], axis=1)
-
-    def of_inputs(self, rest: Array) -> Array:
-        """Return derivatives in the inputs from the part of ``second_partials`` after z, (n, size, ...)."""
-        first, of_inputs = self._along["lam"].start, self._along["u"]
-        return rest[:, of_inputs.start - first : of_inputs.stop - first]
 
     def second_reactions(
         self, values: Mapping[str, Array], eta: Array, weights: Array, along: Array
@@ -484,30 +441,6 @@ class Equations:
             return self._zeros(count, rows, len(self.chosen))
         whole = self.chosen == list(range(partials[name].shape[2]))
         return partials[name] if whole else partials[name][:, :, self.chosen]
-
-
-class MovedEquations(Equations):
-    """Equations in complex numbers, whose parameters are moved by an imaginary increment.
-
-    Parameters
-    ----------
-    equations : in real numbers
-    p : (np,) complex
-    """
-
-    dtype = np.complex128
-
-    def __init__(self, equations: Equations, p: Array) -> None:
-        vars(self).update(vars(equations))
-        self.p, self._known_zeros = p, {}
-
-    @property
-    def functions(self) -> Functions:
-        """The functions in complex numbers."""
-        return self.model.in_complex((*_IN_COMPLEX, *(("linearization",) if self.driven else ())))
-
-    def _functions(self, term: str) -> Functions:
-        return self.functions
 
 
 def _dimensions(functions: Functions, term: str) -> list[int]:

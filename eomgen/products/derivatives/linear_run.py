@@ -1,6 +1,6 @@
 """A run made linear part by part: states and inputs at its rows, and derivatives of functionals by rows.
 
-The linear form of a step belongs to its method: ``alpha_run``, ``galerkin_run``.
+The linear form of a step belongs to its method: ``alpha_run``, ``transition_run``.
 """
 
 from __future__ import annotations
@@ -203,7 +203,7 @@ class LinearRun(ABC, Generic[PartType]):
         parameters; rows that parts share count in the first part alone."""
         weighed = np.flatnonzero(of_outputs.any(axis=(1, 2)))
         if not len(weighed):
-            return np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]), self.equations.dtype)
+            return np.zeros((len(of_outputs), self.equations.record_size, of_outputs.shape[2]))
         whole = len(weighed) == len(of_outputs)
         blocks = part.blocks if whole else rows_of(part.blocks, weighed)
         own = of_outputs if whole else of_outputs[weighed]
@@ -214,7 +214,7 @@ class LinearRun(ABC, Generic[PartType]):
         by[: len(of_parameters)] += of_parameters
         if whole:
             return of_state
-        result = np.zeros((len(of_outputs), *of_state.shape[1:]), self.equations.dtype)
+        result = np.zeros((len(of_outputs), *of_state.shape[1:]))
         result[weighed] = of_state
         return result
 

@@ -19,12 +19,11 @@ from eomgen.toolchain.builder import Builder
 
 
 @functools.cache
-def routine(files: Sequence[str], cdef: str, *, in_complex: bool = False) -> tuple[Any, Any]:
+def routine(files: Sequence[str], cdef: str) -> tuple[Any, Any]:
     """Return ``ffi`` and ``lib`` of files of ``templates/derivatives``, as one source after ``algebra.c``."""
     folder = template_folder() / "derivatives"
     texts = [(folder / name).read_text(encoding="utf-8") for name in ("algebra.c", *files)]
-    source = "\n".join(["#define EG_COMPLEX"] * in_complex + texts)
-    return Builder().build_routine(source, cdef)
+    return Builder().build_routine("\n".join(texts), cdef)
 
 
 #: Steps side by side in C.

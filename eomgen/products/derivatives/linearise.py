@@ -19,11 +19,10 @@ from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import Problem, UsageError
 from eomgen.formula.evaluate import comparisons, symbols
-from eomgen.integrators.families.family import LinearPasses, LinearStep, LinearTransitions
+from eomgen.integrators.families.family import LinearStep, LinearTransitions
 from eomgen.integrators.families.register import Method, method_named, method_names
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.crossings import check_crossings
-from eomgen.products.derivatives.galerkin_run import GalerkinMotion, GalerkinRun
 from eomgen.products.derivatives.jump_motion import JumpMotion
 from eomgen.products.derivatives.jump_run import JumpRun
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearRun, Start
@@ -96,8 +95,7 @@ def sensitivities(
         Outputs; all by default.
     method : str
         ``generalized_alpha``, ``hht``, ``wbz``, ``newmark``, ``trapezoidal``, also in index 3 with
-        ``settings={"perturb": 0}``; ``rattlie``; ``rk4``, ``rk4_partitioned``; ``tdg1``,
-        ``tdg1_star``, ``tdg2``, ``tdg2s`` or ``tdg3``.
+        ``settings={"perturb": 0}``; ``rattlie``; ``rk4`` or ``rk4_partitioned``.
     rho_inf, alpha, beta, gamma : float, optional
         As of ``simulate``.
     initial, parameters, inputs : mapping, optional
@@ -207,7 +205,7 @@ def _linear_run(
     run: Run,
     stepper: Stepper,
     state: InitialState,
-    step: LinearStep | LinearPasses | LinearTransitions,
+    step: LinearStep | LinearTransitions,
     start: Start,
     by: DerivativeVariables,
     rows: Sequence[int],
@@ -219,16 +217,11 @@ def _linear_run(
         if stepper.layout["sampled"] or "events" in stepper.layout["method"]:
             return JumpRun(JumpMotion(run, stepper, state, of_step), step, start, by, rows)
         return AlphaRun(ReplayedRun(run, stepper, state, of_step), step, start, by, rows)
-    if isinstance(step, LinearTransitions):
-        of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
-        if step.b:
-            moving: type[ReplayedRun] = PartitionedMotion if model.multipliers else ReplayedRun
-            return StageRun(moving(run, stepper, state, of_step), step, start, by, rows)
-        return VariationalRun(ReplayedRun(run, stepper, state, of_step), start, by, rows)
-    points = len(step.nodes) * (1 + (step.passes - 1) * (2 if step.refined else 1))
-    width = 3 * model.nv + model.nz + len(by.columns["p"]) + len(by.samples)
-    of_step = 8 * points * (model.nv + model.nz) * width
-    return GalerkinRun(GalerkinMotion(run, stepper, state, of_step), step, start, by, rows)
+    of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
+    if step.b:
+        moving: type[ReplayedRun] = PartitionedMotion if model.multipliers else ReplayedRun
+        return StageRun(moving(run, stepper, state, of_step), step, start, by, rows)
+    return VariationalRun(ReplayedRun(run, stepper, state, of_step), start, by, rows)
 
 
 def _directions(
@@ -416,7 +409,7 @@ def _named(method: str) -> str:
     return method
 
 
-def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep | LinearPasses | LinearTransitions:
+def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep | LinearTransitions:
     """Return the coefficients of a method's steps made linear. Raises UsageError for a method without linearised
     steps, for such a scene."""
     internal = model.nz > len(model.library.layout["sampled"])
@@ -428,7 +421,7 @@ def _linear_step(model: CompiledModel, name: str, method: Method) -> LinearStep 
         raise UsageError(Problem("method", f"{name} has no derivatives of runs here [E0620]", _with_derivatives()))
     if internal and isinstance(step, LinearStep) and (step.alpha_m, step.rate_alpha_m) != (step.alpha_f, step.alpha_f):
         fault = f"{name} starts internal states with rates of their rates, which have no derivatives here [E0619]"
-        raise UsageError(Problem("method", fault, "trapezoidal, newmark or tdg2"))
+        raise UsageError(Problem("method", fault, "trapezoidal or newmark"))
     return step
 
 

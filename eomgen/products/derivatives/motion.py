@@ -32,9 +32,8 @@ class RunSegment:
     Attributes
     ----------
     first : number of the first row of the part in the run
-    memory : data of the stepper that rows do not hold: the algorithmic acceleration at the first row, (nv,); of methods
-    in
-        passes the accelerations that each step begins with, (steps, nv)
+    memory : data of the stepper that rows do not hold: the algorithmic acceleration at the first row, (nv,), or the
+        dependent components at the start of each step
     """
 
     first: int

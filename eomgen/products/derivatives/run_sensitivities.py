@@ -15,30 +15,24 @@ from eomgen.base.calls import NamedResults, checked_calls
 from eomgen.base.messages import shown
 from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
-from eomgen.products.derivatives import galerkin_second_order, second_order
+from eomgen.products.derivatives import second_order
 from eomgen.products.derivatives.alpha_run import AlphaRun
 from eomgen.products.derivatives.functionals import Functional, RowWeights, read_functional
-from eomgen.products.derivatives.galerkin_run import GalerkinPart, GalerkinRun
 from eomgen.products.derivatives.linear_run import LinearRun, rows_of, undefined_derivatives
 from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest, on_constraints
 from eomgen.products.derivatives.stationary_run import StationaryRun
 from eomgen.products.derivatives.transition_run import TransitionRun
 
 
-def input_derivatives(run: AlphaRun | GalerkinRun, weights: RowWeights) -> Array:
-    """Return derivatives of a functional in the inputs at the rows, (steps + 1, nu).
+def input_derivatives(run: AlphaRun, weights: RowWeights) -> Array:
+    """Return derivatives of a functional in the inputs at the rows, (steps + 1, nu): a step takes inputs at the end of
+    the step, an output at the row, and the start within the first step, between two rows.
 
     Raises
     ------
     UsageError
         The rest from which the run starts is undetermined.
     """
-    return _of_alpha(run, weights) if isinstance(run, AlphaRun) else _of_passes(run, weights)
-
-
-def _of_alpha(run: AlphaRun, weights: RowWeights) -> Array:
-    """Return ``input_derivatives`` of generalized-alpha: a step takes inputs at the end of the step, an output at the
-    row, and the start within the first step, between two rows."""
     result = np.zeros((run.motion.steps + 1, run.run.model.nu))
     state = np.zeros((run.linear.state_size, 1))
     of_parameters = np.zeros((len(run.along.dp), 1))
@@ -62,54 +56,7 @@ def _of_alpha(run: AlphaRun, weights: RowWeights) -> Array:
     return result
 
 
-def _of_passes(run: GalerkinRun, weights: RowWeights) -> Array:
-    """Return ``input_derivatives`` of methods in passes: a step takes inputs at the start and the nodes of the step,
-    linear between rows."""
-    equations, nv, nu = run.equations, run.equations.nv, run.run.model.nu
-    result = np.zeros((run.motion.steps + 1, nu))
-    state, of_parameters = np.zeros((len(run.state), 1)), np.zeros((len(run.along.dp), 1))
-    record = np.zeros((1, len(run.record), 1))
-    for stepped in run.motion.backwards():
-        part = run.of_part(stepped, apart=True)
-        of_outputs = run.row_weights(part, [weights])
-        record = run.of_rows(part, of_outputs, of_parameters)
-        own = run.of_ends(part, record[1:], of_parameters)
-        multipliers, rest = part.steps.adjoints(own, state)
-        by_u, outputs_by_u = equations.input_partials(part.blocks)
-        first = 0 if part.first == 0 else 1
-        rows = slice(part.first, part.first + len(by_u))
-        taken = np.einsum("no,nou->nu", of_outputs[:, :, 0], outputs_by_u)
-        taken[1:] += _of_accelerations(part, record[1:, 2 * nv : 3 * nv, 0], by_u[1:])
-        result[rows][first:] += taken[first:]
-        result[part.first : rows.stop - 1] += equations.of_inputs(rest)[..., 0]
-        of_points, _ = equations.input_partials(part.steps.points)
-        for share, of_node in zip(part.steps.shares, multipliers[..., 0], strict=True):
-            by_node, of_points = np.split(of_points, [len(of_node)])
-            of_u = np.einsum("ne,neu->nu", of_node, by_node)
-            result[part.first : rows.stop - 1] += (1.0 - share) * of_u
-            result[part.first + 1 : rows.stop] += share * of_u
-    blocks = run.blocks(run.start_states, run.prescribed(run.start_states.t))
-    by_u, _ = equations.input_partials(blocks)
-    of_start = state + record[0]
-    solved = np.linalg.solve(equations.partials(blocks, parameters=False).Ja[0, :nv].T, of_start[2 * nv : 3 * nv, 0])
-    result[0] -= solved @ by_u[0, :nv]
-    if run.start.at_rest:
-        result[0] += run.begun(run.start_states, _resting(run)).T @ of_start[:, 0]
-    return result
-
-
-def _of_accelerations(part: GalerkinPart, direct: Array, by_u: Array) -> Array:
-    """Return the derivatives by inputs through accelerations of rows with derivatives ``direct`` (n, nv), (n, nu)."""
-    if not np.any(direct):
-        return np.zeros((len(direct), by_u.shape[2]))
-    nv = direct.shape[1]
-    Ja = part.steps.equations.partials(part.blocks, parameters=False).Ja[1:, :nv]
-    solved = np.linalg.solve(np.swapaxes(Ja, 1, 2), direct[..., np.newaxis])[..., 0]
-    result: Array = -np.einsum("ne,neu->nu", solved, by_u[:, :nv])
-    return result
-
-
-def _resting(run: AlphaRun | GalerkinRun) -> StateDirections:
+def _resting(run: AlphaRun) -> StateDirections:
     """Return the changes, by the inputs at the first row, of the rest from which a run starts, one direction each."""
     equations, rest = run.equations, _rest(run)
     nv, nz, nu = equations.nv, equations.nz, run.run.model.nu
@@ -119,7 +66,7 @@ def _resting(run: AlphaRun | GalerkinRun) -> StateDirections:
     return StateDirections(dq, np.zeros((nv, nu)), dz, np.zeros((equations.parameters, nu)))
 
 
-def _rest(run: AlphaRun | GalerkinRun) -> LinearizedRest:
+def _rest(run: AlphaRun) -> LinearizedRest:
     if run.rest is not None:
         return run.rest
     t = np.array([run.run.grid.start])
@@ -355,11 +302,8 @@ class Sensitivities:
         ((1, 1), (1, 1, 1))
         """
         run = self._twice("hessian")
-        if isinstance(run, GalerkinRun):
-            slopes, bends = galerkin_second_order.hessians(run, self._weights(of))
-        else:
-            known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
-            slopes, bends = second_order.hessians(run, self._weights(of), known)
+        known = self._known[1] if self._known is not None and self._known[0] == tuple(of) else None
+        slopes, bends = second_order.hessians(run, self._weights(of), known)
         return self._finite(slopes), self._finite(bends)
 
     @property
@@ -437,10 +381,7 @@ class Sensitivities:
             raise UsageError(Problem("directions", fault, f"finite numbers, ({len(self.by)},) or ({len(self.by)}, n)"))
         columns = np.ascontiguousarray(vectors.reshape(len(self.by), -1))
         run = self._twice("hessian_products")
-        if isinstance(run, GalerkinRun):
-            result = galerkin_second_order.hessian_products(run, [weights], columns)[1][0]
-        else:
-            result = second_order.hessian_products(run, weights, columns)
+        result = second_order.hessian_products(run, weights, columns)
         return self._finite(result.reshape(vectors.shape))
 
     # -- inputs -------------------------------------------------------------------------------------------------------
@@ -449,7 +390,7 @@ class Sensitivities:
         """Return the derivatives of a functional in the value of each input at each row, (steps + 1,), by one adjoint.
 
         Inputs are given by the caller, have no formula, or are random processes; between rows inputs are linear, which
-        affects the start and the nodes of methods in passes. The derivative in a constant input is the sum of the
+        affects the start. The derivative in a constant input is the sum of the
         derivatives over the rows.
 
         Parameters
@@ -489,7 +430,7 @@ class Sensitivities:
             )
             hint = 'inputs={"command": ...}' if not inputs else f'inputs={{"{inputs[0].name}": ...}}, to give values'
             raise UsageError(Problem("input_gradient", fault, hint))
-        if not isinstance(run, AlphaRun | GalerkinRun):
+        if not isinstance(run, AlphaRun):
             jumps = "the state jumps along the run"
             why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
             fault = f"{why}, and derivatives in all rows of inputs together are not known [E0628]"
@@ -498,10 +439,10 @@ class Sensitivities:
         table = self._finite(input_derivatives(run, weights))
         return {name: table[:, column] for name, column in columns.items()}
 
-    def _twice(self, wanted: str) -> AlphaRun | GalerkinRun:
+    def _twice(self, wanted: str) -> AlphaRun:
         """Return the run, for methods with second derivatives. Raises UsageError."""
         run = self._run
-        if not isinstance(run, AlphaRun | GalerkinRun):
+        if not isinstance(run, AlphaRun):
             jumps = "the state jumps along the run, at samples or events"
             why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
             raise UsageError(
@@ -513,8 +454,8 @@ class Sensitivities:
                 " known [E0630]"
             )
             raise UsageError(Problem(wanted, fault, 'initial={"q": ..., "v": ...}, for a start that is held'))
-        moved = isinstance(run, AlphaRun) and (np.any(run.along.dq) or np.any(run.along.dv))
-        if isinstance(run, AlphaRun) and run.equations.nl and moved and run.beginning.moved_far:
+        moved = np.any(run.along.dq) or np.any(run.along.dv)
+        if run.equations.nl and moved and run.beginning.moved_far:
             fault = (
                 "the initial state is moved onto the constraints, and second derivatives of how are not known [E0631]"
             )

@@ -26,7 +26,6 @@ from eomgen.compiled.constraints import accelerations
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.families.family import LinearTransitions
 from eomgen.lie import product
-from eomgen.products.derivatives.galerkin_sweeps import steps_with_memory
 from eomgen.products.derivatives.linear_run import DerivativeVariables, Start, rows_of
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
@@ -43,8 +42,13 @@ class PartitionedMotion(ReplayedRun):
     """A run whose rows lack the dependent components of each step."""
 
     def _taken(self, size: int, table: Array | None, record: Array) -> Array:
-        status, memory = steps_with_memory(self.stepper, size, table, "dependent", record)
-        self.check(status)
+        place = self.stepper.places["dependent"]
+        memory = np.empty((size, len(self.stepper.state[place])))
+        of_step = len(self.stepper.input_times) - 1
+        for k in range(size):
+            memory[k] = self.stepper.state[place]
+            of_inputs = None if table is None else table[k * of_step :]
+            self.check(self.stepper.run(1, 1, of_inputs, record[k : k + 1])[0])
         return memory
 
 
