@@ -51,7 +51,7 @@ DEMANDS = (1e-3, 1e-6)
 #: The choice of ``auto`` without its condition that forces are smooth.
 CORNERS = "auto, at corners too"
 #: Methods with fixed steps, and with steps of their own and the tolerances that are compared.
-STEPPED = (AUTO, CORNERS, "generalized_alpha", "trapezoidal", "hermite", "rk4", "rk4_partitioned")
+STEPPED = (AUTO, CORNERS, "generalized_alpha", "trapezoidal", "rk4", "rk4_partitioned")
 BY_TOLERANCE: Mapping[str, tuple[float, ...]] = {
     "rk45": tuple(10.0**-k for k in range(2, 11)),
     "taylor": tuple(10.0**-k for k in range(2, 11)),

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+from eomgen.base import removed
 from eomgen.base.message_codes import rows
+from eomgen.errors import UsageError
+from eomgen.integrators.families.register import canonical_name
 from tests import public_names
 from tests.public_names import COMMAND, REMOVED, TEXT, gone, lines
 
@@ -20,6 +23,15 @@ def test_removed_names_have_a_message() -> None:
     now, codes = lines(), {row.code for row in rows()}
     for name, code in REMOVED.items():
         assert code in codes and not any(line.startswith(name) for line in now), name
+
+
+@pytest.mark.parametrize("name", removed.REMOVED["method"])
+def test_removed_methods_name_the_replacement(name: str) -> None:
+    replacement = removed.REMOVED["method"][name]
+    with pytest.raises(UsageError) as caught:
+        canonical_name(name)
+    assert str(caught.value) == f"usage error: method: the method {name} was removed; try: {replacement}"
+    assert canonical_name(replacement.partition(",")[0])
 
 
 def test_lines_that_go_are_named(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -94,14 +94,10 @@ def to_program(
     data = dict(method or {})
     if data.get("inputs") == "series":
         from eomgen.codegen.series.functions import series_functions  # noqa: PLC0415  # few methods step by series
-        from eomgen.codegen.series.rate_functions import rate_functions  # noqa: PLC0415  # likewise
 
-        if data["max_order"] > data["order"]:
-            series, sizes, breakpoints = series_functions(system, curve_numbers)
-            if breakpoints:
-                data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
-        else:
-            series, sizes = rate_functions(system, curve_numbers)
+        series, sizes, breakpoints = series_functions(system, curve_numbers)
+        if breakpoints:
+            data["jumps"] = jump_data((*system.discontinuities, *breakpoints), data["max_order"])
         data |= sizes
     base_read, base_of_step = _base_of_step(system, wanted, nest_limit) if method else ((), None)
     curves = {id(curve): curve for curve, _ in tape.curves}

@@ -169,8 +169,8 @@ def simulate(
           ``dormand_prince``, ``dopri5``), of order 5 with steps of its own between rows with the interval ``step``; by
           coordinate partitioning of constrained scenes ``rk4_partitioned`` (also ``partitioned``) and
           ``rk45_partitioned``.
-        - ``hermite``, of order 4 from accelerations and their rates, and ``taylor``, series of any order, with adaptive
-          steps; ``step`` is the spacing of the time grid on which states are recorded.
+        - ``taylor``, series of any order, with adaptive steps; ``step`` is the spacing of the time grid on which
+          states are recorded.
         - For real time, of order 2, with one factorization a step and no iteration, on trees and loops:
           ``rosenbrock`` and ``lsrt2``; ``corrected_predictor`` for measured forces.
         - For long conservative motions, of order 2, on trees and constraints: ``rattlie``, which is variational.

@@ -57,7 +57,7 @@ int main(int argc, char **argv)
 
 
 @pytest.mark.slow_except("rk4")
-@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "taylor", "hermite", "rosenbrock", "rattlie"])
+@pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "taylor", "rosenbrock", "rattlie"])
 def test_a_program_goes_on_where_another_stopped(method: str, tmp_path: Path) -> None:
     scene = cart()
     eomgen.generate(scene, tmp_path / "c", method=method)
@@ -97,7 +97,7 @@ int main(void)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["taylor", "hermite"])
+@pytest.mark.parametrize("method", ["taylor"])
 def test_inputs_are_held_over_a_step(method: str, tmp_path: Path) -> None:
     scene = cart()
     eomgen.generate(scene, tmp_path / "c", method=method)
@@ -112,4 +112,4 @@ def test_inputs_are_held_over_a_step(method: str, tmp_path: Path) -> None:
         inputs = {"push": push, "tilt": tilt}
         part = model.simulate(start + 0.5, 1e-4, method="rk4", t_start=start, initial=initial, inputs=inputs)
         q, v = part.q[-1], part.v[-1]
-    assert float(result.stdout) == pytest.approx(q[0], abs={"taylor": 1e-11, "hermite": 1e-5}[method])
+    assert float(result.stdout) == pytest.approx(q[0], abs=1e-11)

@@ -351,9 +351,9 @@ def test_what_has_no_derivatives_is_refused_by_name() -> None:
     assert "there is no parameter 'masss'; try: mass" in refusal(model, 0.1, STEP, by=["masss"])
     assert "there is no component of the initial state 'q.c'" in refusal(model, 0.1, STEP, by=["q.c"])
     assert "there is no output 'angles'; try: angle" in refusal(model, 0.1, STEP, of=["angles"])
-    for settings in (None, {"rtol": 1e-13}):  # of a setting that hermite has not, less is to be said
-        assert refusal(model, 0.1, STEP, method="hermite", settings=settings) == (
-            "usage error: method: hermite has no derivatives of runs here; try: one of generalized_alpha,"
+    for settings in (None, {"rtol": 1e-13}):  # of a setting that tdg2 has not, less is to be said
+        assert refusal(model, 0.1, STEP, method="tdg2", settings=settings) == (
+            "usage error: method: tdg2 has no derivatives of runs here; try: one of generalized_alpha,"
             " generalized_alpha_index3, hht, hht_index3, wbz, wbz_index3, newmark, trapezoidal, rk4, rk4_partitioned,"
             " rattlie"
         )

@@ -11,7 +11,7 @@ from eomgen.products.doubts import start_checks
 from tests.oracles.planar_trees import PlanarTree
 
 #: Methods that take accelerations from M, or record such beside iterations on the residual, which loses no digits.
-OTHER_METHODS = [("taylor", True), ("hermite", True), ("rk45", True), ("tdg2", True)]
+OTHER_METHODS = [("taylor", True), ("rk45", True), ("tdg2", True)]
 
 
 @pytest.mark.parametrize(

@@ -266,7 +266,6 @@ def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
         ("newmark", "with damping its order is 1; try: trapezoidal, which it is without damping"),
         ("rk4", "it has no estimate of its errors; try: rk45"),
         ("rk4_partitioned", "it has no estimate of its errors; try: rk45_partitioned"),
-        ("hermite", "its steps are all of one size, so that energies do not drift; try: rk45, or taylor"),
     ],
 )
 def test_what_cannot_follow_a_tolerance_says_why_and_what_can(method: str, text: str) -> None:

@@ -28,7 +28,6 @@ TREE_METHODS = (
     "rk4",
     "rk45",
     "taylor",
-    "hermite",
     "rosenbrock",
     "lsrt2",
     "corrected_predictor",

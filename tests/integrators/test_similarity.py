@@ -31,7 +31,6 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "adaptive": ("generalized_alpha_adaptive", {"tolerance": 1e-6}, (*FREE, *BOUND)),
     "rk45": ("rk45", {"tolerance": 1e-8}, tuple(FREE)),
     "taylor": ("taylor", {"tolerance": 1e-12}, ("tree", "flight")),
-    "hermite": ("hermite", {}, ("tree", "flight")),
     "rosenbrock": ("rosenbrock", {}, ("tree", "flight")),
     "lsrt2": ("lsrt2", {}, ("tree", "servo")),
     "corrected_predictor": ("corrected_predictor", {}, ("tree", "servo")),

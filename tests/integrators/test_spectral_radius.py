@@ -38,7 +38,7 @@ OTHERS: Mapping[str, tuple[Mapping[str, float], ...]] = {
 #: Methods that refuse their defaults, which do not damp.
 REFUSED = ("newmark_index3", "trapezoidal_index3")
 #: Largest step times frequency without damping of methods that have a limit.
-LIMITS = {"rk4": 2.8, "rk4_partitioned": 2.8, "hermite": 0.6, "rattlie": 1.99}
+LIMITS = {"rk4": 2.8, "rk4_partitioned": 2.8, "rattlie": 1.99}
 #: Step times frequency from which the double eigenvalue -1 is known to the root of rounding only: v h is so much larger
 #: than what the step leaves of it.
 ROUNDED = {"rosenbrock": 1e9}

@@ -287,7 +287,7 @@ def test_corners_at_unknown_times_are_refused(said: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", ["taylor", "hermite"])
+@pytest.mark.parametrize("method", ["taylor"])
 def test_beams_are_refused_with_what_in_them_has_corners(method: str) -> None:
     made = eomgen.build(beam_scene(1, {"force": [0.0, 0.0, 1.0]}), profile="quick")
     with pytest.raises(EomgenError) as caught:

@@ -198,7 +198,7 @@ def test_terms_of_third_order_are_refused(folder: Path, term: str) -> None:
     )
 
 
-@pytest.mark.parametrize("method", ["hermite", "taylor"])
+@pytest.mark.parametrize("method", ["taylor"])
 def test_methods_of_series_have_no_laws(folder: Path, method: str) -> None:
     with pytest.raises(ModelError) as error:
         eomgen.build(wheel_scene(TYRE_LAW, folder), method=method).simulate(0.01)

@@ -298,7 +298,7 @@ def test_each_method_has_a_step_or_a_reason() -> None:
             if "are made of other terms; try: terms with" not in str(error):
                 reasons[method] = str(error).removeprefix(start).removeprefix(": ").removesuffix("; try: rk4")
     third = "so that a second derivative of the step would be a third derivative of the model"
-    for method in ("rosenbrock", "corrected_predictor", "tdg2", "hermite", "taylor"):
+    for method in ("rosenbrock", "corrected_predictor", "tdg2", "taylor"):
         assert reasons[method].endswith(third), method
     keeps = "the run chooses and keeps the coordinates that depend on the others"
     assert reasons["rk4_partitioned"] == f"{keeps}, and the end of a step off the constraints differs with this choice"

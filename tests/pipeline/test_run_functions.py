@@ -97,7 +97,6 @@ def test_partials_of_runs_come_from_nonzeros_alone_if_steps_take_these(path: str
         (SERVO, "generalized_alpha", 50),
         (SERVO, "rk4", 50),
         (BALL, "taylor", 400),
-        (SHAKEN, "hermite", 50),
     ],
 )
 def test_a_run_is_the_same_to_the_bit_and_says_the_same(path: str, method: str, steps: int) -> None:

@@ -56,7 +56,6 @@ def good(estimate: Array, true: Array) -> bool:
         ("hht", 0.01, 2.0),
         ("newmark", 0.01, 2.0),
         ("rk4", 0.02, 4.0),
-        ("hermite", 0.02, 4.0),
     ],
 )
 def test_fixed_steps_on_an_oscillator_of_closed_form(method: str, step: float, order: float) -> None:

@@ -61,7 +61,6 @@ def ball() -> Model:
         "rk45",
         "taylor",
         "generalized_alpha",
-        "hermite",
         "rosenbrock",
         "lsrt2",
         "corrected_predictor",

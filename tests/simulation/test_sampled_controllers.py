@@ -64,7 +64,7 @@ int servo_law(double t, const double *signals, double *values, double *memory)
     return t < 0.0;
 }
 """
-METHODS = ("rk4", "rk45", "taylor", "hermite", "generalized_alpha", "generalized_alpha_f1")
+METHODS = ("rk4", "rk45", "taylor", "generalized_alpha", "generalized_alpha_f1")
 
 
 def law(t: float, signals: Any, memory: Any) -> float:

@@ -69,7 +69,6 @@ METHODS = (
     "rk4",
     "rk45",
     "taylor",
-    "hermite",
     "generalized_alpha",
     "generalized_alpha_f1",
     "hht",
@@ -156,7 +155,7 @@ def test_a_simulator_a_checkpoint_and_parameters_go_with_samples(name: str, tmp_
 
 
 @pytest.mark.slow_except("True-taylor")
-@pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "hermite", "generalized_alpha"])
+@pytest.mark.parametrize("name", ["rk4", "rk45", "taylor", "generalized_alpha"])
 @pytest.mark.parametrize("events", [False, True])
 def test_the_program_in_c_runs_as_simulate_does(name: str, events: bool, tmp_path: Any) -> None:
     text = DIGITAL + ('[events.low]\nwhen = "force - 20"\naction = "record"\n' if events else "")

@@ -134,7 +134,7 @@ def stepped(scene: eomgen.Scene, method: str, inputs: str) -> np.ndarray:
 
 OTHERS = ("generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezoidal")
 #: Methods whose steps hold their inputs.
-HOLDING = ("hermite", "taylor")
+HOLDING = ("taylor",)
 
 
 @pytest.mark.long_cases("linear-rk4", "ramps-rk4")

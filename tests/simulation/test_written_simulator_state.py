@@ -41,7 +41,7 @@ int main(void)
     return run.state.q[0] == again.state.q[0] && run.state.t > 0.0 ? 0 : 6;
 }
 """
-OTHERS = ("generalized_alpha", "rk45", "hermite", "taylor", "rosenbrock", "tdg2", "rattlie")
+OTHERS = ("generalized_alpha", "rk45", "taylor", "rosenbrock", "tdg2", "rattlie")
 
 
 @pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS)])

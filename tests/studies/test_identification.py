@@ -479,7 +479,7 @@ def test_mistakes_in_data_are_named(slider: eomgen.Model, change: dict[str, Any]
         (["stiffness"], {"step": -1.0}, "step: -1 s is not a step"),
         (["stiffness"], {"initial": ["q.slide"]}, "initial: the state that runs start at is needed, not the name"),
         (["stiffness"], {"initial": [{}, {}]}, "initial: there are 2 initial states for 1 runs"),
-        (["stiffness"], {"method": "hermite"}, "hermite has no derivatives of runs here"),
+        (["stiffness"], {"method": "tdg2"}, "tdg2 has no derivatives of runs here"),
     ],
 )
 def test_mistakes_in_calls_are_named(

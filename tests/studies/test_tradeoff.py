@@ -256,13 +256,13 @@ def test_a_study_goes_on_where_it_was_left(study: tuple[eomgen.Tradeoff, Path]) 
 def test_axes_are_cut_to_what_makes_a_difference() -> None:
     refused: dict[str, str] = {}
     swing = {c.row.name for c in candidates("joint", eomgen.build(SWING), (), refused)}
-    assert {"generalized_alpha", "rk4", "taylor", "hermite"} <= swing
+    assert {"generalized_alpha", "rk4", "taylor"} <= swing
     assert not {name for name in swing if "index3" in name or "spatial" in name or "partitioned" in name}
     absolute = formulations(THROWN, {}, others=True)
     assert list(absolute.scenes) == ["joint", "SE3", "R3xSO3"]
     held = {c.row.name for c in candidates("SE3", eomgen.build(absolute.scenes["SE3"]), (), refused)}
     assert {"generalized_alpha", "generalized_alpha_index3", "generalized_alpha_spatial", "rk4_partitioned"} <= held
-    assert not held & {"rk4", "taylor", "hermite"}
+    assert not held & {"rk4", "taylor"}
 
 
 @pytest.mark.long

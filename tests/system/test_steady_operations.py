@@ -1,7 +1,7 @@
 """How many operations of a step's functions depend on time, inputs, the base and parameters alone.
 
 They are the same in every iteration of a step, and are evaluated in each all the same: over the examples they are too
-few to be worth functions of their own. (Inputs and the base are functions of their own; so are those of ``hermite``.)
+few to be worth functions of their own. (Inputs and the base are functions of their own.)
 """
 
 from __future__ import annotations

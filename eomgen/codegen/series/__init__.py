@@ -2,4 +2,4 @@
 
 __all__ = []
 #: Open to the other parts of ``codegen`` as well.
-WITHIN = ["functions", "rate_functions"]
+WITHIN = ["functions"]

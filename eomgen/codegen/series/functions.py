@@ -52,10 +52,9 @@ def refuse_external(system: System) -> None:
         raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
 
 
-def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = False) -> tuple[Discontinuity, ...]:
+def breakpoints_in_time(source: Tape, *, nodes: bool = False) -> tuple[Discontinuity, ...]:
     """Return the times at which an operation of the tape is not analytic, without repetition.
 
-    ``analytic``: whether derivatives of all orders are taken, or the first alone, which smooth curves have everywhere.
     ``nodes``: whether geometrically exact beams are among the recorded bodies.
 
     Raises
@@ -69,8 +68,6 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = Fa
         op, operands = source.op[node], source.operands(node)
         if op not in _NON_SMOOTH and op is not Op.CURVE:
             continue
-        if op is Op.CURVE and not analytic and _has_rate(source, node):
-            continue
         blocks = {symbol.block for symbol in source.depends_on(operands)} - _CONSTANT
         lines = [line for ref in operands if (line := _line(source, ref)) is not None]
         if len(lines) == len(operands):
@@ -83,17 +80,9 @@ def breakpoints_in_time(source: Tape, *, analytic: bool = True, nodes: bool = Fa
     if unknown:
         listed = "; ".join(dict.fromkeys(unknown))
         needs = "a Taylor series needs smooth equations, or discontinuities at known times [E0215]"
-        if not analytic:
-            needs = "its steps take the rates of accelerations, which jump at kinks, and these need known times [E0216]"
         fault = f"{needs}; here are {listed}{_OF_BEAMS if nodes else ''}"
         raise ModelError(Problem("method", fault, "rk4 or generalized_alpha"))
     return tuple(by_time[key] for key in sorted(by_time))
-
-
-def _has_rate(tape: Tape, node: int) -> bool:
-    """Return whether the recorded derivative of a curve has a continuous rate: the next derivative has no jumps."""
-    curve, derivative = tape.curves[tape.b[node]]
-    return all(order > derivative + 1 for _, order in curve.kinks())
 
 
 def _line(tape: Tape, ref: Ref) -> tuple[float, float] | None:

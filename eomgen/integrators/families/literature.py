@@ -167,12 +167,6 @@ PAPERS: Mapping[str, Paper] = {
         'Beitrag zur n{\\"a}herungsweisen Integration totaler Differentialgleichungen',
         'Zeitschrift f{\\"u}r Mathematik und Physik|46|435--453|1901',
     ),
-    "Makino and Aarseth 1992": _article(
-        "makino_aarseth_1992",
-        "Makino, Junichiro and Aarseth, Sverre J.",
-        "On a {Hermite} integrator with {Ahmad--Cohen} scheme for gravitational many-body problems",
-        "Publications of the Astronomical Society of Japan|44|141--151|1992",
-    ),
     "Munthe-Kaas 1999": _article(
         "munthe_kaas_1999",
         "Munthe-Kaas, Hans",

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
+from eomgen.base.removed import fault_of_removed
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.system.description import Simulation
@@ -39,7 +40,6 @@ class _Families(Sequence[type[Family]]):
         ("embedded_pair", "EmbeddedRungeKutta"),
         ("partitioned", "PartitionedRungeKutta"),
         ("partitioned", "PartitionedEmbeddedRungeKutta"),
-        ("hermite", "Hermite"),
         ("rosenbrock", "Rosenbrock"),
         ("corrected_predictor", "CorrectedPredictor"),
         ("rattlie", "Rattlie"),
@@ -132,6 +132,8 @@ def row_of(name: str) -> Row:
     others = _rows(families_of_others())
     if key in others:
         return others[key]
+    if gone := fault_of_removed("method", key):
+        raise UsageError(Problem("method", *gone))
     hint = nearest(key, {**method_names(), **others}, _ELSEWHERE)
     raise UsageError(Problem("method", f"there is no method {shown(str(name))} [E0348]", hint))
 

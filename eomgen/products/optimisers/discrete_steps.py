@@ -47,7 +47,6 @@ _NO_STEP: Mapping[str, str] = {
     "corrected_predictor": "the matrix of a step has partial derivatives of the forces" + _THIRD,
     "discontinuous_galerkin": "passes, whose number is fixed, have partial derivatives of the forces at the start"
     + _THIRD,
-    "hermite": "rates of accelerations are partial derivatives times rates" + _THIRD,
     "taylor": "coefficients of the series are derivatives of the model" + _THIRD,
     "partitioned": "the run chooses and keeps the coordinates that depend on the others, and the end of a step off the"
     " constraints differs with this choice",

@@ -79,7 +79,7 @@ FACTS: Mapping[str, MethodFacts] = {
     "rk4_partitioned": MethodFacts(ladders=("few",), fine_by="steps"),
     "rk45": MethodFacts(compared=_PAIR, ladders=_ALL),
     "rk45_partitioned": MethodFacts(compared=_PAIR),
-    **dict.fromkeys(("hermite", "rosenbrock", "lsrt2", "rattlie"), MethodFacts(ladders=_ALL)),
+    **dict.fromkeys(("rosenbrock", "lsrt2", "rattlie"), MethodFacts(ladders=_ALL)),
     "taylor": MethodFacts(
         compared={"tolerance": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)},
         ladders=_ALL,

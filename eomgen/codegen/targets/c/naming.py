@@ -137,7 +137,7 @@ _POINTERS = {
 }  # fmt: skip  # a table
 _DERIVATIVES = ("j", "s", "a_higher", "u_dot", "u_ddot", "u_higher", "base_rates")
 #: Arguments read only by the functions of a Taylor stepper.
-_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "previous", "held", "order")
+_SERIES = ("followed", "t_k", "q_k", "v_k", "z_k", "sums", "left", "right", "kept", "previous", "order")
 
 
 def _starts(items: Sequence[Addition]) -> dict[tuple[int, ...], int]:

@@ -471,7 +471,6 @@ class FunctionCalls:
         texts = {"p": "p", "t": "work->begin + work->begin_low", "t_k": "&t_k", "order": "order"}
         for block in ("q", "v", "z"):
             texts |= {block: f"work->{block}", f"{block}_1": f"work->{block}_rate"}
-            texts[f"{block}_2"] = f"work->{block}_row + {2 * sizes[block]}"
             texts[f"{block}_k"] = f"work->{block}_row + k * {sizes[block]}"
             texts[f"{block}_next"] = f"work->{block}_row + (k + 1) * {sizes[block]}"
         for name in ("left", "right", "kept"):
@@ -479,7 +478,7 @@ class FunctionCalls:
         size = method.get("previous", 0)
         texts |= {"previous_0": "work->previous", "previous_k": f"work->previous + k * {size}"}
         texts["previous"] = f"work->previous + (k - 1) * {size}"
-        texts |= {name: f"work->{name}" for name in ("u", "followed", "held", "extent")}
+        texts |= {name: f"work->{name}" for name in ("u", "followed", "extent")}
         texts["sums"] = "sums" if method["products"] <= FEW_PRODUCTS else "work->sums"
         arguments = [*function.inputs, *(output.argument for output in function.outputs)]
         return f"{self.program.prefix}_{function.name}({', '.join(texts[name] for name in arguments)});"
