@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-#: Names, by kind: replacement by name. An option stands behind its verb, an argument in brackets behind its function.
+#: Replacement by name, for each kind of name. Options follow their verb: "tune --step"; arguments are `tune(step)`.
 REMOVED: Mapping[str, Mapping[str, str]] = {
-    "method": {"hermite": "rk4, or taylor for small errors"},
+    "method": {
+        "hermite": "rk4, or taylor for small errors",
+        **{f"{name}_adaptive": f"{name}, with steps of one size" for name in ("tdg1", "tdg1_star", "tdg2", "tdg3")},
+    },
 }
 
 

@@ -180,8 +180,7 @@ def simulate(
           ``kahan_li8`` of order 8.
         - For stiff motions at high accuracy, with one factorization a step and no iteration, time-discontinuous
           Galerkin methods in passes: ``tdg1`` and ``tdg1_star`` of order 3, ``tdg2s`` of order 4, ``tdg2`` of order
-          5, ``tdg3`` of order 7; with steps by a tolerance ``tdg1_adaptive``, ``tdg1_star_adaptive``,
-          ``tdg2_adaptive`` and ``tdg3_adaptive``.
+          5, ``tdg3`` of order 7.
     rho_inf : float
         Spectral radius of generalized-alpha at infinite frequency, 0 to 1; of ``hht`` 1/2 to 1, of ``wbz`` 0 to 1.
     alpha : float
@@ -195,9 +194,9 @@ def simulate(
     tolerance : float
         Of the local error, relative to the motion within a step: ``generalized_alpha``, ``hht``, ``wbz``
         and ``trapezoidal`` then choose their steps between rows with the interval ``step``, and so does ``rk45``, by
-        1e-8 by default, and so do the ``tdg`` methods but ``tdg2s``, by 1e-6. Of ``taylor``, relative to the changes
-        of lengths and angles within a step, or to a hundredth of the machine and of 1 rad; of z relative to the
-        largest, or to 1; 1e-12 by default. 0: each step of the time grid is one step, of the order that is given.
+        1e-8 by default. Of ``taylor``, relative to the changes of lengths and angles within a step, or to a hundredth
+        of the machine and of 1 rad; of z relative to the largest, or to 1; 1e-12 by default. 0: each step of the time
+        grid is one step, of the order that is given.
     initial : mapping
         ``q`` and ``v`` as arrays, or joints by name: ``{"hinge": 0.3}``, ``{"hinge": {"position": 0.3, "velocity":
         1.0}}``. Internal states: all as ``z`` (an array, or a mapping from names), or by name: ``{"filtered":

@@ -265,6 +265,7 @@ def test_a_tolerance_makes_the_method_choose_its_steps() -> None:
         ("generalized_alpha_spatial", "from step to step need steps of one size; try: generalized_alpha, or rk45"),
         ("newmark", "with damping its order is 1; try: trapezoidal, which it is without damping"),
         ("rk4", "it has no estimate of its errors; try: rk45"),
+        ("tdg2", "its steps are all of one size; try: generalized_alpha"),
         ("rk4_partitioned", "it has no estimate of its errors; try: rk45_partitioned"),
     ],
 )
@@ -402,7 +403,7 @@ def test_rounding_at_rest_asks_for_no_steps(method: str) -> None:
 
 
 @pytest.mark.long_cases("generalized_alpha_adaptive")
-@pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive", "tdg1_adaptive"])
+@pytest.mark.parametrize("method", ["rk45", "generalized_alpha_adaptive"])
 def test_internal_states_are_controlled_beside_a_body_that_coasts(method: str) -> None:
     """A logistic state against its closed form: the time of a uniform motion is no time of the state."""
     data = {

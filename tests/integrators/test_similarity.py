@@ -36,7 +36,6 @@ METHODS: Mapping[str, tuple[str, Mapping[str, Any], Sequence[str]]] = {
     "corrected_predictor": ("corrected_predictor", {}, ("tree", "servo")),
     "rattlie": ("rattlie", {}, ("tree", "flight", "slider_crank", "rods_r3xso3")),
     "tdg2": ("tdg2", {}, ("tree", "flight", "servo")),
-    "tdg3_adaptive": ("tdg3_adaptive", {"tolerance": 1e-8}, ("tree", "servo")),
     "rk4_partitioned": ("rk4_partitioned", {}, tuple(BOUND)),
 }
 CASES = [(name, scene) for name, (_, _, scenes) in METHODS.items() for scene in scenes]

@@ -1,5 +1,4 @@
-"""Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration; with
-fixed steps, or with steps chosen by the change of the last pass, the estimate of errors.
+"""Time-discontinuous Galerkin steps in passes: orders 3 to 7, one factorization a step and no Newton iteration.
 
 A polynomial of degree p on each step, discontinuous at the start, is found in a fixed number of passes after Thompson
 and Kunthong (2006). With y' = F(y, t) for y = (theta, v, z), theta canonical coordinates about the start of the step
@@ -30,13 +29,6 @@ at order 2.
 
 Five passes at p = 3 give order 7 to linear equations and 6 to others: the first pass, linear about the start, leaves
 h^3, and each later one takes off one power of h. Six give order 7 to all, and are A-stable too.
-
-Passes raise the order by one each, so the last but one is a solution of one order less at no cost, with stiff parts
-filtered as the solution is. Between the nodes a step is the polynomial through the start and the nodes, with an error
-of h^(p+2), and ends of steps have order 2 p + 1 (Hairer and Wanner, Solving Ordinary Differential Equations II, IV.8,
-for Radau's nodes). Its derivative misses the equations by a polynomial that vanishes at the nodes, so the defect at the
-start of the step, with known accelerations, gives that error. It does not add up, and is compared with the size of
-velocities.
 """
 
 from __future__ import annotations
@@ -45,24 +37,11 @@ import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from functools import cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from eomgen.base.data import dataclass, replace
-from eomgen.integrators.families.adaptive import (
-    LARGEST_TOLERANCE,
-    LONGEST,
-    STEP_GROUPS,
-    check_tolerance,
-    longest_setting,
-    step_data,
-    step_state,
-    step_statistics,
-    step_statuses,
-    tolerance_setting,
-)
 from eomgen.integrators.families.family import (
-    Bound,
     DenseOutput,
     Field,
     GroupFunction,
@@ -72,22 +51,18 @@ from eomgen.integrators.families.family import (
     Status,
     hold,
     rotation_too_large,
-    velocities,
 )
 from eomgen.integrators.families.galerkin_operators import (
     Operators,
-    inverse,
     laguerre,
     operators,
     product,
     root,
     stability_series,
 )
-from eomgen.integrators.families.generalized_alpha import indices_in_q
 from eomgen.integrators.families.needs import UNCONSTRAINED_LINEARISED
 from eomgen.integrators.families.one_factorization import (
     GROWTH_STATUS,
-    SHRINK_AT_GROWTH,
     STOP_AT_GROWTH,
     UNFOLLOWED_GROWTH,
     OneFactorization,
@@ -170,13 +145,7 @@ class DiscontinuousGalerkin(OneFactorization):
 
     @classmethod
     def names(cls) -> tuple[MethodName, ...]:
-        return tuple(
-            MethodName(
-                name, row.make, idle=("rho_inf",),
-                by_tolerance=f"{name}_adaptive" if row.estimate else "", fixed_steps=() if row.estimate else _FIXED,
-            )
-            for name, row in METHODS.items()
-        )  # fmt: skip  # a row of arguments
+        return tuple(MethodName(name, make, idle=("rho_inf",), fixed_steps=_FIXED) for name, make in METHODS.items())
 
     def title(self, constrained: bool) -> str:
         parts = f"degree {self.degree}, {self.passes} passes, order {self.order}"
@@ -315,132 +284,11 @@ def _tdg3() -> DiscontinuousGalerkin:
     return DiscontinuousGalerkin(3, Fraction(33, 200), 6, 7)
 
 
-@dataclass(frozen=True)
-class FamilyMember:
-    """A method of the family.
-
-    Attributes
-    ----------
-    make : constructor of the method
-    estimate : whether the last pass is an estimate of errors, of one order less
-    """
-
-    make: Callable[[], DiscontinuousGalerkin]
-    estimate: bool
-
-
-METHODS: Mapping[str, FamilyMember] = {
-    "tdg1": FamilyMember(_tdg1, True),
-    "tdg1_star": FamilyMember(_tdg1_star, True),
-    "tdg2": FamilyMember(_tdg2, True),
-    "tdg2s": FamilyMember(_tdg2s, False),
-    "tdg3": FamilyMember(_tdg3, True),
+METHODS: Mapping[str, Callable[[], DiscontinuousGalerkin]] = {
+    "tdg1": _tdg1,
+    "tdg1_star": _tdg1_star,
+    "tdg2": _tdg2,
+    "tdg2s": _tdg2s,
+    "tdg3": _tdg3,
 }
-_FIXED = ("its two passes are of orders 2 and 4, too different for an estimate of errors", "tdg2")
-
-
-DEFAULT_TOLERANCE = 1e-6
-#: Least growth of a step: no stored data belong to a size, so that any growth is useful.
-LEAST_GROWTH = 1.0
-
-
-@dataclass(frozen=True)
-class AdaptiveDiscontinuousGalerkin(DiscontinuousGalerkin):
-    """A time-discontinuous Galerkin method in passes with adaptive steps.
-
-    Parameters
-    ----------
-    tolerance : float
-        Of the local error of the last pass but one, relative to the motion within the step, by kinetic
-        energy; internal states each relative to its own change. Raises UsageError outside 1e-14..0.1.
-    """
-
-    tolerance: float = DEFAULT_TOLERANCE
-    family = "adaptive_discontinuous_galerkin"
-    dense_output = "steps"
-    state_is_all = False
-    groups = STEP_GROUPS
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        check_tolerance(self.tolerance)
-
-    @classmethod
-    def names(cls) -> tuple[MethodName, ...]:
-        return tuple(
-            MethodName(
-                f"{name}_adaptive", partial(_made, name), ("tolerance",), idle=("rho_inf",),
-            )
-            for name, row in METHODS.items()
-            if row.estimate
-        )  # fmt: skip  # a row of arguments
-
-    @classmethod
-    def terms(cls, constrained: bool, internal: bool, mass: bool) -> tuple[str, ...]:
-        return (*super().terms(constrained, internal, mass), *(("mass",) if mass else ("residual",)))
-
-    def title(self, constrained: bool) -> str:
-        return f"{super().title(constrained)}, with steps of its own"
-
-    @property
-    def parameters(self) -> dict[str, Fraction]:
-        return {"tolerance": Fraction(repr(float(self.tolerance)))}
-
-    @property
-    def keywords(self) -> dict[str, float]:
-        return {"tolerance": self.tolerance}
-
-    @property
-    def chooses_steps(self) -> bool:
-        return True
-
-    def state(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (*super().state(sizes), *step_state(sizes))
-
-    def settings(self, sizes: Sizes) -> tuple[Setting, ...]:
-        return (SHRINK_AT_GROWTH, tolerance_setting(self.tolerance), longest_setting(LONGEST))
-
-    def bounds(self, sizes: Sizes) -> tuple[Bound, ...]:
-        within = (Bound("tolerance", ">", 0.0), Bound("tolerance", "<=", LARGEST_TOLERANCE))
-        return (*super().bounds(sizes), *within)
-
-    def statistics(self, sizes: Sizes) -> tuple[Field, ...]:
-        return (*super().statistics(sizes), *step_statistics())
-
-    def statuses(self, constrained: bool, angles: bool) -> tuple[Status, ...]:
-        return (*super().statuses(constrained, angles), *step_statuses())
-
-    def data(self, system: System, step: float, samples: Any) -> Mapping[str, Any]:
-        nodes = self.operators.nodes
-        powers = [[node**k for k in range(1, len(nodes) + 1)] for node in nodes]
-        size = velocities(system.factors)
-        return {
-            **super().data(system, step, samples),
-            **step_data(self.order - 1),
-            "least_growth": LEAST_GROWTH,
-            "polynomial": numbers([list(column) for column in zip(*inverse(powers), strict=True)]),
-            "between": float(largest_between(nodes)),
-            "angular": [int(turns) for turns in system.angular] or [0] * size,
-            "places": indices_in_q(system.factors, size),
-            "input_times": [0.0, 0.25, 0.5, 0.75, 1.0],
-        }
-
-    def work(self, system: System, method: Mapping[str, Any]) -> tuple[Work, ...]:
-        return ()
-
-
-def largest_between(nodes: Sequence[Fraction]) -> Fraction:
-    """Return the largest integral over (0, s) of the polynomial that is 0 at the nodes and 1 at 0; the maximum is at a
-    node."""
-    coefficients = [Fraction(1)]
-    for node in nodes:  # times 1 - s/node
-        shifted = [Fraction(0), *(-x / node for x in coefficients)]
-        coefficients = [x + y for x, y in zip([*coefficients, Fraction(0)], shifted, strict=True)]
-    return max(
-        abs(sum((x * node ** (k + 1) / (k + 1) for k, x in enumerate(coefficients)), Fraction(0))) for node in nodes
-    )
-
-
-def _made(name: str, tolerance: float = DEFAULT_TOLERANCE) -> AdaptiveDiscontinuousGalerkin:
-    made = METHODS[name].make()
-    return AdaptiveDiscontinuousGalerkin(made.degree, made.gamma, made.passes, made.order, tolerance)
+_FIXED = ("its steps are all of one size", "generalized_alpha, or rk45 for motions that are not stiff")

@@ -6,8 +6,7 @@ increments are about none, so pivots are chosen ``at_start`` and M may be singul
 border it by B^T of the start and B of the end of a step.
 
 The guard: ``newton/growth.c.jinja`` looks at the pivots (``newton.signs``); a step calls ``_note_growth`` after a
-factorization, with ``stop_at_growth`` in its workspace. If a method chooses its steps, such a step is tried again as a
-smaller one.
+factorization, with ``stop_at_growth`` in its workspace.
 """
 
 from __future__ import annotations
@@ -38,9 +37,6 @@ if TYPE_CHECKING:
 
 STOP_AT_GROWTH = Setting(
     "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: it ends the run", (0, 1)
-)
-SHRINK_AT_GROWTH = Setting(
-    "stop_at_growth", 1, "0: growth that a step cannot follow is only counted; 1: a smaller step is taken", (0, 1)
 )
 UNFOLLOWED_GROWTH = Field(
     "unfollowed_growth", "number of matrices with growth so fast that the step would damp it", kind="long"

@@ -45,7 +45,6 @@ class _Families(Sequence[type[Family]]):
         ("rattlie", "Rattlie"),
         ("composition", "SymplecticComposition"),
         ("discontinuous_galerkin", "DiscontinuousGalerkin"),
-        ("discontinuous_galerkin", "AdaptiveDiscontinuousGalerkin"),
         ("taylor", "Taylor"),
     )
 

@@ -86,8 +86,6 @@ FACTS: Mapping[str, MethodFacts] = {
         fine_by="tolerance",
     ),
     **dict.fromkeys(("tdg1", "tdg2", "tdg3"), MethodFacts(ladders=_ALL)),
-    **dict.fromkeys(("tdg1_adaptive", "tdg2_adaptive", "tdg3_adaptive"), MethodFacts(compared=_PAIR, ladders=_ALL)),
-    "tdg1_star_adaptive": MethodFacts(compared=_PAIR, studied=False),
     **dict.fromkeys(
         (
             *("corrected_predictor", "tdg1_star", "tdg2s", "leapfrog", "minimum_norm2", "bcss3", "yoshida4", "suzuki4"),
