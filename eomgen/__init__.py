@@ -129,8 +129,9 @@ def _of_products(name: str) -> object:
     if name in public_names():
         return named(public_names()[name])
     from eomgen.base.calls import attribute_hint  # noqa: PLC0415  # for a mistake only
+    from eomgen.base.removed import fault_of_removed  # noqa: PLC0415  # likewise
 
-    if absent := fault_of_absent(name):
+    if absent := fault_of_absent(name) or fault_of_removed("name", name):
         raise AttributeError(f"{text}: {absent[0]}; try: {absent[1]}")
     raise AttributeError(f"{text}; try: {attribute_hint(name, __dir__())}")
 

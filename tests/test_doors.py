@@ -376,7 +376,6 @@ ORDER: dict[str, tuple[str, ...]] = {
     "products.studies.tuning": (
         "judge",
         "race result",
-        "real_time",
         "tune",
     ),
     "products.studies.ladders": (

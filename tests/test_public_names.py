@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import pytest
 
+import eomgen
 from eomgen.base import removed
 from eomgen.base.message_codes import rows
+from eomgen.cli import main
 from eomgen.errors import UsageError
 from eomgen.integrators.families.register import canonical_name
 from tests import public_names
@@ -32,6 +34,28 @@ def test_removed_methods_name_the_replacement(name: str) -> None:
         canonical_name(name)
     assert str(caught.value) == f"usage error: method: the method {name} was removed; try: {replacement}"
     assert canonical_name(replacement.partition(",")[0])
+
+
+@pytest.mark.parametrize("name", removed.REMOVED["option"])
+def test_removed_options_name_the_replacement(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*name.split(), "1"]) == 2
+    expected = f"the option {name} was removed; try: {removed.REMOVED['option'][name]}"
+    assert expected in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", removed.REMOVED["name"])
+def test_removed_names_name_the_replacement(name: str) -> None:
+    with pytest.raises(AttributeError) as caught:
+        getattr(eomgen, name)
+    assert f"the name {name} was removed [E2236]; try: {removed.REMOVED['name'][name]}" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", removed.REMOVED["argument"])
+def test_removed_arguments_name_the_replacement(name: str) -> None:
+    function, _, argument = name.rstrip(")").partition("(")
+    with pytest.raises(UsageError) as caught:
+        getattr(eomgen, function)({}, **{argument: 1})
+    assert f"the argument {name} was removed; try: {removed.REMOVED['argument'][name]}" in str(caught.value)
 
 
 def test_lines_that_go_are_named(monkeypatch: pytest.MonkeyPatch) -> None:

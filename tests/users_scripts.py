@@ -22,8 +22,6 @@ EXPECTED: Mapping[str, tuple[str, ...]] = {
     "docs/how_to/force_element_plug_in.md": ('Name "Drag" already',),  # a file of the reader
     "docs/python/rotors.md": ("No overload variant",),  # a dict of dicts, which the reader does not annotate
     "docs/python/scenes_made_by_python.md": ("Unpacked dict",),
-    "docs/python/speed_against_accuracy.md": ('Item "RealTime"',),  # tune returns what was asked for
-    "docs/tutorials/four_bar.md": ('Item "RealTime"',),
 }
 #: Names of earlier examples are unknown, functions have no annotations, and values are there that may be None.
 CONFIGURATION = """[mypy]

@@ -11,6 +11,7 @@ import click
 
 from eomgen.base.messages import nearest, shown
 from eomgen.base.products import fault_of_absent
+from eomgen.base.removed import fault_of_removed
 from eomgen.errors import Message
 from eomgen.scene.sources.register import one_of_each, own_endings
 
@@ -96,8 +97,10 @@ def what_of_usage(error: click.UsageError) -> str:
 
 
 def _absent(error: click.NoSuchOption) -> tuple[str, str] | None:
-    """Return the fault of an option of a product that is not installed, and a remedy; None for another option."""
-    return None if error.ctx is None else fault_of_absent(f"{error.ctx.info_name} {error.option_name}")
+    """Return the fault of an option of a product that is not installed, or of one that was removed, and a remedy; None
+    for another option."""
+    option = error.ctx and f"{error.ctx.info_name} {error.option_name}"
+    return (fault_of_absent(option) or fault_of_removed("option", option)) if option else None
 
 
 def usage_code(text: str) -> str:

@@ -16,7 +16,6 @@ from eomgen.products.studies.identification import Identification, identify
 from eomgen.products.studies.ladders.result import Extremes
 from eomgen.products.studies.ladders.study import extremes
 from eomgen.products.studies.savings import savings
-from eomgen.products.studies.tuning.real_time import RealTime
 from eomgen.products.studies.tuning.result import Tuned
 from eomgen.products.studies.tuning.tune import tune
 from eomgen.products.studies.work_precision.result import Tradeoff
@@ -30,7 +29,6 @@ __all__ = [
     "Extremes",
     "Identification",
     "RandomVibration",
-    "RealTime",
     "Tradeoff",
     "Tuned",
     "casadi",

@@ -41,7 +41,6 @@ OFFERED: dict[str, tuple[str, ...]] = {
     "studies": (
         "Extremes",
         "Identification",
-        "RealTime",
         "Tradeoff",
         "Tuned",
         "check",

@@ -15,7 +15,7 @@ import pytest
 
 import eomgen
 from eomgen.cli import main
-from eomgen.products.studies.tuning import race, real_time, tune
+from eomgen.products.studies.tuning import race, tune
 from eomgen.products.studies.tuning.judge import KNOWN, Demand, Judge, conditions
 from eomgen.products.studies.tuning.race import MARGIN, Contender, RaceRun
 from eomgen.products.studies.tuning.result import with_settings
@@ -437,36 +437,15 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
     assert float(held.described.rpartition(" ")[2]) >= 1e-6 * error
 
 
-def test_a_cycle_buys_accuracy_and_bounds_its_iterations(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(real_time, "CYCLES", 200)
-    bought = eomgen.tune(path, real_time=0.02, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=12.0)
-    assert isinstance(bought, eomgen.RealTime)
-    assert bought.late <= 0.02
-    assert bought.iterations >= 1
-    assert bought.configuration.settings["max_iterations"] == bought.iterations
-    errors = {steps: error for _, steps, _, error in bought.tried}
-    assert errors[2] == pytest.approx(errors[1] / 4.0, rel=0.2)
-    assert "99.99 % of the cycles take less than" in bought.why
-    with pytest.raises(eomgen.NumericalError, match=r"1 iterations a step do not converge: \d+ are needed"):
-        eomgen.tune(
-            path, real_time=0.02, iterations=1, output="angle", methods=["generalized_alpha"], t_end=0.64, budget=12.0
-        )
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({}, "tune: either an error is demanded or a cycle of real time; try: error=1e-4"),
-        ({"error": 1e-4, "real_time": 1e-3}, "tune: either an error is demanded or a cycle of real time"),
+        ({}, "tune: a demand on the error is needed; try: error=1e-4"),
+        ({"error": 1e-4, "real_time": 1e-3}, "tune: the argument tune(real_time) was removed; try: a demand"),
         ({"error": 2.0}, "error: a demand lies in 1e-13..0.5, not 2.0; try: 1e-4"),
         ({"error": 1e-4, "output": "angel"}, "output: the scene has no output 'angel'; try: angle"),
         ({"error": 1e-4, "measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
-        ({"error": 1e-4, "iterations": 3}, "iterations: a bound of 1 or more goes with a cycle of real time"),
-        ({"real_time": 9.0}, "real_time: a cycle lies within the run of 1.28 s, not 9 s; try: 1e-3"),
-        (
-            {"real_time": 0.01, "methods": ["taylor"]},
-            "real_time: no method with steps of equal work runs on this scene",
-        ),
+        ({"error": 1e-4, "iterations": 3}, "tune: the argument tune(iterations) was removed; try: a demand"),
     ],
 )
 def test_mistakes_are_named(arguments: dict[str, Any], message: str) -> None:
@@ -496,9 +475,9 @@ def test_where_the_file_cannot_be_written_is_found_before_the_work(
     printed = capsys.readouterr()
     assert not printed.out and f"{path}: this is a file, and a folder is needed" in printed.err
     assert main(["tune", str(path)]) == 2
-    assert "either --error is demanded or a cycle of --real-time; try: --error 1e-4" in capsys.readouterr().err
+    assert "a demand on the error is needed; try: --error 1e-4" in capsys.readouterr().err
     assert main(["tune", str(path), "--real-time", "5ns", "--error", "1e-3"]) == 2
-    assert "either --error is demanded" in capsys.readouterr().err
+    assert "no such option '--real-time': the option tune --real-time was removed; try:" in capsys.readouterr().err
 
 
 def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -509,8 +488,6 @@ def test_the_command_writes_the_scene(path: Path, tmp_path: Path, capsys: pytest
     assert "one digit more" in printed.out
     assert "written: " in printed.err
     assert eomgen.load(tmp_path / "tuned.toml").simulation.step != 1e-3
-    assert main(["tune", str(path), "--real-time", "soon"]) == 2
-    assert "--real-time soon: this is not a time; try: --real-time 1ms" in capsys.readouterr().err
     assert main(["tune", *arguments, "--out", str(tmp_path / "tuned.json")]) == 2
     assert "a scene is written as a .toml file; try: --out tuned.toml" in capsys.readouterr().err
 

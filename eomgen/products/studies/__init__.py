@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from eomgen.products.studies.ladders.register import LADDERS
     from eomgen.products.studies.ladders.result import VERDICTS, Cell, Extremes
     from eomgen.products.studies.ladders.study import extremes
-    from eomgen.products.studies.tuning.real_time import RealTime
     from eomgen.products.studies.tuning.result import Tuned
     from eomgen.products.studies.tuning.tune import tune
     from eomgen.products.studies.verification.check import check
@@ -31,7 +30,6 @@ __all__ = [
     "FormReport",
     "Identification",
     "Point",
-    "RealTime",
     "Slope",
     "Tradeoff",
     "Tuned",
@@ -48,7 +46,6 @@ _HOMES = {
     "Extremes": "ladders.result",
     "extremes": "ladders.study",
     **dict.fromkeys(("VERDICTS", "Cell"), "ladders.result"),
-    "RealTime": "tuning.real_time",
     "Tuned": "tuning.result",
     "tune": "tuning.tune",
     "check": "verification.check",
@@ -58,7 +55,7 @@ _HOMES = {
     "Tradeoff": "work_precision.result",
     "tradeoff": "work_precision.study",
 }
-_OF_EOMGEN = ("Extremes", "Identification", "RealTime", "Tradeoff", "Tuned", "extremes", "identify", "tradeoff", "tune")
+_OF_EOMGEN = ("Extremes", "Identification", "Tradeoff", "Tuned", "extremes", "identify", "tradeoff", "tune")
 
 PRODUCT = Product(
     modules={"studies": "eomgen.products.studies"},

@@ -31,7 +31,7 @@ from eomgen.cli.running import SCENE_OPTIONS, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
-    from eomgen.products.studies import Cell, Extremes, Point, RealTime, Tradeoff, Tuned
+    from eomgen.products.studies import Cell, Extremes, Point, Tradeoff, Tuned
 
 
 #: Deviation of a measured order from the declared order above which both are printed.
@@ -200,7 +200,6 @@ def _remarks(study: Tradeoff) -> list[str]:
     return result
 
 
-_UNITS = {"ns": 1e-9, "us": 1e-6, "ms": 1e-3, "s": 1.0}
 #: Rivals that are named.
 _RIVALS = 5
 
@@ -210,11 +209,6 @@ _NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAM
 
 @click.command()
 @_of_tune("--error", type=float, default=None, metavar="X")
-@click.option(
-    "--real-time", default=None, metavar="CYCLE",
-    help="In place of --error: motion of this time, 1ms, is to be computed within it in 99.99 % of the cycles.",
-)  # fmt: skip  # a table
-@click.option("--iterations", type=int, default=None, metavar="N", help="With --real-time: most iterations of a step.")
 @_of_tune("--output", metavar="NAME")
 @_of_tune("--measure", metavar="largest|rms|final")
 @click.option("--axes", help="Settings to vary, as of tradeoff; all by default.", **_NAMES)
@@ -241,7 +235,6 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     demand.
     """
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
-    from eomgen.products.studies import Tuned  # noqa: PLC0415
     from eomgen.products.studies import tune as tuned  # noqa: PLC0415
 
     reading = {name: options.pop(name) for name in SCENE_OPTIONS}
@@ -249,17 +242,13 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file [E1103]", "--out tuned.toml"))
-    if (options["error"] is None) == (options["real_time"] is None):
-        raise UsageError(
-            Problem("tune", "either --error is demanded or a cycle of --real-time [E1104]", "--error 1e-4")
-        )
+    if options["error"] is None:
+        raise UsageError(Problem("tune", "a demand on the error is needed [E1104]", "--error 1e-4"))
     with terminal_bar(described.name) as bar:
         bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
         result = tuned(
             scene,
             options["error"],
-            real_time=_seconds(options["real_time"]),
-            iterations=options["iterations"],
             output=options["output"],
             measure=options["measure"],
             axes=options["axes"] or (),
@@ -273,26 +262,13 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
         )
     if as_json:
         print_json(result.to_dict())
-    elif isinstance(result, Tuned):
-        _print_tuned(result)
     else:
-        _print_real_time(result)
+        _print_tuned(result)
     say(result.why)
     if file is not None:
         make_folder(Path(file).parent)
         say(f"written: {result.save(file)}")
-    return 0 if not isinstance(result, Tuned) or result.met else NumericalError.exit_code
-
-
-def _seconds(text: str | None) -> float | None:
-    """Return a cycle in seconds: ``1ms``, ``250us``, ``0.001``."""
-    if text is None:
-        return None
-    unit = next((unit for unit in _UNITS if text.endswith(unit)), "")
-    try:
-        return float(text.removesuffix(unit)) * _UNITS.get(unit, 1.0)
-    except ValueError:
-        raise UsageError(Problem(f"--real-time {text}", "this is not a time [E1105]", "--real-time 1ms")) from None
+    return 0 if result.met else NumericalError.exit_code
 
 
 def _print_tuned(tuned: Tuned) -> None:
@@ -323,13 +299,6 @@ def _print_tuned(tuned: Tuned) -> None:
         ("spent", f"{spent:.3g} s for {counted(runs, 'run')} and verification, {tuned.built:.3g} s of building")
     )
     print_table(f"{tuned.scene}: {tuned.measure} error of {tuned.quantity} below {tuned.demand:g}", ("", ""), rows)
-
-
-def _print_real_time(tuned: RealTime) -> None:
-    header = ("configuration", "steps in a cycle", "99.99 % below, us", "error")
-    rows = [(label, steps, f"{1e6 * late:.3g}", f"{error:.1e}") for label, steps, late, error in tuned.tried]
-    rows.sort(key=lambda row: row[:2])
-    print_table(f"{tuned.scene}: cycles of {1e6 * tuned.cycle:.6g} us", header, rows, numeric=(1, 2, 3))
 
 
 #: Largest number of cells and ladders, left out for the same reason, that are listed.

@@ -1,3 +1,3 @@
 """The cheapest configuration of a scene that meets a demand: racing, verification, the scene's file."""
 
-__all__: list[str] = ["real_time", "result", "tune"]
+__all__: list[str] = ["result", "tune"]

@@ -12,12 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import shown
+from eomgen.base.removed import check_arguments
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verified
 from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, RaceRun
-from eomgen.products.studies.tuning.real_time import RealTime
-from eomgen.products.studies.tuning.real_time import real_time as in_real_time
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
@@ -34,8 +33,6 @@ def tune(
     scene: Any,
     error: float | None = None,
     *,
-    real_time: float | None = None,
-    iterations: int | None = None,
     output: str = OUTPUT,
     measure: str = MEASURE,
     axes: Sequence[str] = (),
@@ -47,8 +44,8 @@ def tune(
     formulated: bool = True,
     progress: Callable[[str], None] | None = None,
     **reading: Any,
-) -> Tuned | RealTime:
-    """Find the cheapest configuration of a scene that meets a demand on its error, or the best for a real-time cycle.
+) -> Tuned:
+    """Find the cheapest configuration of a scene that meets a demand on its error.
 
     Errors include all rows that the written file will record, up to 20 000; times are of stepping with these rows,
     without outputs, energies and the error estimate.
@@ -63,11 +60,6 @@ def tune(
         Scene, or the document of another front end.
     error : float
         Demanded relative error: 1e-4. The error is measured as in ``eomgen.tradeoff``.
-    real_time : float
-        S of motion that are to be computed within as many seconds: the most accurate fixed step is found whose work in
-        such a cycle ends in time in 99.99 % of the cycles. Excludes ``error``.
-    iterations : int
-        With ``real_time``: bound on Newton's iterations of a step; by default the run's largest number.
     output : str
         Quantity of the error: an output of the scene, ``q``, ``v`` or ``state`` (both).
     measure : str
@@ -92,48 +84,29 @@ def tune(
     Returns
     -------
     Tuned
-        The cheapest settings that meet the demand, with measured error and rivals; with ``real_time`` a ``RealTime``.
+        The cheapest settings that meet the demand, with measured error and rivals.
 
     Raises
     ------
     UsageError
         A demand out of 1e-13..0.5; an unknown output, method or measure.
     NumericalError
-        There is no sufficiently accurate reference, or no configuration meets the demand within the budget; none ends
-        in time, or none converges within the bound.
+        There is no sufficiently accurate reference, or no configuration meets the demand within the budget.
     """
-    if (error is None) is (real_time is None):
-        raise UsageError(Problem("tune", "either an error is demanded or a cycle of real time [E1123]", "error=1e-4"))
-    if iterations is not None and (real_time is None or iterations < 1):
-        raise UsageError(
-            Problem("iterations", "a bound of 1 or more goes with a cycle of real time [E1124]", "real_time=1e-3")
-        )
-    if error is not None and not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
+    check_arguments("tune", reading)
+    if error is None:
+        raise UsageError(Problem("tune", "a demand on the error is needed [E1123]", "error=1e-4"))
+    if not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
         raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r} [E1125]", "1e-4"))
     if measure not in MEASURES:
         raise UsageError(
             Problem("measure", f"there is no measure {shown(measure)} [E1126]", f"one of {', '.join(MEASURES)}")
         )
     chosen = checked_axes(axes)
-    others = formulated and real_time is None and "formulation" in chosen
-    variants = formulations(scene, reading, others=others, fidelity=real_time is None and "fidelity" in chosen)
+    others = formulated and "formulation" in chosen
+    variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
     say = progress or (lambda _: None)
-    if error is None:
-        return in_real_time(
-            variants,
-            float(real_time or 0.0),
-            output=output,
-            measure=measure,
-            methods=methods,
-            t_end=t_end,
-            parameters=parameters,
-            inputs=inputs,
-            iterations=iterations,
-            budget=budget,
-            say=say,
-            source=source,
-        )
     tuning = _Tuning(variants, tuple(methods), chosen, t_end, parameters, inputs, budget, say)
     return tuning.result(Demand(float(error), output, measure), source)
 
