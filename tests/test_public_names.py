@@ -6,6 +6,7 @@ import pytest
 
 import eomgen
 from eomgen.base import removed
+from eomgen.base.calls import unknown_attribute
 from eomgen.base.message_codes import rows
 from eomgen.cli import main
 from eomgen.errors import UsageError
@@ -48,6 +49,13 @@ def test_removed_names_name_the_replacement(name: str) -> None:
     with pytest.raises(AttributeError) as caught:
         getattr(eomgen, name)
     assert f"the name {name} was removed [E2236]; try: {removed.REMOVED['name'][name]}" in str(caught.value)
+
+
+@pytest.mark.parametrize("name", removed.REMOVED["attribute"])
+def test_removed_attributes_name_the_replacement(name: str) -> None:
+    kind, _, attribute = name.partition(".")
+    error = unknown_attribute(type(kind, (), {})(), attribute)
+    assert f"the attribute {name} was removed; try: {removed.REMOVED['attribute'][name]}" in str(error)
 
 
 @pytest.mark.parametrize("name", removed.REMOVED["argument"])

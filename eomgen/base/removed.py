@@ -15,6 +15,7 @@ REMOVED: Mapping[str, Mapping[str, str]] = {
     },
     "argument": dict.fromkeys(("tune(real_time)", "tune(iterations)"), _NO_CYCLES),
     "option": dict.fromkeys(("tune --real-time", "tune --iterations"), _NO_CYCLES),
+    "attribute": {"Difference.cause": "first and second, the two values"},
     "name": {"RealTime": "Tuned, of a demand on the error"},
 }
 
@@ -22,7 +23,7 @@ REMOVED: Mapping[str, Mapping[str, str]] = {
 def fault_of_removed(kind: str, name: str) -> tuple[str, str] | None:
     """Return the fault of a name that was removed, and its replacement; None for any other name."""
     replacement = REMOVED[kind].get(name)
-    return replacement and (f"the {kind} {name} was removed [E2236]", replacement)
+    return (f"the {kind} {name} was removed [E2236]", replacement) if replacement else None
 
 
 def check_arguments(function: str, given: Iterable[str]) -> None:

@@ -1,4 +1,4 @@
-"""Forty differences between descriptions of one machine, planted one by one: each is named first, with its cause."""
+"""Forty differences between descriptions of one machine, planted one by one: each is named first."""
 
 from __future__ import annotations
 
@@ -123,67 +123,63 @@ class Planted(NamedTuple):
     new: str
     element: str
     quantity: str
-    cause: str = ""
 
 
 OF_URDF = (
-    Planted('<mass value="3"/>', '<mass value="3000"/>', "bodies.upper", "mass", "grams against kilograms"),
-    Planted('<mass value="2"/>', '<mass value="19.62"/>', "bodies.lower", "mass", "a weight against a mass"),
+    Planted('<mass value="3"/>', '<mass value="3000"/>', "bodies.upper", "mass"),
+    Planted('<mass value="2"/>', '<mass value="19.62"/>', "bodies.lower", "mass"),
     Planted('<mass value="0.5"/>', '<mass value="0.51"/>', "bodies.slide", "mass"),
-    Planted('xyz="0.02 0 0.25"', 'xyz="0.02 0 -0.25"', "bodies.upper", "center_of_mass", "opposite sign of z"),
-    Planted('xyz="0 0.01 0.2"', 'xyz="0.2 0.01 0"', "bodies.lower", "center_of_mass", "in a different order"),
-    Planted('xyz="0 0 0.05"', 'xyz="0 0 50"', "bodies.slide", "center_of_mass", "millimetres against metres"),
+    Planted('xyz="0.02 0 0.25"', 'xyz="0.02 0 -0.25"', "bodies.upper", "center_of_mass"),
+    Planted('xyz="0 0.01 0.2"', 'xyz="0.2 0.01 0"', "bodies.lower", "center_of_mass"),
+    Planted('xyz="0 0 0.05"', 'xyz="0 0 50"', "bodies.slide", "center_of_mass"),
     Planted('ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002"', 'ixy="-0.003" ixz="-0.001" iyy="0.07" iyz="0.002"',
-            "bodies.upper", "inertia", "products of inertia with the opposite sign"),
+            "bodies.upper", "inertia"),
     Planted('ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002"', 'ixy="0" ixz="0" iyy="0.07" iyz="0"',
-            "bodies.upper", "inertia", "missing products of inertia in the second"),
-    Planted('rpy="0.3 0.2 0.1"', 'rpy="0 0 0"', "bodies.lower", "inertia", "inertia given in another frame"),
+            "bodies.upper", "inertia"),
+    Planted('rpy="0.3 0.2 0.1"', 'rpy="0 0 0"', "bodies.lower", "inertia"),
     Planted('ixx="0.04" ixy="0" ixz="0" iyy="0.03"', 'ixx="0.03" ixy="0" ixz="0" iyy="0.04"',
-            "bodies.lower", "inertia", "another frame"),
+            "bodies.lower", "inertia"),
     Planted('ixx="0.08" ixy="0.003" ixz="0.001" iyy="0.07" iyz="-0.002" izz="0.03"',
             'ixx="0.2675" ixy="0.003" ixz="-0.014" iyy="0.2587" iyz="-0.002" izz="0.0312"',
-            "bodies.upper", "inertia", "about the origin of the frame"),
+            "bodies.upper", "inertia"),
     Planted('ixx="0.001" ixy="0" ixz="0" iyy="0.002" iyz="0" izz="0.0012"',
-            'ixx="1000" ixy="0" ixz="0" iyy="2000" iyz="0" izz="1200"', "bodies.slide", "inertia", "square"),
-    Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joints.shoulder", "axis", "opposite axis"),
-    Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>', "joints.shoulder", "axis", "in a different order"),
-    Planted('<axis xyz="0.6 0.8 0"/>', '<axis xyz="0.8 0.6 0"/>', "joints.elbow", "axis", "different order"),
+            'ixx="1000" ixy="0" ixz="0" iyy="2000" iyz="0" izz="1200"', "bodies.slide", "inertia"),
+    Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>', "joints.shoulder", "axis"),
+    Planted('<axis xyz="0 1 0"/>', '<axis xyz="0 0 1"/>', "joints.shoulder", "axis"),
+    Planted('<axis xyz="0.6 0.8 0"/>', '<axis xyz="0.8 0.6 0"/>', "joints.elbow", "axis"),
     Planted('<axis xyz="0 0 1"/>', '<axis xyz="0.09983341664682815 0 0.9950041652780258"/>',
-            "joints.wrist", "axis", "axis given in another frame"),
+            "joints.wrist", "axis"),
     Planted('xyz="0.05 0 0.5" rpy="0.2 -0.4 0.3"', 'xyz="0.05 0 0.6" rpy="0.2 -0.4 0.3"', "joints.elbow", "position"),
-    Planted('xyz="0 0.02 0.4" rpy="0 0.1 0"', 'xyz="0 20 400" rpy="0 0.1 0"', "joints.wrist", "position",
-            "millimetres against metres"),
-    Planted('rpy="0.1 0 0.2"', 'rpy="5.729577951308232 0 11.459155902616464"', "joints.shoulder", "orientation",
-            "degrees against radians"),
-    Planted('rpy="0.2 -0.4 0.3"', 'rpy="0 0 0"', "joints.elbow", "orientation", "missing rotation in the second"),
-    Planted('rpy="0.2 -0.4 0.3"', 'rpy="-0.2 0.4 -0.3"', "joints.elbow", "orientation", "angles of opposite sign"),
-    Planted('damping="0.7"', 'damping="0.0122173"', "joints.shoulder", "damping", "degrees against radians"),
-    Planted('<dynamics damping="0.3"/>', "", "joints.elbow", "damping", "missing damping in the second"),
-    Planted('friction="0.2"', 'friction="0"', "joints.shoulder", "coulomb", "missing coulomb in the second"),
-    Planted('lower="-1.2" upper="1.5"', 'lower="-68.7549" upper="85.9437"', "joints.shoulder", "lower",
-            "degrees against radians"),
-    Planted('lower="-1.2" upper="1.5"', 'lower="-1.5" upper="1.2"', "joints.shoulder", "lower", "opposite axis"),
-    Planted('lower="-0.1" upper="0.2"', 'lower="-0.1" upper="200"', "joints.wrist", "upper", "millimetres"),
+    Planted('xyz="0 0.02 0.4" rpy="0 0.1 0"', 'xyz="0 20 400" rpy="0 0.1 0"', "joints.wrist", "position"),
+    Planted('rpy="0.1 0 0.2"', 'rpy="5.729577951308232 0 11.459155902616464"', "joints.shoulder", "orientation"),
+    Planted('rpy="0.2 -0.4 0.3"', 'rpy="0 0 0"', "joints.elbow", "orientation"),
+    Planted('rpy="0.2 -0.4 0.3"', 'rpy="-0.2 0.4 -0.3"', "joints.elbow", "orientation"),
+    Planted('damping="0.7"', 'damping="0.0122173"', "joints.shoulder", "damping"),
+    Planted('<dynamics damping="0.3"/>', "", "joints.elbow", "damping"),
+    Planted('friction="0.2"', 'friction="0"', "joints.shoulder", "coulomb"),
+    Planted('lower="-1.2" upper="1.5"', 'lower="-68.7549" upper="85.9437"', "joints.shoulder", "lower"),
+    Planted('lower="-1.2" upper="1.5"', 'lower="-1.5" upper="1.2"', "joints.shoulder", "lower"),
+    Planted('lower="-0.1" upper="0.2"', 'lower="-0.1" upper="200"', "joints.wrist", "upper"),
     Planted('type="prismatic"', 'type="revolute"', "joints.wrist", "type"),
     Planted('<parent link="upper"/><child link="lower"/>', '<parent link="base_link"/><child link="lower"/>',
             "joints.elbow", "parent"),
 )  # fmt: skip  # a table
 
 OF_MJCF = (
-    Planted('angle="radian"', 'angle="degree"', "joints.shoulder", "orientation", "degrees against radians"),
-    Planted(' armature="0.01"', "", "joints.elbow", "rotor_inertia", "missing rotor inertia in the second"),
-    Planted('stiffness="5"', 'stiffness="0.08726646"', "joints.elbow", "stiffness", "degrees against radians"),
+    Planted('angle="radian"', 'angle="degree"', "joints.shoulder", "orientation"),
+    Planted(' armature="0.01"', "", "joints.elbow", "rotor_inertia"),
+    Planted('stiffness="5"', 'stiffness="0.08726646"', "joints.elbow", "stiffness"),
     Planted('springref="0.2"', 'springref="0.2" ref="0.2"', "joints.elbow", "orientation"),
-    Planted("<worldbody>", '<option gravity="0 0 9.81"/><worldbody>', "gravity", "gravity", "opposite gravity"),
+    Planted("<worldbody>", '<option gravity="0 0 9.81"/><worldbody>', "gravity", "gravity"),
 )  # fmt: skip  # a table
 
 OF_SCENE = (
     Planted("arm = 0.4", "arm = 0.41", "constraints.closure", "first position"),
     Planted('type = "revolute"\nfirst', 'type = "cylindrical"\nfirst', "constraints.closure", "type"),
-    Planted("stiffness = 200", "stiffness = 0.2", "springs.return", "stiffness", "millimetres against metres"),
-    Planted("damping = 5", "damping = 0", "springs.return", "damping", "missing damping in the second"),
+    Planted("stiffness = 200", "stiffness = 0.2", "springs.return", "stiffness"),
+    Planted("damping = 5", "damping = 0", "springs.return", "damping"),
     Planted("2 * sin(3 * t)", "2 * sin(3 * t * pi / 180)", "efforts.motor", "effort"),
-    Planted("length = 0.3", "length = 0.15", "springs.return", "length", "a diameter against a radius"),
+    Planted("length = 0.3", "length = 0.15", "springs.return", "length"),
 )  # fmt: skip  # a table
 
 #: Further joints, forces and inputs.
@@ -267,31 +263,30 @@ angle = { formula = "q.j5" }
 """
 
 FURTHER_OF_BENCH = (
-    Planted("multiplier = -2.0", "multiplier = 2.0", "joints.j6", "multiplier", "opposite sign"),
-    Planted("offset = 0.1", "offset = 5.7295779513", "joints.j6", "offset", "degrees against radians"),
+    Planted("multiplier = -2.0", "multiplier = 2.0", "joints.j6", "multiplier"),
+    Planted("offset = 0.1", "offset = 5.7295779513", "joints.j6", "offset"),
     Planted('mimic = { joint = "j5", multiplier = -2.0, offset = 0.1 }', "", "joints.j6", "mimic"),
-    Planted("second_axis = [0, 1, 0]", "second_axis = [1, 0, 0]", "joints.j1", "second_axis", "in a different order"),
-    Planted("pitch = 0.01", "pitch = 0.06283185307", "joints.j2", "pitch", "turns against radians"),
-    Planted("rest = 0.3", "rest = 17.188733853924695", "joints.j2", "rest", "degrees against radians"),
-    Planted("k = 30", "k = 0.5235987756", "joints.j2", "stiffness", "degrees against radians"),
-    Planted("position = [0.1, 0, 0]", "position = [0, 0.1, 0]", "joints.j4", "position", "in a different order"),
-    Planted("mass = 0.3", "mass = 0.0", "bodies.tool", "mass", "missing mass in the second"),
+    Planted("second_axis = [0, 1, 0]", "second_axis = [1, 0, 0]", "joints.j1", "second_axis"),
+    Planted("pitch = 0.01", "pitch = 0.06283185307", "joints.j2", "pitch"),
+    Planted("rest = 0.3", "rest = 17.188733853924695", "joints.j2", "rest"),
+    Planted("k = 30", "k = 0.5235987756", "joints.j2", "stiffness"),
+    Planted("position = [0.1, 0, 0]", "position = [0, 0.1, 0]", "joints.j4", "position"),
+    Planted("mass = 0.3", "mass = 0.0", "bodies.tool", "mass"),
     Planted('rate = "(u - z) / 0.05"', 'rate = "(u - z) / 0.5"', "states.z", "rate"),
     Planted('"z * 3 + 0.1 * u"', '"z * 3 + 0.1"', "efforts.motor", "effort"),
     Planted('joint = "j5"\neffort', 'joint = "j2"\neffort', "efforts.motor", "joint"),
     Planted("0.01 * sin(5 * t)", "0.01 * cos(5 * t)", "base", "position.0"),
-    Planted("gravity = [0, 0, -9.81]", "gravity = [0, 0, 0]", "gravity", "gravity", "missing gravity in the second"),
+    Planted("gravity = [0, 0, -9.81]", "gravity = [0, 0, 0]", "gravity", "gravity"),
     Planted('type = "spherical"', 'type = "free"', "joints.j3", "type"),
 )  # fmt: skip  # a table
 FURTHER_OF_SCENE = (
-    Planted("position = [0.1, 0, 0.5]", "position = [0.1, 0, 500]", "points.hook", "position.2", "millimetres"),
-    Planted("position = [0.2, 0, 0.05]", "position = [-0.2, 0, 0.05]", "points.tip", "position.0", "opposite sign"),
+    Planted("position = [0.1, 0, 0.5]", "position = [0.1, 0, 500]", "points.hook", "position.2"),
+    Planted("position = [0.2, 0, 0.05]", "position = [-0.2, 0, 0.05]", "points.tip", "position.0"),
 )  # fmt: skip  # a table
 FURTHER_OF_URDF = (
-    Planted('<limit lower="-1.2" upper="1.5" effort="50" velocity="3"/>', "", "joints.shoulder", "lower",
-            "missing in the second"),
-    Planted('<mass value="3"/>', '<mass value="6.613868"/>', "bodies.upper", "mass", "pounds against kilograms"),
-    Planted('rpy="0.2 -0.4 0.3"', 'rpy="0.3 -0.4 0.2"', "joints.elbow", "orientation", "axes turned by"),
+    Planted('<limit lower="-1.2" upper="1.5" effort="50" velocity="3"/>', "", "joints.shoulder", "lower"),
+    Planted('<mass value="3"/>', '<mass value="6.613868"/>', "bodies.upper", "mass"),
+    Planted('rpy="0.2 -0.4 0.3"', 'rpy="0.3 -0.4 0.2"', "joints.elbow", "orientation"),
 )  # fmt: skip  # a table
 
 DESCRIPTIONS = {".urdf": (URDF, OF_URDF), ".xml": (MJCF, OF_MJCF), ".toml": (SCENE, OF_SCENE)}
@@ -317,7 +312,6 @@ def _check(folder: Path, ending: str, text: str, planted: Planted) -> None:
     first = comparison.first
     assert first is not None
     assert (first.element, first.quantity) == (planted.element, planted.quantity), str(comparison)
-    assert planted.cause in first.cause, str(first)
     assert first.places[1].startswith(f"second{ending}"), first.places
 
 
@@ -336,7 +330,7 @@ def test_a_planted_difference_is_named_first(planted: Planted, tmp_path: Path) -
 @pytest.mark.slow
 @pytest.mark.parametrize("ending", DESCRIPTIONS)
 def test_all_planted_differences_are_named_first(ending: str, tmp_path: Path) -> None:
-    """With element, quantity, cause and place in the second file."""
+    """With element, quantity and place in the second file."""
     text, every = DESCRIPTIONS[ending]
     for planted in every:
         _check(tmp_path, ending, text, planted)

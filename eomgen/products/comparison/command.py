@@ -41,11 +41,11 @@ def compare(first: str, second: str | None, as_json: bool, **options: Any) -> in
         for note in result.notes:
             say_note(note)
         rows = [
-            (item.element, item.quantity, *item.texts, item.unit, " ".join(filter(None, item.places)), item.cause)
+            (item.element, item.quantity, *item.texts, item.unit, " ".join(filter(None, item.places)))
             for item in result.differences
         ]
         if rows:
-            header = ("element", "quantity", "first", "second", "unit", "places", "likely cause")
+            header = ("element", "quantity", "first", "second", "unit", "places")
             print_table(f"{' and '.join(result.names)}: {counted(len(rows), 'difference')}", header, rows, whole=(0, 1))
         say(result.summary)
     return 0 if result.equal else ModelError.exit_code

@@ -13,7 +13,6 @@ from eomgen.base.data import replace
 from eomgen.base.messages import shown
 from eomgen.errors import Message, Problem, UsageError
 from eomgen.pipeline import pipeline
-from eomgen.products.comparison import causes
 from eomgen.products.comparison.differences import Pairing, differences, equal, of_solids
 from eomgen.products.comparison.machine import Machine, of_equations, of_scene
 from eomgen.products.comparison.report import Comparison, Difference
@@ -231,7 +230,6 @@ def _of_part(
         one, other = mine.get(key), theirs.get(key)
         if one is not None and other is not None and equal(one, other, pairing.tolerance):
             continue
-        cause = causes.of_number(one, other, key.replace("_", " ")) if one is not None and other is not None else ""
         places = pairing.first.place(f"{name}.{key}"), pairing.second.place(f"{name}.{key}")
-        result.append(Difference(name, key, one, other, "", places, cause))
+        result.append(Difference(name, key, one, other, "", places))
     return result

@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.products.comparison import causes
 from eomgen.products.comparison.machine import AT_ORIGIN, Link, Loop, Machine, PlacedBody, Placement
 from eomgen.products.comparison.report import Difference
 from eomgen.scene.inertia import Inertia, entries_of
@@ -145,11 +144,8 @@ def differences(pairing: Pairing) -> list[Difference]:
     late: list[Difference] = []
     size = max(float(np.linalg.norm(first.gravity)), float(np.linalg.norm(second.gravity)))
     if np.abs(first.gravity - second.gravity).max() > pairing.tolerance * size:
-        cause = causes.of_vector(first.gravity, second.gravity, np.eye(3), "gravity")
         listed.append(
-            _vectors(
-                pairing, "gravity", "gravity", first.gravity, second.gravity, "m/s^2", cause, ("gravity", "gravity")
-            )
+            _vectors(pairing, "gravity", "gravity", first.gravity, second.gravity, "m/s^2", ("gravity", "gravity"))
         )
     for i, j in pairing.pairs:
         one, other = first.links[i], second.links[j]
@@ -191,10 +187,9 @@ def of_solids(pairing: Pairing) -> list[Difference]:
                 size = max(float(np.abs(one).max()), float(np.abs(other).max()))
                 if np.abs(one - other).max() <= pairing.tolerance * size or (quantity != "mass" and not whole):
                     continue
-                cause = causes.of_number(float(one[-1]), float(other[-1]), quantity)
                 first, second = (float(item[0]) if len(item) == 1 else tuple(map(float, item)) for item in (one, other))
                 places = pairing.first.place(f"bodies.{name}"), ""
-                listed.append(Difference(f"bodies.{name}", quantity, first, second, unit, places, cause))
+                listed.append(Difference(f"bodies.{name}", quantity, first, second, unit, places))
     return listed
 
 
@@ -226,11 +221,10 @@ def _vectors(
     one: Array,
     other: Array,
     unit: str,
-    cause: str,
     keys: tuple[str, str],
 ) -> Difference:
     mine, theirs = (tuple(np.where(np.abs(item) < _ROUNDING, 0.0, item).tolist()) for item in (one, other))
-    return Difference(element, quantity, mine, theirs, unit, _places(pairing, keys), cause)
+    return Difference(element, quantity, mine, theirs, unit, _places(pairing, keys))
 
 
 def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
@@ -258,21 +252,14 @@ def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[D
     if written < posed or (written == posed and (moved or tilted)):
         pairing.aligned[number] = AT_ORIGIN
         if not pairing.near_axes(exact.axes, np.eye(3)):
-            cause = causes.of_rotation(one.pose.axes, theirs.axes)
             values = one.pose.axes.ravel(), theirs.axes.ravel()
-            yield _vectors(pairing, element, "orientation", *values, "", cause, _of(keys, "orientation"))
+            yield _vectors(pairing, element, "orientation", *values, "", _of(keys, "orientation"))
         if not pairing.near_points(theirs.origin, one.pose.origin):
-            cause = causes.of_vector(one.pose.origin, theirs.origin, one.pose.axes, "position")
-            yield _vectors(
-                pairing, element, "position", one.pose.origin, theirs.origin, "m", cause, _of(keys, "position")
-            )
+            yield _vectors(pairing, element, "position", one.pose.origin, theirs.origin, "m", _of(keys, "position"))
     else:
         pairing.aligned[number] = exact
         if moved:
-            cause = causes.of_vector(one.pose.origin, theirs.origin, one.pose.axes, "position")
-            yield _vectors(
-                pairing, element, "position", one.pose.origin, theirs.origin, "m", cause, _of(keys, "position")
-            )
+            yield _vectors(pairing, element, "position", one.pose.origin, theirs.origin, "m", _of(keys, "position"))
     yield from _axes(pairing, one, other, pairing.aligned[number])
 
 
@@ -289,8 +276,7 @@ def _axes(pairing: Pairing, one: Link, other: Link, aligned: Placement) -> Itera
         turned = aligned.axes @ theirs
         if not pairing.near_axes(mine, turned):
             keys = f"joints.{one.joint}.{name}", f"joints.{other.joint}.{name}"
-            cause = causes.of_vector(mine, turned, one.pose.axes, "axis")
-            yield _vectors(pairing, f"joints.{one.joint}", name, mine, turned, "", cause, keys)
+            yield _vectors(pairing, f"joints.{one.joint}", name, mine, turned, "", keys)
 
 
 def _weighed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
@@ -300,11 +286,11 @@ def _weighed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[
     if carrying == {name for name, body in other.bodies.items() if _has_inertia(body.inertia)}:
         for name in one.bodies:
             if name in carrying:
-                yield from _of_body(pairing, name, one.bodies[name], other.bodies[name], aligned, one.pose.axes)
+                yield from _of_body(pairing, name, one.bodies[name], other.bodies[name], aligned)
         return
     names = tuple(next(iter(carrying & set(link.bodies)), link.body) for link in (one, other))
     moved = other.whole.moved(*aligned)
-    yield from _of_inertia(pairing, (names[0], names[1]), one.whole, moved, one.pose.axes)
+    yield from _of_inertia(pairing, (names[0], names[1]), one.whole, moved)
 
 
 def _has_inertia(inertia: Inertia) -> bool:
@@ -312,7 +298,7 @@ def _has_inertia(inertia: Inertia) -> bool:
 
 
 def _of_body(
-    pairing: Pairing, name: str, one: PlacedBody, other: PlacedBody, aligned: Placement, turned: Array
+    pairing: Pairing, name: str, one: PlacedBody, other: PlacedBody, aligned: Placement
 ) -> Iterator[Difference]:
     mine, theirs = one.in_link, other.in_link.moved(*aligned)
     if pairing.alike(mine, theirs):
@@ -321,35 +307,26 @@ def _of_body(
     if one.joint and not pairing.near(one.place, place) and pairing.alike(one.inertia, other.inertia):
         keys = f"joints.{one.joint}", f"joints.{other.joint or one.joint}"
         if not pairing.near_axes(one.place.axes, place.axes):
-            cause = causes.of_rotation(one.place.axes, place.axes)
             values = one.place.axes.ravel(), place.axes.ravel()
-            yield _vectors(pairing, keys[0], "orientation", *values, "", cause, _of(keys, "orientation"))
+            yield _vectors(pairing, keys[0], "orientation", *values, "", _of(keys, "orientation"))
         if not pairing.near_points(one.place.origin, place.origin):
-            cause = causes.of_vector(one.place.origin, place.origin, one.place.axes, "position")
-            yield _vectors(
-                pairing, keys[0], "position", one.place.origin, place.origin, "m", cause, _of(keys, "position")
-            )
+            yield _vectors(pairing, keys[0], "position", one.place.origin, place.origin, "m", _of(keys, "position"))
         return
     back = one.place.inverse()
-    yield from _of_inertia(pairing, (name, name), one.inertia, theirs.moved(*back), turned)
+    yield from _of_inertia(pairing, (name, name), one.inertia, theirs.moved(*back))
 
 
-def _of_inertia(
-    pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia, turned: Array
-) -> Iterator[Difference]:
-    """Yield differences of mass properties in the first's frame; ``turned``: axes of the frame to the parent's."""
+def _of_inertia(pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia) -> Iterator[Difference]:
+    """Yield differences of mass properties in the first's frame."""
     element, keys = f"bodies.{names[0]}", (f"bodies.{names[0]}", f"bodies.{names[1]}")
     if abs(one.mass - other.mass) > pairing.tolerance * max(one.mass, other.mass):
-        cause = causes.of_number(one.mass, other.mass, "mass")
-        yield Difference(element, "mass", one.mass, other.mass, "kg", _places(pairing, _of(keys, "mass")), cause)
+        yield Difference(element, "mass", one.mass, other.mass, "kg", _places(pairing, _of(keys, "mass")))
     if one.mass and other.mass and not pairing.near_points(one.center, other.center):
-        cause = causes.of_vector(one.center, other.center, turned, "position")
         values = one.center, other.center
-        yield _vectors(pairing, element, "center_of_mass", *values, "m", cause, _of(keys, "center_of_mass"))
+        yield _vectors(pairing, element, "center_of_mass", *values, "m", _of(keys, "center_of_mass"))
     if not pairing.near_inertias(one, other):
-        cause = causes.of_inertia(one.about_center, other.about_center, one.mass, one.center, turned)
         values = np.array(entries_of(one.about_center)), np.array(entries_of(other.about_center))
-        yield _vectors(pairing, element, "inertia", *values, "kg m^2", cause, _of(keys, "inertia"))
+        yield _vectors(pairing, element, "inertia", *values, "kg m^2", _of(keys, "inertia"))
 
 
 def _of_joint(pairing: Pairing, one: Link, other: Link) -> Iterator[Difference]:
@@ -363,23 +340,15 @@ def _of_joint(pairing: Pairing, one: Link, other: Link) -> Iterator[Difference]:
         name = quantity.partition("[")[0]
         key = _KEYS.get(name, name)
         places = _places(pairing, (f"joints.{one.joint}.{key}", f"joints.{other.joint}.{key}"))
-        cause = causes.of_number(mine, theirs, "limit" if name in ("lower", "upper") else name.replace("_", " "))
-        end = one.numbers.get(_opposite(quantity))
-        if name in ("lower", "upper") and isinstance(end, float) and theirs == -end:
-            cause = "the range of an opposite axis"
         units = tuple(JOINTS[one.type].coordinates.values()) if one.type in JOINTS else ()
         index = int(quantity.partition("[")[2].rstrip("]") or 0)
         unit = _UNITS[name][units[index] == "m"] if name in _UNITS and index < len(units) else ""
-        yield Difference(f"joints.{one.joint}", quantity, _shown(mine), _shown(theirs), unit, places, cause)
+        yield Difference(f"joints.{one.joint}", quantity, _shown(mine), _shown(theirs), unit, places)
 
 
 def _shown(value: float | str) -> float | str | None:
     """Return a value for the report; None for an end without a limit."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
-
-
-def _opposite(quantity: str) -> str:
-    return quantity.replace("lower", "upper") if "lower" in quantity else quantity.replace("upper", "lower")
 
 
 def equal(mine: float | str, theirs: float | str, tolerance: float) -> bool:
@@ -445,13 +414,11 @@ def _loop(pairing: Pairing, loop: Loop, partner: Loop, keys: tuple[str, str]) ->
                 continue
             place = pairing.aligned.get(mine[0], AT_ORIGIN).then(other[1])
             if not pairing.near_points(mine[1].origin, place.origin):
-                cause = causes.of_vector(mine[1].origin, place.origin, mine[1].axes, "position")
                 values = mine[1].origin, place.origin
-                yield _vectors(pairing, keys[0], f"{side} position", *values, "m", cause, _of(keys, side))
+                yield _vectors(pairing, keys[0], f"{side} position", *values, "m", _of(keys, side))
             if uses in ("z", "x and z") and not pairing.near_axes(mine[1].axes[:, 2], place.axes[:, 2]):
-                cause = causes.of_vector(mine[1].axes[:, 2], place.axes[:, 2], mine[1].axes, "axis")
                 values = mine[1].axes[:, 2], place.axes[:, 2]
-                yield _vectors(pairing, keys[0], f"{side} axis", *values, "", cause, _of(keys, side))
+                yield _vectors(pairing, keys[0], f"{side} axis", *values, "", _of(keys, side))
         if loop.type == "fixed":
             mine_axes = loop.first[1].axes @ loop.second[1].axes.T
             ends = [
@@ -460,10 +427,8 @@ def _loop(pairing: Pairing, loop: Loop, partner: Loop, keys: tuple[str, str]) ->
             ]
             their_axes = ends[0] @ ends[1].T
             if not pairing.near_axes(mine_axes, their_axes):
-                cause = causes.of_rotation(mine_axes, their_axes)
-                yield _vectors(pairing, keys[0], "orientation", mine_axes.ravel(), their_axes.ravel(), "", cause, keys)
+                yield _vectors(pairing, keys[0], "orientation", mine_axes.ravel(), their_axes.ravel(), "", keys)
     for name in loop.numbers:
         mine_value, their_value = loop.numbers[name], partner.numbers.get(name)
         if their_value is not None and not equal(mine_value, their_value, pairing.tolerance):
-            cause = causes.of_number(mine_value, their_value, name)
-            yield Difference(keys[0], name, mine_value, their_value, "", _places(pairing, _of(keys, name)), cause)
+            yield Difference(keys[0], name, mine_value, their_value, "", _places(pairing, _of(keys, name)))

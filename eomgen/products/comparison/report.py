@@ -1,10 +1,11 @@
-"""Results of a comparison: differences with places and likely causes, and the text of the report."""
+"""Results of a comparison: differences with places, and the text of the report."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+from eomgen.base.calls import unknown_attribute
 from eomgen.base.data import asdict, dataclass
 
 #: Numbers of a vector in a line of text; more are left out.
@@ -28,8 +29,6 @@ class Difference:
     unit : str
     places : tuple of str
         ``file:line`` in both descriptions; empty if unknown.
-    cause : str
-        Likely cause; empty if no usual mistake explains the values.
     """
 
     element: str
@@ -38,7 +37,9 @@ class Difference:
     second: Any
     unit: str = ""
     places: tuple[str, str] = ("", "")
-    cause: str = ""
+
+    def __getattr__(self, name: str) -> Any:
+        raise unknown_attribute(self, name)
 
     @property
     def texts(self) -> tuple[str, str]:
@@ -49,7 +50,7 @@ class Difference:
         unit = f" {self.unit}" if self.unit else ""
         where = " and ".join(place for place in self.places if place)
         text = f"{self.element}: {self.quantity} is {self.texts[0]} and {self.texts[1]}{unit}"
-        return f"{text}{f' ({where})' if where else ''}{f'; {self.cause}' if self.cause else ''}"
+        return f"{text}{f' ({where})' if where else ''}"
 
 
 @dataclass(frozen=True)
