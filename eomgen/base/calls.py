@@ -21,7 +21,6 @@ from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 from eomgen.base.data import wrap_method
 from eomgen.base.messages import counted, nearest, shown
 from eomgen.base.products import fault_of_absent, public_names, rows_of
-from eomgen.base.removed import fault_of_removed
 from eomgen.base.verbs import OWNERS, methods
 from eomgen.errors import Problem, UsageError
 
@@ -370,6 +369,8 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
         except AttributeError as error:
             return error
     article = "an" if kind[0] in "AEIOU" else "a"
+    from eomgen.base.removed import fault_of_removed  # noqa: PLC0415  # for a mistake only
+
     if gone := fault_of_removed("attribute", f"{kind}.{name}"):
         return UnknownAttribute(Problem("", *gone))
     if kind in OWNERS and (absent := fault_of_absent(name)):

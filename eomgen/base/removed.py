@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-
-from eomgen.errors import Problem, UsageError
+from collections.abc import Mapping
 
 _NO_CYCLES = "a demand on the error; eomgen simulate --timing measures steps"
 #: Replacement by name, for each kind of name. Options follow their verb: "tune --step"; arguments are `tune(step)`.
@@ -24,10 +22,3 @@ def fault_of_removed(kind: str, name: str) -> tuple[str, str] | None:
     """Return the fault of a name that was removed, and its replacement; None for any other name."""
     replacement = REMOVED[kind].get(name)
     return (f"the {kind} {name} was removed [E2236]", replacement) if replacement else None
-
-
-def check_arguments(function: str, given: Iterable[str]) -> None:
-    """Raise UsageError for an argument of a function that was removed."""
-    for name in given:
-        if gone := fault_of_removed("argument", f"{function}({name})"):
-            raise UsageError(Problem(function, *gone))

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.messages import shown
-from eomgen.base.removed import check_arguments
+from eomgen.base.removed import fault_of_removed
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verified
@@ -93,7 +93,9 @@ def tune(
     NumericalError
         There is no sufficiently accurate reference, or no configuration meets the demand within the budget.
     """
-    check_arguments("tune", reading)
+    for name in reading:
+        if gone := fault_of_removed("argument", f"tune({name})"):
+            raise UsageError(Problem("tune", *gone))
     if error is None:
         raise UsageError(Problem("tune", "a demand on the error is needed [E1123]", "error=1e-4"))
     if not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
