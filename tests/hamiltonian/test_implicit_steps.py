@@ -214,7 +214,7 @@ def test_a_run_is_interrupted_within_a_row_and_keeps_the_state_there() -> None:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
     assert time.process_time() - began < 1.0
-    assert not run.success and run.message.startswith("interrupted at t = ")
+    assert run.interrupted and not run.success and run.message.startswith("interrupted at t = ")
     assert len(run.t) == 2 and run.t[-1] == run.stats["steps"] * 1e-3 > 0
     assert str(run.error_estimate) == "not known: the run did not reach its end"
     steps = int(run.stats["steps"])

@@ -255,6 +255,7 @@ class HamiltonianModel:
             "; ".join(note for note in notes if note),
             self._metadata(chosen, first, step, allowed, kept, values),
             errors,
+            interrupted=status < 0,
         )
 
     def _observed(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], NamedResults[Array]]:

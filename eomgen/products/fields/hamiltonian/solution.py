@@ -184,6 +184,8 @@ class HamiltonianSolution:
         Names, units, method, step, parameters.
     error_estimate : StepErrors
         Discretisation errors of coordinates and momenta; printed in words.
+    interrupted : bool
+        Whether Ctrl-C has ended the run early.
     """
 
     t: Array
@@ -196,6 +198,7 @@ class HamiltonianSolution:
     message: str
     metadata: Mapping[str, Any] = field(default_factory=dict)
     error_estimate: StepErrors = field(default_factory=StepErrors)
+    interrupted: bool = False
 
     def __repr__(self) -> str:
         return f"HamiltonianSolution({self.metadata['name']}: {self.message}, {len(self.t)} rows)"
