@@ -273,10 +273,9 @@ def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panel
         part, removed = every[-1] / every[0], float(np.linalg.norm(every[every < 0.0]) / np.linalg.norm(every))
         if not repair:
             fault = (
-                f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the"
-                f" largest; [E0973]"
+                f"the covariance is not positive: an eigenvalue of it in the window is {part:.3g} times the largest;"
+                f" the nearest positive one differs from it by {removed:.2g} of its norm [E0973]"
             )
-            fault += f" the nearest positive one differs from it by {removed:.2g} of its norm"
             hint = "a covariance that some process has: its spectrum is nowhere negative; or covariance_repair = "
             raise UsageError(Problem("", fault, f'{hint}"nearest"'))
         total = float(np.sum(every[every > 0.0]))

@@ -399,7 +399,7 @@ class Processes:
         except UsageError as error:
             (problem,) = error.problems
             fault, hint = problem.what, problem.hint
-            if entry.covariance_of == "translated" and fault.startswith("the covariance is not positive"):
+            if entry.covariance_of == "translated" and problem.code == "E0973":
                 fault = (
                     f"no Gaussian process is translated to this covariance: its own would not be one: {fault} [E1023]"
                 )
