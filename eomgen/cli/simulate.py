@@ -224,12 +224,14 @@ def _print(
 
 def _rows_of_run(solution: Solution) -> list[tuple[str, str]]:
     """Return the method, start, end and events of a run."""
+    from eomgen.compiled.initial_state import CORRECTED, LOST  # noqa: PLC0415  # NumPy comes with it
+
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"
     own = [key for key in ("rho_inf", "alpha_m", "alpha_f", "beta", "gamma", "tolerance", "order") if key in settings]
     method += "".join(f", {key} {settings[key]:.4g}" for key in own)
     rows: list[tuple[str, str]] = [("method", method), ("start", solution.metadata["start"])]
-    rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.startswith("corrected onto ")]
+    rows += [("", sentence) for sentence in solution.metadata["corrections"] if sentence.code in (CORRECTED, LOST)]
     rows.append(("end", f"t = {solution.t[-1]:.9g} s, {counted(len(solution.t), 'row')}"))
     if solution.events.counts:
         rows += [(f"event {name}", _times(solution.events, name)) for name in solution.events.counts]

@@ -13,9 +13,8 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import distinct, shown
 from eomgen.compiled.arguments import by_name, check_finite, check_name, check_quaternions, measured, numbers
 from eomgen.compiled.beams import placed_nodes
-from eomgen.errors import Problem, UsageError
+from eomgen.errors import Message, Problem, UsageError
 from eomgen.formula.units.labels import several_turns
-from eomgen.solvers.beams import STRAINED
 from eomgen.system.description import WrittenStart
 
 if TYPE_CHECKING:
@@ -308,25 +307,14 @@ def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[
     return tuple(own.values())
 
 
-#: Beginning of the sentence.
-CORRECTED = "corrected onto the constraints: "
+#: Codes of sentences on a start: values that the constraints change; initial values that are lost among them although
+#: the constraints leave as many free; beams that a loop strains. Messages of runs have the last two.
+CORRECTED, LOST, STRAINED = "W0305", "W0306", "W0287"
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
 #: are listed.
 _TOLD, _LISTED = 1e-6, 6
 #: Part by which a value may change that was asked for: digits of a scene.
 _KEPT = 0.01
-_HOLD = "; try: hold = true to keep "
-
-
-def tells_strain(sentence: str) -> bool:
-    """Return whether a sentence on a start is about beams that a loop strains."""
-    return STRAINED in sentence
-
-
-def tells_of_start(sentence: str) -> bool:
-    """Return whether a sentence on a start belongs into the message of a run: strained beams, and initial values that
-    are lost although the constraints leave as many free."""
-    return tells_strain(sentence) or _HOLD in sentence
 
 
 def corrected_start(
@@ -337,7 +325,7 @@ def corrected_start(
     *,
     freedoms: int,
     starts: Sequence[WrittenStart] = (),
-) -> list[str]:
+) -> list[Message]:
     """Return a sentence on the largest changes from a guess to a consistent state; none if changes are small.
 
     Values of which no more are given than can be chosen were asked for; if there are more, these are guesses of a
@@ -365,11 +353,14 @@ def corrected_start(
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
                 words = f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"
                 changed.append((bool(asked and before[k] and share > _KEPT), share, words, name))
+    if not changed:
+        return []
     changed.sort(key=lambda change: (not change[0], -change[1]))
-    more = f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
-    lost = [name for asked_for, _, _, name in changed[:_LISTED] if asked_for]
-    hold = f"{_HOLD}{', '.join(lost)}" if lost else ""
-    return [f"{CORRECTED}{', '.join(words for _, _, words, _ in changed[:_LISTED])}{more}{hold}"] if changed else []
+    told = ", ".join(words for _, _, words, _ in changed[:_LISTED])
+    told += f" and {len(changed) - _LISTED} more" if len(changed) > _LISTED else ""
+    if lost := ", ".join(name for asked_for, _, _, name in changed[:_LISTED] if asked_for):
+        return [Message(f"corrected onto the constraints: {told}; try: hold = true to keep {lost} [W0306]")]
+    return [Message(f"corrected onto the constraints: {told} [W0305]")]
 
 
 def _sizes_of_units(units: Sequence[str], largest: Array, extent: float) -> list[float]:

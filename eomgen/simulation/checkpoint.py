@@ -149,7 +149,7 @@ def checkpoint_of(run: Run, library: Library, stepper: Stepper) -> Checkpoint:
         "record_every": run.every,
         "t_start": run.grid.start,
         "t_end": run.grid.end,
-        "corrections": list(run.corrections),
+        "corrections": [sentence.line for sentence in run.corrections],
         "start": run.begun,
         "bounded_for": run.bounded_for,
         "inputs": {name: kind_of(signal) for name, signal in given.items()},

@@ -13,8 +13,6 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.lie.product import Factor
 
-#: Part of the sentence on beams that a loop strains.
-STRAINED = "the loop closes only with strained beams"
 #: Finite-difference step, rad, or relative to the length of the longest beam.
 _STEP = 1e-6
 #: Number of configurations per evaluation of poses.
@@ -129,6 +127,6 @@ class StrainedStart:
 
     def __str__(self) -> str:
         return (
-            f"{STRAINED}: strain energy {self.energy:.3g} J, largest section force"
+            f"the loop closes only with strained beams: strain energy {self.energy:.3g} J, largest section force"
             f" {self.force:.3g} N in element {self.element} of the beam {self.beam}"
         )

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.initial_state import tells_strain
+from eomgen.compiled.initial_state import STRAINED
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Message
@@ -80,7 +80,7 @@ def end_of(run: FinishedRun) -> str:
         fault, hint = failed_controller(stepper)
         return f"stopped at t = {t:.9g} s, after {of_all}: {fault}; try: {hint}"
     details, hint = _diagnosis(last_run, stepper, trajectory, _last_state(last_run, trajectory, run.events))
-    if any(tells_strain(text) for text in last_run.corrections):  # the message says how much at the end
+    if any(text.code == STRAINED for text in last_run.corrections):  # the message says how much at the end
         hint = f"an initial state nearer to assembly, or lengths that fit, so that beams start unstrained; or {hint}"
     steps = f"{of_all}{_own_steps(stepper.statistics, last_run.model)}"
     text = stepper.status_text(trajectory.status)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.errors import Message
 from eomgen.integrators.families.register import Method
 from eomgen.integrators.stepper_layout import default_settings
 from eomgen.simulation.stepping.controllers import CallerControllers
@@ -46,7 +47,7 @@ class Run:
     signals: InputSignals
     grid: TimeGrid
     every: int
-    corrections: Sequence[str] = ()
+    corrections: Sequence[Message] = ()
     begun: str = SCENE_START
     controllers: CallerControllers | None = None
     bounded_for: str = ""
@@ -89,7 +90,7 @@ def stored_run(
     grid = time_grid(start, end, step, library.real)
     given = read_signals(inputs, model.inputs, grid.steps)
     signals = InputSignals(model.inputs, given, scene_inputs(model, p), step, start, jumps_known(library))
-    every, corrections = int(data["record_every"]), data.get("corrections", [])
+    every, corrections = int(data["record_every"]), [*map(Message, data.get("corrections", []))]
     begun = data.get("start", SCENE_START)
     known = corrections, begun, controllers, data.get("bounded_for", "")
     return Run(model, data["method"], method, settings, p, signals, grid, every, *known)

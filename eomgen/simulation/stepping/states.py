@@ -13,12 +13,13 @@ from eomgen.base.arrays import Array
 from eomgen.compiled.equations import of_motion
 from eomgen.compiled.initial_state import (
     CORRECTED,
+    LOST,
+    STRAINED,
     InitialState,
     corrected_start,
     initial_state,
     kept_components,
     starts_of,
-    tells_of_start,
 )
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.model import consistent as consistent_state
@@ -141,7 +142,7 @@ def starts_at_equilibrium(start: str | None, given: bool, of_scene: str) -> bool
 
 def start_of(
     run: Run, initial: Mapping[str, Any] | None, *, equilibrium_start: bool, changed: bool
-) -> tuple[InitialState, list[str], list[str]]:
+) -> tuple[InitialState, list[Message], list[str]]:
     """Return the initial state of a run, a sentence for each change of the requested state, and notes on its doubts.
 
     Parameters
@@ -151,9 +152,9 @@ def start_of(
     """
     model, p, t = run.model, run.parameters, run.grid.start
     own = not initial and p.tolist() == list(model.parameters.values())
-    state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), []
+    state, sentences = initial_state(model, initial, p, asked=not (own or equilibrium_start)), list[str]()
     if own:
-        sentences = [note for note in model.notes if note.startswith(CORRECTED) or tells_of_start(note)]
+        sentences = [note for note in map(Message, model.notes) if note.code in (CORRECTED, LOST, STRAINED)]
     notes: list[str] = []
     if equilibrium_start:
         inputs = run.driven(np.array([t]))[0] if run.driven else None
@@ -175,5 +176,5 @@ def start_of(
         sentences += [*consistent.corrections(), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
-    notes = [*notes, *(text for text in sentences if tells_of_start(text))]
-    return state, sentences, notes
+    corrections = [*map(Message, sentences)]
+    return state, corrections, [*notes, *(text for text in corrections if text.code in (LOST, STRAINED))]
