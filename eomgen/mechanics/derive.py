@@ -151,8 +151,8 @@ def derive(
         derivation = (shared or SharedTape(scene)).derivation(without_rows, disturbed=disturbed)
         return _assembled(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
-        if cause := next((note for note in scene.notes if note.startswith(UNRESISTED)), None):
-            fault, hint = cause.split("; try: ")
+        if cause := next((note for note in scene.notes if Message(note).code in UNRESISTED), None):
+            fault, _, hint = cause.partition("; try: ")
             raise ModelError(Problem(scene.name, fault, hint)) from None
         fault = (
             "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a"

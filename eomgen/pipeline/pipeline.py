@@ -15,7 +15,7 @@ from eomgen.base.calls import checked_call, names_of
 from eomgen.base.data import dataclass, replace, without_garbage_collection
 from eomgen.base.extensions import extensions, loaded
 from eomgen.base.messages import Log, log_notes, shown
-from eomgen.errors import DescriptionError, EomgenError, ModelError, Problem, ToolchainError, UsageError
+from eomgen.errors import DescriptionError, EomgenError, Message, ModelError, Problem, ToolchainError, UsageError
 from eomgen.pipeline.content import fingerprint, library_content
 from eomgen.pipeline.front_end import Document, FrontEnd, file_kinds, is_scene, other_document
 from eomgen.pipeline.readings import StoredScene, record_of, record_of_document, store, stored_scene
@@ -541,7 +541,7 @@ def built_in(
         return _library(document, front_end, _selected(others), _method_name(described, method), of_complex)
 
     for note in library.layout["notes"] if "forward_dynamics" in there else ():
-        if note.startswith(UNRESISTED):
+        if Message(note).code in UNRESISTED:
             warnings.warn(f"{described.name}: {note}", RuntimeWarning, stacklevel=3)
 
     def branches() -> Branches:

@@ -17,8 +17,8 @@ Inputs = tuple[str, ...]
 
 #: Highest time derivative of inverse dynamics that can be asked for.
 HIGHEST_RATE = 8
-#: Beginning of the notes on motions without inertia, in which ``forward_dynamics`` has no answer.
-UNRESISTED = "no inertia resists "
+#: Codes of the notes on motions without inertia, in which ``forward_dynamics`` has no answer.
+UNRESISTED = frozenset({"W0134", "W0269"})
 
 
 @dataclass(frozen=True)

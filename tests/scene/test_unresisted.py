@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.errors import DescriptionError, ModelError
+from eomgen.errors import DescriptionError, Message, ModelError
 from eomgen.mechanics.derive import derive
 from eomgen.scene.joints.moved_inertia import coupled_by_mimic
 from eomgen.scene.load import from_data
@@ -54,7 +54,7 @@ def random_tree(seed: int) -> dict[str, Any]:
 
 
 def unresisted(scene: Scene) -> list[str]:
-    return [note for note in scene.notes if note.startswith(UNRESISTED)]
+    return [note for note in scene.notes if Message(note).code in UNRESISTED]
 
 
 def is_singular(scene: Scene) -> bool:

@@ -20,7 +20,6 @@ from eomgen.scene.joints.model import Joint
 from eomgen.scene.joints.moved_inertia import coupled_by_mimic
 from eomgen.scene.joints.tree import displaced, twist_transform
 from eomgen.scene.reading.values import Values
-from eomgen.system.terms import UNRESISTED
 
 #: An inertia counts as zero below this part of its value with the outer joints held.
 _NOTHING = 1e-11
@@ -111,11 +110,11 @@ def _motions(
             answers.setdefault(joint.parent, []).append((joint, answer @ X, follow))
     if bare:
         names = [joint.name for joint in joints if joint.name in bare]
-        note = (
-            f"{UNRESISTED}{', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia matrix"
+        notes.append(
+            f"no inertia resists {', '.join(names)}: no body beyond has mass or inertia in their motion, so the inertia"
+            " matrix is singular and forward dynamics has no answer; try:"
+            f" lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]"
         )
-        note += " is singular and forward dynamics has no answer"
-        notes.append(f"{note}; try: lock={names!r}, or terms=['poses', 'inverse_dynamics'] [W0269]")
     return notes[::-1]
 
 
@@ -155,17 +154,13 @@ def _note(joint: Joint, moved: Array, beyond: Sequence[tuple[Joint, Array]], ine
     """Say which joints move together without moving mass, and which body would stop that."""
     rates = {other.name: float(np.linalg.norm(rate @ moved)) for other, rate in beyond}
     with_it = [name for name, rate in rates.items() if rate > _SHARE * max(rates.values())]
-    note = f"{UNRESISTED}the {joint.type} joint {joint.name}" + (
-        f" together with {listed(with_it[::-1])}" if with_it else ""
-    )
-    note += (
-        ": they can move without moving any mass, so the inertia matrix is singular and forward dynamics has no answer"
-    )
+    together = f" together with {listed(with_it[::-1])}" if with_it else ""
     light = inertias.get(joint.child)
     missing = "mass and inertia" if light is None or not light.mass else "inertia"
     return (
-        f"{note}; try: {missing} for the body {joint.child}, or a fixed joint in place of one of them (of other"
-        " formats: root or lock) [W0134]"
+        f"no inertia resists the {joint.type} joint {joint.name}{together}: they can move without moving any mass, so"
+        f" the inertia matrix is singular and forward dynamics has no answer; try: {missing} for the body"
+        f" {joint.child}, or a fixed joint in place of one of them (of other formats: root or lock) [W0134]"
     )
 
 
