@@ -483,7 +483,7 @@ class _FormulaReader:
         unit = re.fullmatch(rf"\s*([\d.eE+-]+?)\s*\*\s*({re.escape(name)})\s*", self.text.text)
         if unit and name not in DEGREES:
             hint = of_product(unit[1], unit[2]) or hint
-        return self.error(node, f"unknown name {shown(name)} [E1553]", hint)
+        return FormulaError(f"unknown name {shown(name)} [E1553]", self.text.column(node.col_offset), hint, name)
 
     def declared(self) -> list[str]:
         """Return the names of numbers that the scene declares."""

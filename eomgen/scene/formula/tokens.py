@@ -54,13 +54,15 @@ _ALPHABET = "ASCII letters, digits and + - * / ** ( ) [ ] , . < >"
 
 
 class FormulaError(DescriptionError):
-    """A formula that cannot be read: ``fault``, ``column`` (from 1) and ``hint``; ``what`` is fault with column."""
+    """A formula that cannot be read: ``fault``, ``column`` (from 1) and ``hint``; ``what`` is fault with column,
+    ``name`` the unknown name, if that is the fault."""
 
-    def __init__(self, fault: str, column: int, hint: str = "") -> None:
+    def __init__(self, fault: str, column: int, hint: str = "", name: str = "") -> None:
         self.fault = fault
         self.what = f"{fault} (column {column})"
         self.column = column
         self.hint = hint
+        self.name = name
         super().__init__(Problem("formula", self.what, hint))
 
 

@@ -140,12 +140,11 @@ class FieldEntries(Generic[Kind]):
 
     def hint(self, error: FormulaError) -> str:
         """Return a hint for a formula with a fault."""
-        own = [name for name in self.names_in("definitions") if error.fault.startswith(f"unknown name {shown(name)}")]
-        if own:
-            return f"the formula of {own[0]}: numbers are of parameters alone"
+        if error.name in self.names_in("definitions"):
+            return f"the formula of {error.name}: numbers are of parameters alone"
         if error.hint == IN_PLACE:  # such files have no inputs
             return "shorter definitions, or terms that repeat"
-        if "units are not read" in error.what:
+        if error.code in ("E0319", "E1581"):  # a number with a unit
             return 'the number alone; unit = "m" with it is a label'
         return error.hint
 

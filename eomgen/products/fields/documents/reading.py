@@ -135,9 +135,9 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
         )
 
     def hint(self, error: FormulaError) -> str:
-        if error.what.startswith("unknown name 'p'"):
+        if error.name == "p":
             return 'p_x for the momentum of x, or momentum = "p" in its coordinate'
-        if error.what.startswith("unknown name 'v_"):
+        if error.name.startswith("v_"):
             return "the momentum: H has p_x**2/(2*m) in place of m*v_x**2/2"
         return super().hint(error)
 
