@@ -15,6 +15,7 @@ import pytest
 import eomgen
 from eomgen.cli import main
 from eomgen.compiled.functions import Functions
+from eomgen.errors import Message
 from eomgen.mechanics import derive as derive_module
 from eomgen.mechanics.constraints.rows import ConstraintCalculus
 from eomgen.mechanics.dynamics import separated
@@ -402,6 +403,13 @@ def test_an_error_ends_with_exit_code_6_and_its_name(
 
 def test_a_report_of_nothing_has_not_passed() -> None:
     assert not CheckReport("empty", (), 0, ()).passed
+
+
+def test_a_scene_with_states_left_out_agrees_where_defined() -> None:
+    forms = (FormReport("tau", "", "", "agrees"),)
+    others, left_out = Message("2 of 4 states were not found [W0088]"), Message("all states but one [W0087]")
+    assert CheckReport("some", (), 0, forms, (others,)).summary == "all agree"
+    assert CheckReport("some", (), 0, forms, (others, left_out)).summary == "all agree where defined"
 
 
 @pytest.mark.usefixtures("derived_once")

@@ -15,7 +15,7 @@ from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import new_figure, saved
 from eomgen.base.files import write_text
 from eomgen.base.json_text import json_text
-from eomgen.errors import FileError, Problem
+from eomgen.errors import FileError, Message, Problem
 from eomgen.products.studies.verification.differences import LADDER
 
 #: ``agrees``; ``FAILS``; ``undecided``: neither way of differentiating gives digits; ``no state``: no state at which
@@ -153,8 +153,8 @@ def _panel(axis: Any, family: str, forms: Sequence[FormReport]) -> None:
     axis.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, frameon=False, fontsize=8)
 
 
-#: Beginnings of remarks and notes on states at which a function or its derivative is not defined.
-_NOT_DEFINED = ("not a number", "not smooth", "unbounded derivative", "left out")
+#: Code of the note on states that are left out because the equations of motion are not finite there.
+_LEFT_OUT = "W0087"
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ class CheckReport:
         if not self.passed:
             forms = f"{len(self.forms)} closed form{'s' * (len(self.forms) != 1)}"
             return f"{len(self.failures)} of {forms} not shown to agree"
-        partly = any(text.startswith(_NOT_DEFINED) for text in (*self.remarks, *self.notes))
+        partly = self.remarks or any(Message(note).code == _LEFT_OUT for note in self.notes)
         return "all agree where defined" if partly else "all agree"
 
     @property
