@@ -224,7 +224,7 @@ def _print(
 
 def _rows_of_run(solution: Solution) -> list[tuple[str, str]]:
     """Return the method, start, end and events of a run."""
-    from eomgen.compiled.initial_state import CORRECTED, LOST  # noqa: PLC0415  # NumPy comes with it
+    from eomgen.system.description import CORRECTED, LOST  # noqa: PLC0415  # NumPy comes with it
 
     settings = solution.metadata["settings"]
     method = f"{solution.metadata['method']}, step {settings['step']:.6g} s"

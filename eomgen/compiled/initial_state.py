@@ -307,9 +307,6 @@ def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[
     return tuple(own.values())
 
 
-#: Codes of sentences on a start: values that the constraints change; initial values that are lost among them although
-#: the constraints leave as many free; beams that a loop strains. Messages of runs have the last two.
-CORRECTED, LOST, STRAINED = "W0305", "W0306", "W0287"
 #: Parts of the machine, of 1 rad, or of the largest velocity of the unit, from which on a change is reported; how many
 #: are listed.
 _TOLD, _LISTED = 1e-6, 6

@@ -31,6 +31,9 @@ WORLD = "world"
 LARGEST_ANGLE = 1e10
 #: Part of a limit, and of 1 rad or 1 m, that is rounding.
 _ROUNDING = 1e-9
+#: Codes of sentences on a start: values that the constraints change; initial values that are lost among them although
+#: the constraints leave as many free; beams that a loop strains. Messages of runs have the last two.
+CORRECTED, LOST, STRAINED = "W0305", "W0306", "W0287"
 
 
 def component_names(letter: str, name: str, size: int) -> list[str]:

@@ -11,7 +11,8 @@ import pytest
 
 import eomgen
 from eomgen.compiled.consistent_states import consistent_samples
-from eomgen.compiled.initial_state import LOST, starts_of
+from eomgen.compiled.initial_state import starts_of
+from eomgen.system.description import LOST
 
 FOUR_BAR = """
 format = 1

@@ -154,9 +154,7 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     else:
         _print(solution, document)
     say(f"{solution.message}\nwritten to {target}: {', '.join(file.name for file in files)}")
-    if solution.success:
-        return 0
-    return INTERRUPTED if solution.interrupted else NumericalError.exit_code
+    return 0 if solution.success else INTERRUPTED if solution.interrupted else NumericalError.exit_code
 
 
 def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> dict[str, float]:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.compiled.initial_state import STRAINED
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.rest.state_warnings import inertia_warning
 from eomgen.errors import Message
@@ -33,7 +32,7 @@ from eomgen.simulation.stepping.events import ending, parameters_with, without_v
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import states_of
 from eomgen.simulation.stepping.stepper import Stepper
-from eomgen.system.description import LARGEST_ANGLE
+from eomgen.system.description import LARGEST_ANGLE, STRAINED
 
 #: Remedy for a diverging motion without a growing linear mode and without a fast start.
 OTHER_FORCES = (

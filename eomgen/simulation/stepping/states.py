@@ -12,9 +12,6 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.compiled.equations import of_motion
 from eomgen.compiled.initial_state import (
-    CORRECTED,
-    LOST,
-    STRAINED,
     InitialState,
     corrected_start,
     initial_state,
@@ -27,6 +24,7 @@ from eomgen.errors import Message, Problem, UsageError
 from eomgen.lie.product import turned
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.run import SCENE_START, Run
+from eomgen.system.description import CORRECTED, LOST, STRAINED
 
 #: Rows in one call.
 _BATCH = 65536
