@@ -79,7 +79,13 @@ class Assembly:
     strained: StrainedStart | None = None
 
     def corrections(self) -> list[str]:
-        """Return one sentence for each row that the guess did not meet."""
+        """Return one sentence for each row that the guess did not meet.
+
+        Returns
+        -------
+        list of str
+            On the violation before the correction.
+        """
         at_position = [
             f"initial position corrected: {name} was off by {value:.3g} [W0286]"
             for name, value in self.violations.items()
