@@ -41,7 +41,7 @@ FAULTS = {
     "not closed": ("<mujoco>\n<worldbody>", "a.xml:2: this is not XML: no element found (column 12)"),
     "infinite stiffness": (arm(joint='stiffness="inf"'), f"a.xml:4 (joints.j.stiffness[0]): {_NO_NUMBER}inf"),
     "gravity": (arm(rest='<option gravity="nan 0 0"/>'), f"a.xml:8 (gravity[0]): {_NO_NUMBER}nan"),
-    "mass": (arm(geom='mass="1e308"'), f"a.xml:3 (bodies.a.inertia[0]): {_NO_NUMBER}nan"),
+    "mass": (arm(geom='mass="1e308"'), f"a.xml:5: the number '1e308' {_OUT}"),
     "gravcomp": (
         arm().replace('"a"', '"a" gravcomp="1e308"'),
         f"a.xml:3 (forces.gravity_compensation_a.force[0]): {_NO_NUMBER}nan",

@@ -237,7 +237,7 @@ def test_angles_near_a_right_one_are_told_from_exact_ones() -> None:
         assert notes(angle) == [
             f"{exact} elbow",
             (
-                f"angles near a right angle, but not exact, are kept in the placement of the joint shoulder ({angle}): "
+                f"angles near a right angle, but not exact, are kept in the poses of shoulder ({angle}): "
                 "pi/2 written in full, 1.5707963267948966, would be made exact and save operations"
             ),
         ]

@@ -39,8 +39,7 @@ from eomgen.products.robots.scene_draft import (
 from eomgen.products.robots.tree import Edge, Step, Tree, tree_of
 from eomgen.scene.inertia import Inertia, combined, impossible
 from eomgen.scene.joint_types import JOINTS
-from eomgen.scene.reading.report import Report
-from eomgen.scene.rotations import quaternion_of_matrix, rows, snapped_rotation
+from eomgen.scene.rotations import quaternion_of_matrix, snapped_rotation
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 from eomgen.system.description import BASE, WORLD
 
@@ -71,19 +70,19 @@ class Conversion:
     ----------
     limits, friction : bool
         Take limits of position as stops, and dry friction.
-    included : bool
-        Whether the file is a part of a scene, in which its base may move.
+    scene : SceneDraft
+        Without its sections.
     """
 
-    def __init__(self, draft: Draft, report: Report, *, limits: bool, friction: bool, included: bool = False) -> None:
-        self.draft, self.world, self.file = draft, draft.world, report.file
+    def __init__(self, draft: Draft, scene: SceneDraft, *, limits: bool, friction: bool) -> None:
+        self.draft, self.world, self.scene, report = draft, draft.world, scene, scene.report
+        self.file = report.file
         self.limits, self.friction = limits, friction
         self.frames = Frames(self.world, report)
         self.only = next(iter(self.world.models)) if len(self.world.models) == 1 else ""
-        data = {"format": 1, "name": legal_name(draft.name, ()), "bodies": {}, "joints": {}, "frames": {}}
-        self.scene = SceneDraft(report, data, included=included)
+        scene.data |= {"format": 1, "name": legal_name(draft.name, ()), "bodies": {}, "joints": {}, "frames": {}}
         if draft.gravity is not None:
-            data["gravity"] = list(draft.gravity)
+            scene.data["gravity"] = list(draft.gravity)
         self.links: dict[Node, Link] = {}
         self.static: dict[Node, None] = {}
         self.edges: list[Edge] = []
@@ -164,7 +163,8 @@ class Conversion:
             self.scene.refuse(joint.place, "", fault, "two links")
             return
         edge = Edge(key, joint, ends[0], ends[1], held.get(key))
-        axes_in_world(self.frames, edge)  # faults of frames, once
+        for axis in joint.axes:
+            self.frames.known(path, axis.expressed_in or key[1], axis.place, "expressed_in")
         self.edges.append(edge)
 
     def welded(self, written: str) -> Edge:
@@ -287,7 +287,7 @@ class Conversion:
         link, place = self.links[node], self.places[node]
         self.parts.setdefault(place.body, {})[node] = link.inertia.moved(place.orientation, place.position)
         if place.body == BASE and node[1] in self.draft.tunable:
-            fault = f"the link {link.name} is fixed to the base, so its mass and inertia move nothing [E1975]"
+            fault = f"the link {link.name} is fixed to the base, so its mass and inertia have no effect [E1975]"
             raise OptionError("tunable", fault, "a link that a joint moves")
         fault = impossible(float(link.inertia.mass), link.inertia.about_center)
         if fault:
@@ -326,8 +326,7 @@ class Conversion:
     def frame(self, node: Node, place: LinkPlace, line: Place) -> None:
         """Add a frame."""
         name = self.named("body", node)
-        self.scene.data["frames"][name] = {"body": place.body}
-        self.place(self.scene.data["frames"][name], place)
+        self.scene.data["frames"][name] = {"body": place.body, **place.pose}
         self.scene.lines[f"frames.{name}"] = str(line)
 
     def rest(self, link: Node) -> None:
@@ -355,17 +354,16 @@ class Conversion:
         """Place the link that a joint carries: on the body of the other link for a fixed joint, else as a body."""
         start, end, joint = self.places[step.start], step.end, step.edge.joint
         rest = _of(start, self.frames.between(step.start, end))
-        if step.edge.held is not None:
-            turn, shift = displacement(joint, step.edge.held)
+        if step.edge.held is not None or joint.reference:
+            turn, shift = displacement(joint, (step.edge.held or 0.0) - joint.reference)
             position = rest.position + rest.orientation @ shift
             rest = LinkPlace(rest.body, snapped_rotation(rest.orientation @ turn), position)
         if not step.edge.fixed:
             self.carry(step, start, rest)
-        elif end[1] in self.draft.tunable and rest.body != BASE:
+        elif self.links[end].kept or (end[1] in self.draft.tunable and rest.body != BASE):
             body, name = self.body(end), self.named("joint", step.edge.key)
             self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3))
-            self.scene.data["joints"][name] = {"type": "fixed", "parent": rest.body, "child": body}
-            self.place(self.scene.data["joints"][name], rest)
+            self.scene.data["joints"][name] = {"type": "fixed", "parent": rest.body, "child": body, **rest.pose}
             self.scene.lines[f"joints.{name}"] = str(joint.place)
         else:
             self.places[end] = rest
@@ -379,8 +377,9 @@ class Conversion:
         edge, end = step.edge, step.end
         joint, key = edge.joint, edge.key
         offset = self.frames.between(end, key).position
-        lengths = [float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)]
-        at_origin = float(np.linalg.norm(offset)) <= _AT_ORIGIN * max(lengths)
+        at_origin = not offset.any() or float(np.linalg.norm(offset)) <= _AT_ORIGIN * max(
+            float(np.linalg.norm(self.frames.pose(node).position)) for node in (end, key)
+        )
         body = self.body(end, "" if at_origin else "_body")
         self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3) if at_origin else -offset)
         if not at_origin:
@@ -395,11 +394,11 @@ class Conversion:
         name = self.joint_names[key] = self.named("joint", key)
         self.scene.lines[f"joints.{name}"] = str(joint.place)
         kind = joint.type
-        entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body}
+        entry: dict[str, Any] = {"type": kind, "parent": placed.body, "child": body, **joint.entry}
         if kind == "universal" and not are_perpendicular(axes):
             self.carry_by_two(name, entry, placed, axes, written)
             return
-        self.place(entry, placed)
+        entry |= placed.pose
         if axes and JOINTS[kind].coordinates:
             entry["axis"] = axes[0].tolist()
         if kind == "universal":
@@ -418,7 +417,7 @@ class Conversion:
         middle = self.scene.name("body", "", f"{name}_between")
         self.scene.data["bodies"][middle] = {"mass": 0.0}
         first = {"type": "revolute", "parent": placed.body, "child": middle, "axis": axes[0].tolist()}
-        self.place(first, placed)
+        first |= placed.pose
         second = {"type": "revolute", "parent": middle, "child": entry["child"], "axis": axes[1].tolist()}
         for part, own, axis in ((first, name, written[0]), (second, f"{name}_second", written[1])):
             own = own if part is first else self.scene.name("joint", "", own)  # noqa: PLW2901
@@ -426,12 +425,6 @@ class Conversion:
             self.scene.data["joints"][own] = part
         note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"
         self.scene.notes.append(note)
-
-    @staticmethod
-    def place(entry: dict[str, Any], placed: LinkPlace) -> None:
-        """Add the pose of a joint."""
-        turned = [list(row) for row in rows(placed.orientation)]
-        entry |= {"position": placed.position.tolist(), "orientation": turned}
 
     def add_forces(self, name: str, joint: Joint | None, entry: dict[str, Any], axes: Sequence[Any]) -> None:
         """Add springs and dampers, and friction and stops if asked for; note the omissions."""
@@ -492,7 +485,7 @@ class Conversion:
         for link, place in zip((edge.parent, edge.child), sides, strict=True):
             within = Pose(turned, self.frames.pose(key).position).seen_from(self.frames.pose(link))
             ends.append(_of(place, Pose(within.orientation, self.frames.between(link, key).position)))
-        entry = self.constrain(name, kind, ends)
+        entry = self.scene.constrain(name, kind, ends)
         if kind == "helical":
             entry["pitch"] = joint.pitch
         self.forces_of_loop(joint, name, kind, [entry["first"], entry["second"]])
@@ -501,7 +494,7 @@ class Conversion:
         """Make a constraint of a loop; of one whose ends are in one body a note if they meet, else a fault."""
         ends = [_of(self.places[(), link], pose_of(pose)) for link, pose in zip(loop.links, loop.poses, strict=True)]
         if ends[0].body != ends[1].body:
-            self.constrain(loop.name, loop.type, ends)
+            self.scene.constrain(loop.name, loop.type, ends)
             self.scene.lines[f"constraints.{loop.name}"] = str(loop.place)
             return
         apart, angle = gap_of(loop.type, ends)
@@ -513,16 +506,6 @@ class Conversion:
         degrees = float(np.degrees(np.arcsin(min(1.0, angle))))
         fault += f" and turned by {degrees:.3g} degrees" if degrees > np.degrees(_MET) else ""
         self.scene.refuse(loop.place, f"constraints.{loop.name}", fault, "a joint of the loop that is not locked")
-
-    def constrain(self, name: str, kind: str, ends: Sequence[LinkPlace]) -> dict[str, Any]:
-        """Add a constraint between two frames, and return its entry."""
-        entry: dict[str, Any] = {"type": kind}
-        for side, end in zip(("first", "second"), ends, strict=True):
-            entry[side] = {"body": end.body, "position": end.position.tolist()}
-            if kind != "spherical":
-                entry[side] |= {"axis": end.orientation[:, 2].tolist(), "x_axis": end.orientation[:, 0].tolist()}
-        self.scene.section("constraints")[name] = entry
-        return entry
 
     def forces_of_loop(self, joint: Joint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:
         """Add the damper of a joint that closes a loop as a bushing; refuse a spring."""
@@ -552,7 +535,7 @@ class Conversion:
         """Add the damper of a joint without axes, equal in all directions; note its spring, friction and limits."""
         if axis.damping:
             efforts = self.scene.section("efforts")
-            for index in range(3):
+            for index in range(joint.components):
                 formula = f"-{number(axis.damping)} * v.{name}[{index}]"
                 entry = {"joint": name, "index": index, "effort": formula}
                 efforts[self.scene.name("effort", "", f"{name}_damper_{index}")] = entry

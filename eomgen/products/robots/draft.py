@@ -42,7 +42,7 @@ class Visual:
 @dataclass(frozen=True)
 class Link:
     """A link: mass properties in its frame, visuals, and whether gravity pulls it; ``body`` is the name of its body if
-    the link itself has a name that no body can have."""
+    the link itself has a name that no body can have, and a ``kept`` link is a body of its own on a fixed joint, too."""
 
     name: str
     place: Place
@@ -51,6 +51,7 @@ class Link:
     pulled: bool = True
     visuals: Sequence[Visual] = ()
     body: str = ""
+    kept: bool = False
 
 
 @dataclass(frozen=True)
@@ -114,7 +115,9 @@ class Joint:
     parent, child : frames that the joint connects
     pitch : of a screw, m/rad
     cut : whether the file says that the joint closes a loop
-    around : of a joint without axes, as a ball joint: an axis whose dynamics hold in all directions, as in Drake
+    around : of a joint without axes, as a ball joint: an axis whose dynamics hold in all directions
+    reference : coordinate in the configuration of the file
+    entry : further keys in a scene: start, drive and rotor inertia
     """
 
     name: str
@@ -129,6 +132,8 @@ class Joint:
     gear: Gear | None = None
     cut: bool = False
     around: Axis | None = None
+    reference: float = 0.0
+    entry: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def components(self) -> int:

@@ -97,8 +97,8 @@ class Frames:
         """Return the frames from one to the world, each with its pose in the next one."""
         result = []
         node = self.node(*node)
+        self.resolve(node)
         while node != WORLD_NODE:
-            self.resolve(node)
             base, pose = self._bases[node]
             result.append((node, pose))
             node = base

@@ -15,7 +15,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.leftovers import Place
 from eomgen.scene.inertia import Inertia
 from eomgen.scene.reading.report import Report
-from eomgen.scene.rotations import quaternion_of_matrix, rows, snapped_rotation
+from eomgen.scene.rotations import quaternion_of_matrix, rows
 from eomgen.system.description import BASE, WORLD
 
 
@@ -33,14 +33,14 @@ class LinkPlace:
         return LinkPlace(self.body, turned, self.orientation @ position + self.position)
 
     @property
-    def entry(self) -> dict[str, Any]:
-        """Body, position and orientation, as keys of a scene."""
-        return {"body": self.body, "position": self.position.tolist(), "orientation": matrix(self.orientation)}
+    def pose(self) -> dict[str, Any]:
+        """Position and orientation, as keys of a joint or a frame."""
+        return {"position": self.position.tolist(), "orientation": [list(row) for row in rows(self.orientation)]}
 
-
-def matrix(orientation: Array) -> list[list[float]]:
-    """Return an orientation as the key of a scene."""
-    return [list(row) for row in rows(snapped_rotation(orientation))]
+    def end(self, *, turned: bool = True) -> dict[str, Any]:
+        """Return body and position as an end of a constraint or a bushing, with the axes z and x if it is turned."""
+        axes = {"axis": self.orientation[:, 2].tolist(), "x_axis": self.orientation[:, 0].tolist()}
+        return {"body": self.body, "position": self.position.tolist(), **(axes if turned else {})}
 
 
 def number(value: float) -> str:
@@ -181,6 +181,12 @@ class SceneDraft:
                 "parent": BASE,
                 "child": body,
             }
+
+    def constrain(self, name: str, kind: str, ends: Sequence[LinkPlace]) -> dict[str, Any]:
+        """Add a constraint between two frames, and return its entry."""
+        first, second = (end.end(turned=kind != "spherical") for end in ends)
+        entry = self.section("constraints")[name] = {"type": kind, "first": first, "second": second}
+        return entry
 
     def refuse(self, place: Place, key: str, fault: str, hint: str) -> None:
         """Report an element that would change the motion and cannot be converted."""

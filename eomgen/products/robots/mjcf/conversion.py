@@ -10,18 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.messages import legal_name, listed, nearest, shown
+from eomgen.base.messages import listed, nearest, shown
+from eomgen.products.robots.conversion import Conversion
 from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf.actuators import convert_actuators
 from eomgen.products.robots.mjcf.compiled import compiled, elements_of, mujoco_module, out_of_range
 from eomgen.products.robots.mjcf.coverage import note_unknown_attributes
 from eomgen.products.robots.mjcf.draft import Draft
-from eomgen.products.robots.mjcf.equalities import convert_equalities, site_place
+from eomgen.products.robots.mjcf.equalities import convert_equalities
 from eomgen.products.robots.mjcf.fluid import convert_fluid
 from eomgen.products.robots.mjcf.sensors import convert_sensors
 from eomgen.products.robots.mjcf.shapes import convert_geoms
 from eomgen.products.robots.mjcf.tendons import add_pulls, convert_tendons
-from eomgen.products.robots.mjcf.tree import convert_tree
+from eomgen.products.robots.mjcf.tree import BodyReader, add_forces
 from eomgen.scene.reading.report import Report
 from eomgen.scene.sources.source import ConvertedScene, OptionError
 
@@ -76,9 +77,7 @@ def mjcf_data(
     mujoco = mujoco_module()
     elements = elements_of(text, file, path)
     model, warnings = compiled(text, file, path, elements)
-    name = legal_name(_name_of(mujoco, model) or "model", ())
-    data: dict[str, Any] = {"format": 1, "name": name, "bodies": {}, "joints": {}}
-    draft = Draft(Report(file, {}), data, mujoco=mujoco, model=model, elements=elements)
+    draft = Draft(Report(file, {}), {}, mujoco=mujoco, model=model, elements=elements)
     draft.moving_targets, draft.folder = mocap, None if path is None else path.parent
     draft.included = included
     for kind, objects in _NAMED.items():
@@ -87,13 +86,16 @@ def mjcf_data(
     draft.key = _keyframe(draft, keyframe, file)
     draft.qpos = np.array(model.qpos0 if draft.key < 0 else model.key_qpos[draft.key])
     draft.qvel = np.zeros(model.nv) if draft.key < 0 else np.array(model.key_qvel[draft.key])
-    data["gravity"] = [0.0] * 3 if draft.disabled("GRAVITY") else model.opt.gravity.tolist()
     draft.lines["gravity"] = str(elements.first("option", file))
-    _refuse_other_physics(draft)
     try:
         with np.errstate(all="ignore"):  # the scene refuses numbers without a value
-            convert_tree(draft, limits=limits, friction=friction)
-            _add_sites(draft)
+            reader = BodyReader(draft)
+            bodies = reader.draft(_name_of(mujoco, model) or "model", [*elements.liberties, *warnings])
+            conversion = Conversion(bodies, draft, limits=limits, friction=friction)
+            conversion.connect({})
+            conversion.convert(actuated=False)
+            draft.places = {body: conversion.places[(), key] for body, key in reader.keys.items()}
+            add_forces(draft)
             convert_tendons(draft)
             convert_equalities(draft)
             convert_actuators(draft)
@@ -101,23 +103,14 @@ def mjcf_data(
             convert_fluid(draft)
             convert_sensors(draft)
             convert_geoms(draft)
-    except ArithmeticError:
+    except (ArithmeticError, np.linalg.LinAlgError):
         raise out_of_range(file, elements) from None
+    _refuse_other_physics(draft)
     _add_lines(draft)
-    _drop_unused_definitions(data)
+    _drop_unused_definitions(draft.data)
     _note_the_rest(draft)
     note_unknown_attributes(draft)
-    omissions = draft.all_warnings()
-    if strict:
-        for place, note in omissions:
-            draft.refuse(place, "", note, "no --strict (strict=False), to go on without")
-    draft.report.raise_problems()
-    return ConvertedScene(
-        data,
-        draft.lines,
-        [*elements.liberties, *warnings, *draft.notes, *(note for _, note in omissions)],
-        inertias_checked=True,
-    )
+    return conversion.result([], [], strict=strict)
 
 
 def _name_of(mujoco: Any, model: Any) -> str:
@@ -148,17 +141,6 @@ def _refuse_other_physics(draft: Draft) -> None:
         if count:
             place = elements.first(tag, draft.report.file)
             draft.refuse(place, "", f"a {name} is not supported [E1926]", "the file without it")
-
-
-def _add_sites(draft: Draft) -> None:
-    """Add sites as frames."""
-    for site in range(draft.model.nsite):
-        written = draft.written("site", site)
-        if not written:
-            continue
-        name = draft.name("body", written, "")
-        draft.section("frames")[name] = site_place(draft, site).entry
-        draft.lines[f"frames.{name}"] = str(draft.place("site", site, draft.model.nsite))
 
 
 def _add_lines(draft: Draft) -> None:

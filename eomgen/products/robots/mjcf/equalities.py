@@ -54,13 +54,6 @@ def _of_sites(draft: Draft, index: int) -> bool:
     return int(draft.model.eq_objtype[index]) == int(draft.mujoco.mjtObj.mjOBJ_SITE)
 
 
-def _frame(place: LinkPlace, *, axes: bool) -> dict[str, object]:
-    entry: dict[str, object] = {"body": place.body, "position": place.position.tolist()}
-    if axes:
-        entry |= {"axis": place.orientation[:, 2].tolist(), "x_axis": place.orientation[:, 0].tolist()}
-    return entry
-
-
 def site_place(draft: Draft, site: int) -> LinkPlace:
     """Return the pose of a site."""
     body = draft.places[int(draft.model.site_bodyid[site])]
@@ -75,7 +68,7 @@ def _connect(draft: Draft, index: int, name: str) -> None:
     else:
         anchors = np.array(model.eq_data[index][:6]).reshape(2, 3)
         places = [draft.places[body].of(anchor) for body, anchor in zip((first, second), anchors, strict=True)]
-    _constrain(draft, name, "spherical", places, axes=False)
+    _constrain(draft, name, "spherical", places)
 
 
 def _weld(draft: Draft, index: int, name: str) -> None:
@@ -86,16 +79,15 @@ def _weld(draft: Draft, index: int, name: str) -> None:
     else:
         anchor, relative = np.array(model.eq_data[index][:3]), np.array(model.eq_data[index][3:10])
         places = [draft.places[first].of(relative[:3], relative[3:]), draft.places[second].of(anchor)]
-    _constrain(draft, name, "fixed", places, axes=True)
+    _constrain(draft, name, "fixed", places)
 
 
-def _constrain(draft: Draft, name: str, kind: str, places: list[LinkPlace], *, axes: bool) -> None:
+def _constrain(draft: Draft, name: str, kind: str, places: list[LinkPlace]) -> None:
     """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
     if places[0].body == places[1].body:
         draft.notes.append(f"the equality {name} is left out: both ends are on one body [W0270]")
         return
-    first, second = (_frame(place, axes=axes) for place in places)
-    draft.section("constraints")[name] = {"type": kind, "first": first, "second": second}
+    draft.constrain(name, kind, places)
 
 
 def _reference_angles(draft: Draft, index: int) -> list[float]:

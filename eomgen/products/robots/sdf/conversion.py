@@ -7,6 +7,7 @@ from pathlib import Path
 
 from eomgen.base.messages import listed
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
+from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.sdf.reading import SdfReader
 from eomgen.products.robots.uris import package_folders
 from eomgen.scene.reading.report import Report
@@ -37,7 +38,7 @@ def sdf_data(
     home = Path() if path is None else path.parent
     report = Report(file, {})
     draft = SdfReader(report, package_folders(packages), home).draft(read_xml(text, file), file, home)
-    conversion = Conversion(draft, report, limits=limits, friction=friction, included=included)
+    conversion = Conversion(draft, SceneDraft(report, {}, included=included), limits=limits, friction=friction)
     joints = conversion.joints
     locked = joints_to_hold(lock, joints, file)
     conversion.connect({joints[name]: 0.0 for name in locked}, [weld] if isinstance(weld, str) else weld)

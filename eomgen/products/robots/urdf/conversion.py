@@ -14,6 +14,7 @@ from eomgen.base.messages import listed, nearest, shown
 from eomgen.products.robots.conversion import Conversion, joints_to_hold
 from eomgen.products.robots.draft import Draft, Joint, Link, Mimic, Model, WrittenPose
 from eomgen.products.robots.leftovers import Place
+from eomgen.products.robots.scene_draft import SceneDraft
 from eomgen.products.robots.urdf.notes import (
     NO_TRANSMISSION,
     notes_of_friction,
@@ -140,7 +141,7 @@ def urdf_data(
     else:
         draft.root = root
         draft.root_joint = _ROOT_JOINT if _ROOT_JOINT not in robot.joints else f"{_ROOT_JOINT}_free"
-    conversion = Conversion(draft, report, limits=limits, friction=friction)
+    conversion = Conversion(draft, SceneDraft(report, {}), limits=limits, friction=friction)
     conversion.connect({((), _joint_key(name)): value for name, value in held.items()}, [root_link] if rests else [])
     for feature, names in robot.left_out.items():
         for name in names:

@@ -53,7 +53,7 @@ def notes_of_what_has_no_effect(robot: Robot, still: Collection[str]) -> list[st
 
 
 def notes_of_names_and_angles(robot: Robot) -> list[str]:
-    """Return notes on changed names, and angles made exact or not."""
+    """Return notes on changed names, angles of more than a turn and angles made exact."""
     notes = []
     if robot.original:
         pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
@@ -65,13 +65,6 @@ def notes_of_names_and_angles(robot: Robot) -> list[str]:
         notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
     if robot.snapped:
         notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)} [W0186]")
-    if robot.nearly_right:
-        angles = [f"{name} ({angle})" for name, angle in list(robot.nearly_right.items())[:8]]
-        more = f" and {len(robot.nearly_right) - 8} more" if len(robot.nearly_right) > 8 else ""
-        notes.append(
-            f"angles near a right angle, but not exact, are kept in the placement of {_joints(angles)}{more}: "
-            f"pi/2 written in full, {math.pi / 2!r}, would be made exact and save operations [W0187]"
-        )
     return notes
 
 

@@ -73,7 +73,6 @@ class Robot:
     ----------
     minor : minor version of the format, which is 1.minor
     snapped : joints whose placement became exact
-    nearly_right : joints with an angle near a right one that did not become exact, with that angle
     several_turns : links and joints whose rpy has an angle of more than a turn
     links : by the keys of ``link_key``
     left_out : properties that no joint of a type has in a scene, with the names of joints
@@ -92,7 +91,6 @@ class Robot:
     loops: dict[str, Loop] = field(default_factory=dict)
     original: dict[str, str] = field(default_factory=dict)
     snapped: list[str] = field(default_factory=list)
-    nearly_right: dict[str, str] = field(default_factory=dict)
     several_turns: list[str] = field(default_factory=list)
     left_out: dict[str, list[str]] = field(default_factory=dict)
     leftovers: Leftovers = field(default_factory=lambda: Leftovers(STATUSES))
@@ -166,7 +164,7 @@ class _UrdfReader:
         lines = [end.line for end in ends if end.get("link") == "world"]
         if lines and "world" not in self.link_names:
             self.link_names["world"] = "world"
-            self.out.links[link_key("world")] = self.bare_link("world", lines[0], NOTHING)
+            self.out.links[link_key("world")] = self.bare_link("world", lines[0])
             self.out.notes.append("joints name the link world, which the file lacks: it is a link without mass [W0271]")
 
     def version(self, root: Element) -> int:
@@ -277,7 +275,7 @@ class _UrdfReader:
         self.out.quaternions.append((origin.line, name))
         return rotation_matrix(np.array([w, x, y, z]) / length)
 
-    def bare_link(self, name: str, line: int, inertia: Inertia) -> Link:
+    def bare_link(self, name: str, line: int, inertia: Inertia = NOTHING) -> Link:
         place = Place(self.report.file, line)
         return Link(name, place, inertia, WrittenPose(place))
 
@@ -285,7 +283,7 @@ class _UrdfReader:
         key = f"links.{name}"
         inertial = element.first("inertial")
         if inertial is None:
-            return self.bare_link(name, element.line, NOTHING)
+            return self.bare_link(name, element.line)
         (mass,) = self.required(inertial, "mass", ("value",), key)
         if mass < 0.0:
             self.report.add_at(
@@ -318,7 +316,7 @@ class _UrdfReader:
             )
         orientation, position, was_snapped, nearly = self.placement(element, key, name)
         if nearly:
-            self.out.nearly_right[name] = nearly
+            self.out.leftovers.nearly_right[name] = nearly
         elif was_snapped:
             self.out.snapped.append(name)
         kind = JOINTS.get(types.get(written, ""))
