@@ -4,7 +4,7 @@ steps."""
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -352,18 +352,18 @@ class Simulator:
         begun = replace(self._run, parameters=p, grid=grid)
         given, notes, _ = start_of(begun, {**now, **(state or {})}, equilibrium_start=False, changed=True)
         signals = begun.signals if begun.takes_rows else None
-        notes += [*angles_of_several_turns(self.model, state), *doubts_of_start(self.model, time, given.q, p, signals)]
+        doubts = [*angles_of_several_turns(self.model, state), *doubts_of_start(self.model, time, given.q, p, signals)]
         before = self._stepper.parameters.copy()
         self._stepper.parameters[: len(p)] = p
         try:
-            self.begin(time, given, notes)
+            self.begin(time, given, [*notes, *doubts])
         except EomgenError:
             self._stepper.parameters[:] = before
             raise
         if self._moved:
             self._rule(p)
 
-    def begin(self, t: float, state: InitialState, notes: list[str]) -> None:
+    def begin(self, t: float, state: InitialState, notes: Sequence[str]) -> None:
         """Start at a state that meets the constraints; the last step of ``start`` and ``set_state``.
 
         Parameters
@@ -372,7 +372,7 @@ class Simulator:
             Time, s.
         state : InitialState
             q, v and z that meet the constraints.
-        notes : list of str
+        notes : sequence of str
             Kept as ``notes``.
         """
         before = self._stepper.memory
