@@ -55,7 +55,7 @@ def test_every_public_package_has_a_witness() -> None:
 
 
 def test_a_module_that_there_is_not_is_refused_as_python_does() -> None:
-    for name in ("eomgen.oceans", "eomgen.waves.oceans"):
+    for name in ("eomgen.oceans", *(f"eomgen.{name}.oceans" for name in WITHIN)):
         with pytest.raises(ModuleNotFoundError, match=f"No module named '{name}'"):
             import_module(name)
 

@@ -406,7 +406,7 @@ DEFINITIONS = _Definitions(
     key="definitions",
     entry="eomgen.scene.signals.schema:Definition",
     bare="a definition",
-    after=("curves", "random", "waves"),
+    after=("curves",),
     positional=("formula",),
     documentation="""
     Add a named expression: formulas mention it by its name, and it is computed once.""",

@@ -495,7 +495,7 @@ RANDOM = _Random(
     scene_field="inputs",
     bare="a random process",
     after=("curves",),
-    before=("bodies",),
+    before=("bodies", "definitions"),
     positional=("type",),
     documentation="""
     Add a stationary random process, which formulas use by its name; its standard normal variables are tunable

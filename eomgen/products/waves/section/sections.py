@@ -100,7 +100,7 @@ WAVES = _Waves(
     method="waves",
     bounds={"spectrum.height": (_no_height, "the height {0} is not positive [E1258]", "3")},
     after=("random",),
-    before=("bodies",),
+    before=("bodies", "definitions"),
     documentation="""
     Add waves, of a ``spectrum`` or ``regular`` ones, which formulas ask for elevation, slope, velocity and
     acceleration of the water.""",
