@@ -124,10 +124,6 @@ def test_random_seeds_are_whole_and_reproducible(cart: eomgen.Model) -> None:
             "the input push is given or varies itself, so the scene's law of it does not count; try: either scale.push",
         ),
         (
-            {"vary": {"scale.push": "values(1, 2)"}, "method": "taylor"},
-            "which a function from outside does not have",
-        ),
-        (
             {"vary": {"pusher": "values(1, 2)"}},
             "vary pusher: the parameter pusher is fixed in the code; try: pusher = { value = ..., tunable = true }",
         ),
