@@ -531,7 +531,7 @@ def test_events_in_single_precision() -> None:
             {"when": "q.ball", "action": "impact", "restitution": -1},
             "(events.bounce.restitution): the restitution is -1; try: a number from 0 to 1",
         ),
-        ({"when": "q.ball", "restitution": 1}, "restitution is of the action impact, not record"),
+        ({"when": "q.ball", "restitution": 1}, "restitution has no meaning for record; try: action = impact"),
         ({"when": "q.ball", "action": "switch", "mode": "gear", "to": 1}, "'gear'"),
         ({"when": "q.ball", "action": "switch"}, "the action switch needs the key mode"),
         ({"when": "q.ball", "action": "jump"}, "'jump' is not known here"),
