@@ -273,11 +273,13 @@ def _scene_start(model: CompiledModel, parameters: Array | None, *, asked: bool)
 
 def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -> KeptComponents | None:
     """Return the components of v whose initial coordinates or velocities are held; None if there are none."""
-    from eomgen.solvers.consistency import KeptComponents  # noqa: PLC0415  # most models have no constraints
+    held = [start for start in starts if start.held]
+    if not held:
+        return None
+    from eomgen.solvers.consistency import KeptComponents  # noqa: PLC0415  # few starts are held
 
     places = {factor.name: factor.v for factor in factors}
     masks = np.zeros((2, sum(factor.v_size for factor in factors)), dtype=bool)
-    held = [start for start in starts if start.held]
     for start in held:
         component = places.get(start.joint)
         for mask, kept in zip(masks, (start.position, start.velocity), strict=True):
@@ -340,12 +342,14 @@ def corrected_start(
     for before, after, labels, units_of, off, joints in zip(
         guess, (consistent.q, consistent.v), names, units, held, written, strict=True
     ):
+        if not off:
+            continue
         largest = np.maximum(np.abs(before), np.abs(after))[: len(units_of)]  # references of turns have no name
         sizes = _sizes_of_units(units_of, largest, consistent.extent)
         given = int(np.count_nonzero(before[: len(units_of)]))
         asked = 0 < min(given, joints or given) <= freedoms
         for k, (name, unit, size) in enumerate(zip(labels, units_of, sizes, strict=True)):
-            share = abs(after[k] - before[k]) / size if off and size else 0.0
+            share = abs(after[k] - before[k]) / size if size else 0.0
             if share > _TOLD:
                 first, second = distinct(before[k] + 0.0, after[k] + 0.0)
                 words = f"{name} {first} -> {second}{'' if unit in ('', '1') else f' {unit}'}"

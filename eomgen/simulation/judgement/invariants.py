@@ -223,9 +223,9 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     summands, extents = sizes[:, :count], sizes[:, rows:]
     lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
     machine = extents.max(axis=1, initial=0.0)
-    # travels alone have no extent: their summands along the run are the scale
-    travelled = float(summands[:, lengths].max(initial=0.0)) or 1.0
-    scale = np.where(lengths, np.where(machine > 0.0, machine, travelled)[:, None], 1.0)
+    if not machine.all():  # travels alone have no extent: their summands along the run are the scale
+        machine[machine == 0.0] = float(summands[:, lengths].max(initial=0.0)) or 1.0
+    scale = np.where(lengths, machine[:, None], 1.0)
     epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
     rounding = _LAST_PLACES * epsilon * summands
     shares = np.where(violation > rounding, violation / scale, 0.0)
@@ -253,7 +253,7 @@ def largest_stretch(model: CompiledModel, t: Array, q: Array) -> Violation | Non
         return None
     lengths = np.stack([np.linalg.norm(q[:, f.q_start : f.q_start + 4], axis=1) for f in turning], axis=1)
     off = np.abs(lengths - 1.0)
-    if (off <= REPORTED_VIOLATION).all():
+    if float(off.max()) <= REPORTED_VIOLATION:
         return None
     off = np.nan_to_num(off, nan=np.inf)
     row, k = np.unravel_index(int(np.argmax(off)), off.shape)

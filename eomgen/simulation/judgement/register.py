@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from itertools import chain, pairwise, takewhile
 
-from eomgen.base.limits import DoubtSettings, doubt_settings
+from eomgen.base.limits import doubt_settings
 from eomgen.base.products import placed, rows_of
 from eomgen.results.finding import FAILURE, WARNING, Finding
 from eomgen.simulation.judgement import beams, failures, stated_errors
@@ -37,6 +37,7 @@ class Verdict:
     def __init__(self, run: FinishedRun) -> None:
         self._run = run
         self._known: dict[str, tuple[Finding, ...]] = {}
+        self._settings = doubt_settings(run.run.model.description.parts)
 
     @cached_property
     def findings(self) -> tuple[Finding, ...]:
@@ -46,10 +47,6 @@ class Verdict:
         every = chain.from_iterable(map(self.of, BY_NAME))
         reported = (one for one in every if one.severity == FAILURE or one.name not in quiet)
         return tuple(one.as_error() if strict and one.severity == WARNING else one for one in reported)
-
-    @cached_property
-    def _settings(self) -> DoubtSettings:
-        return doubt_settings(self._run.run.model.description.parts)
 
     @cached_property
     def success(self) -> bool:
@@ -87,9 +84,8 @@ class Verdict:
     def _evaluated(self, check: Check) -> tuple[Finding, ...]:
         """Return the findings of one check with its facts."""
         run, name = self._run, check.name
-        earlier = (able for able in takewhile(name.__ne__, BY_NAME) if able in _ABLE)
         for other in check.unless:
-            if _fails(chain.from_iterable(map(self.of, earlier))) if other == ANY_FAILURE else self.of(other):
+            if self._fails_before(name) if other == ANY_FAILURE else self.of(other):
                 return ()
         if check.after and not any(map(self.of, check.after)):
             return ()
@@ -98,6 +94,11 @@ class Verdict:
             fails = check.severity != FAILURE or check.fails(run)
             result.append(finding.rated(name, check.severity if fails else WARNING))
         return tuple(result)
+
+    def _fails_before(self, name: str) -> bool:
+        """Return whether a check before this one fails the run."""
+        earlier = {*takewhile(name.__ne__, BY_NAME)}
+        return _fails(chain.from_iterable(self.of(able) for able in _ABLE if able in earlier))
 
 
 def _fails(findings: Iterable[Finding]) -> bool:
