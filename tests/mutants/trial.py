@@ -129,7 +129,8 @@ class Trials:
                 self.sound[outcome.failed] = not self._forked(self._runs([outcome.failed], []), 300.0).failed
             if self.sound[outcome.failed]:
                 return Outcome(outcome.failed, False, count, seconds)
-            names = names[names.index(outcome.failed) + 1 :]
+            if outcome.failed in names:  # else of a file that was run whole
+                names = names[names.index(outcome.failed) + 1 :]
 
     def _tried(self, names: Sequence[str], replaced: Sequence[tuple[FunctionType, CodeType]], limit: float) -> Outcome:
         return self._forked(self._runs(names, replaced), limit) if replaced else self._anew(names, limit)
@@ -207,6 +208,7 @@ class Trials:
         }
         files = list(dict.fromkeys(file_of(name) for name in names))
         chosen = names if len(names) < 200 else files
+        chosen = [*chosen, *(f"--deselect={name}" for name, sound in self.sound.items() if not sound)]
         plugins = ["-p", "no:cacheprovider", "-x", "-rfE"]
         start = _processor_time()
         with report.open("w") as screen:
