@@ -75,7 +75,6 @@ def doubt_settings(parts: Mapping[str, Any], *, stored: bool = False) -> DoubtSe
     stored : bool
         Whether other processes read the report, so that options of this process do not count.
     """
-    if not parts and (stored or CALLED.get() is NO_SETTINGS):
-        return NO_SETTINGS
-    functions = objects_of("eomgen.doubt_settings")
-    return next((settings(parts, stored=stored) for settings in functions), NO_SETTINGS)
+    given = parts or (not stored and CALLED.get() is not NO_SETTINGS)
+    functions = objects_of("eomgen.doubt_settings") if given else ()
+    return functions[0](parts, stored=stored) if functions else NO_SETTINGS

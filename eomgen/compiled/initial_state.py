@@ -281,12 +281,8 @@ def kept_components(factors: Sequence[Factor], starts: Sequence[WrittenStart]) -
     places = {factor.name: factor.v for factor in factors}
     masks = np.zeros((2, sum(factor.v_size for factor in factors)), dtype=bool)
     for start in held:
-        component = places.get(start.joint)
-        for mask, kept in zip(masks, (start.position, start.velocity), strict=True):
-            if component is not None and kept:
-                mask[component] = True
-    names = tuple(start.joint for start in held)
-    return KeptComponents(masks[0], masks[1], names) if masks.any() else None
+        masks[[start.position, start.velocity], places.get(start.joint, slice(0))] = True
+    return KeptComponents(masks[0], masks[1], tuple(start.joint for start in held)) if masks.any() else None
 
 
 def starts_of(model: CompiledModel, initial: Mapping[str, Any] | None) -> tuple[WrittenStart, ...]:

@@ -89,11 +89,9 @@ class Verdict:
                 return ()
         if check.after and not any(map(self.of, check.after)):
             return ()
-        result = []
-        for finding in check.evaluate(run):
-            fails = check.severity != FAILURE or check.fails(run)
-            result.append(finding.rated(name, check.severity if fails else WARNING))
-        return tuple(result)
+        findings = tuple(check.evaluate(run))
+        severity = WARNING if findings and check.severity == FAILURE and not check.fails(run) else check.severity
+        return tuple(finding.rated(name, severity) for finding in findings)
 
     def _fails_before(self, name: str) -> bool:
         """Return whether a check before this one fails the run."""
