@@ -446,7 +446,6 @@ LATE: dict[str, dict[str, str]] = {
     "toolchain.cffi_build": {"toolchain.rows_ahead": "few processes compile lanes"},
     "eomgen": {
         "base.calls": "for a mistake only",
-        "base.removed": "for a mistake only",
         "base.data": "for public names; the package alone is imported in no time",
         "base.threads": "likewise",
         "base.products": "the core needs no product; most imports are of files",
@@ -456,8 +455,6 @@ LATE: dict[str, dict[str, str]] = {
         "integrators.newton": "pivots are chosen when code is made",
         "integrators.harmonics": "inputs are looked at when code is made",
     },
-    "base.calls": {"base.removed": "for a mistake only"},
-    "integrators.families.register": {"base.removed": "for a mistake only"},
     "integrators.families.rattlie": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.one_factorization": {"integrators.newton": "pivots are chosen when code is made"},
     "integrators.families.rosenbrock": {"integrators.step_work": "operations are counted on request"},

@@ -19,7 +19,6 @@ __all__ = [
     "products",
     "progress",
     "random_inputs",
-    "removed",
     "threads",
     "verb_methods",
     "verbs",

@@ -14,13 +14,14 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import FrozenInstanceError
 from functools import cache
 from typing import TYPE_CHECKING, Any, NoReturn, ParamSpec, TypeVar
 
 from eomgen.base.data import wrap_method
 from eomgen.base.messages import counted, nearest, shown
-from eomgen.base.products import fault_of_absent, public_names, rows_of
+from eomgen.base.products import fault_of_absent, fault_of_removed, public_names, rows_of
 from eomgen.base.verbs import OWNERS, methods
 from eomgen.errors import Problem, UsageError
 
@@ -267,8 +268,10 @@ def checked_call(
         def called(*args: P.args, **kwargs: P.kwargs) -> R:
             try:
                 return function(*args, **kwargs)
-            except TypeError:
-                problem = _misfit(function, args, kwargs, what_to_try, {**others(), **meant})
+            except (TypeError, UsageError) as error:
+                problem = _removed_argument(function, kwargs)
+                if problem is None and not isinstance(error, UsageError):
+                    problem = _misfit(function, args, kwargs, what_to_try, {**others(), **meant})
                 if problem is None:
                     raise
             raise UsageError(problem)
@@ -369,8 +372,6 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
         except AttributeError as error:
             return error
     article = "an" if kind[0] in "AEIOU" else "a"
-    from eomgen.base.removed import fault_of_removed  # noqa: PLC0415  # for a mistake only
-
     if gone := fault_of_removed("attribute", f"{kind}.{name}"):
         return UnknownAttribute(Problem("", *gone))
     if kind in OWNERS and (absent := fault_of_absent(name)):
@@ -461,6 +462,13 @@ def _meant(name: str, meant: Mapping[str, str], named: Sequence[str]) -> str:
     return other if other in named or "(" in other else nearest(name, named)
 
 
+def _removed_argument(function: Callable[..., Any], given: Iterable[str]) -> Problem | None:
+    """Return the fault of an argument of earlier versions, which a function with open arguments hands on."""
+    where = function.__name__
+    gone = (fault_of_removed("argument", f"{where}({name})") for name in given)
+    return next((Problem(where, *fault) for fault in gone if fault), None)
+
+
 def _misfit(
     function: Callable[..., Any],
     args: tuple[Any, ...],
@@ -470,11 +478,8 @@ def _misfit(
 ) -> Problem | None:
     """Return the fault in the arguments of a call; None if the arguments fit."""
     signature = inspect.signature(function)
-    try:
+    with suppress(TypeError):
         signature.bind(*args, **kwargs)
-    except TypeError:
-        pass
-    else:
         return None
     where = type(args[0]).__name__ if function.__name__ == "__init__" else function.__name__
     call = _Call(signature, args, kwargs)
@@ -520,11 +525,9 @@ class _Call:
     def given_twice(self) -> tuple[str, str] | None:
         """Find an argument by place that is given by name, too."""
         twice = [name for name in self.in_order[: len(self.given)] if name in self.kwargs]
-        return (
-            (f"the argument {twice[0]} is given twice, by its place and by its name [E0113]", "one of them")
-            if twice
-            else None
-        )
+        if not twice:
+            return None
+        return f"the argument {twice[0]} is given twice, by its place and by its name [E0113]", "one of them"
 
     def missing(self, what_to_try: str) -> tuple[str, str]:
         """Find the arguments without a default that are not given."""

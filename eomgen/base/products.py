@@ -128,6 +128,18 @@ def fault_of_absent(name: str) -> tuple[str, str] | None:
     )
 
 
+def replacements(kind: str) -> dict[str, str]:
+    """Return the replacements of names that were removed, of the core and of all products, as ``REMOVED``."""
+    tables = (REMOVED, *rows_of("eomgen.removed", dict))
+    return {name: replacement for table in tables for name, replacement in table.get(kind, {}).items()}
+
+
+def fault_of_removed(kind: str, name: str) -> tuple[str, str] | None:
+    """Return the fault of a name that was removed, and its replacement; None for any other name."""
+    replacement = replacements(kind).get(name)
+    return (f"the {kind} {name} was removed [E2236]", replacement) if replacement else None
+
+
 def public_modules() -> dict[str, str]:
     """Return the public modules of all products: name below ``eomgen`` -> name of the module itself."""
     return {name: module for product in products().values() for name, module in product.modules.items()}
@@ -153,6 +165,14 @@ def named(target: str) -> object:
 OF_THE_CORE = {"extending": "eomgen.base.extending", "verbs": "eomgen.base.verbs"}
 #: Earlier names of modules of the core below ``eomgen``, by which users may import them -> name of the module itself.
 MOVED = {"analysis": "eomgen.compiled.rest", "analysis.base_parameters": "eomgen.compiled.base_parameters"}
+#: Removed names of the core, by kind, with their replacements; rows of products are in the register ``eomgen.removed``.
+#: Options follow their verb, ``tune --step``; arguments are ``tune(step)``.
+REMOVED: Mapping[str, Mapping[str, str]] = {
+    "method": {
+        "hermite": "rk4, or taylor for small errors",
+        **{f"{name}_adaptive": f"{name}, with steps of one size" for name in ("tdg1", "tdg1_star", "tdg2", "tdg3")},
+    }
+}
 
 
 class _RenamedLoader:

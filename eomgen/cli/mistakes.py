@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from eomgen.base.messages import nearest, shown
-from eomgen.base.products import fault_of_absent
-from eomgen.base.removed import fault_of_removed
+from eomgen.base.products import fault_of_absent, fault_of_removed
 from eomgen.errors import Message
 from eomgen.scene.sources.register import one_of_each, own_endings
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 from eomgen.base.extensions import broken, extensions, loaded
 from eomgen.base.messages import nearest, shown
+from eomgen.base.products import fault_of_removed
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import Family, MethodName
 from eomgen.system.description import Simulation
@@ -130,8 +131,6 @@ def row_of(name: str) -> Row:
     others = _rows(families_of_others())
     if key in others:
         return others[key]
-    from eomgen.base.removed import fault_of_removed  # noqa: PLC0415  # for a mistake only
-
     if gone := fault_of_removed("method", key):
         raise UsageError(Problem("method", *gone))
     hint = nearest(key, {**method_names(), **others}, _ELSEWHERE)

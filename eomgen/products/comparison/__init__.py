@@ -11,6 +11,7 @@ PRODUCT = Product(
         "compare": "eomgen.products.comparison.compare:compare",
     },
     rows={
+        "eomgen.removed": ({"attribute": {"Difference.cause": "first and second, the two values"}},),
         "eomgen.verbs": (
             Verb(
                 "compare",

@@ -55,6 +55,7 @@ _HOMES = {
     "Tradeoff": "work_precision.result",
     "tradeoff": "work_precision.study",
 }
+_NO_CYCLES = "a demand on the error; eomgen simulate --timing measures steps"
 _OF_EOMGEN = ("Extremes", "Identification", "Tradeoff", "Tuned", "extremes", "identify", "tradeoff", "tune")
 
 PRODUCT = Product(
@@ -62,6 +63,13 @@ PRODUCT = Product(
     names={name: f"eomgen.products.studies.{_HOMES[name]}:{name}" for name in _OF_EOMGEN}
     | {"savings": "eomgen.products.studies.savings:savings"},
     rows={
+        "eomgen.removed": (
+            {
+                "argument": dict.fromkeys(("tune(real_time)", "tune(iterations)"), _NO_CYCLES),
+                "option": dict.fromkeys(("tune --real-time", "tune --iterations"), _NO_CYCLES),
+                "name": {"RealTime": "Tuned, of a demand on the error"},
+            },
+        ),
         "eomgen.verbs": (
             Verb(
                 "savings",
@@ -105,7 +113,7 @@ PRODUCT = Product(
                 behind="tune",
                 heading="Studies",
             ),
-        )
+        ),
     },
     needs=("derivatives",),
 )

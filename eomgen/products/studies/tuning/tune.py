@@ -11,8 +11,8 @@ from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+from eomgen.base.calls import checked_call
 from eomgen.base.messages import shown
-from eomgen.base.removed import fault_of_removed
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verified
@@ -29,6 +29,7 @@ ROUNDS = 4
 JUDGE_SHARE = 0.15
 
 
+@checked_call('eomgen.tune("scene.toml", 1e-4)')
 def tune(
     scene: Any,
     error: float | None = None,
@@ -93,9 +94,6 @@ def tune(
     NumericalError
         There is no sufficiently accurate reference, or no configuration meets the demand within the budget.
     """
-    for name in reading:
-        if gone := fault_of_removed("argument", f"tune({name})"):
-            raise UsageError(Problem("tune", *gone))
     if error is None:
         raise UsageError(Problem("tune", "a demand on the error is needed [E1123]", "error=1e-4"))
     if not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
