@@ -26,6 +26,7 @@ import re
 import sys
 from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
@@ -52,9 +53,9 @@ _DECISIONS = re.compile(r"\b(?:if|for|while|else|except|and|or|assert|case)\b") 
 # -- counts of a module ------------------------------------------------------------------------------------------------
 
 
-def docstrings(tree: ast.AST) -> Iterator[ast.Expr]:
+def docstrings(nodes: Iterable[ast.AST]) -> Iterator[ast.Expr]:
     """Yield the docstrings of a module, its classes and functions, and texts behind attributes."""
-    for node in ast.walk(tree):
+    for node in nodes:
         for part in getattr(node, "body", ()) if isinstance(getattr(node, "body", ()), list) else ():
             if (
                 isinstance(part, ast.Expr)
@@ -64,12 +65,12 @@ def docstrings(tree: ast.AST) -> Iterator[ast.Expr]:
                 yield part
 
 
-def line_counts(source: str, tree: ast.AST, nodes: Iterable[ast.AST]) -> Counts:
+def line_counts(source: str, nodes: Collection[ast.AST]) -> Counts:
     """Return the numbers of all lines, of lines of code, of docstrings and of blank lines of a module."""
     lines = source.splitlines()
     blank = {number for number, line in enumerate(lines, 1) if not line.strip()}
     comments = {number for number, line in enumerate(lines, 1) if line.lstrip().startswith("#")}
-    texts = set(_lines(docstrings(tree)))
+    texts = set(_lines(docstrings(nodes)))
     imports = set(_lines(node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)))
     code = len(lines) - len(blank | comments | texts | imports)
     return {"lines": len(lines), "code": code, "docstrings": len(texts), "blank": len(blank - texts)}
@@ -258,6 +259,7 @@ def _sum(rows: Iterable[Counts]) -> Counts:
     return total
 
 
+@cache
 def measured() -> dict[str, dict[str, Counts]]:
     """Return the counts of rooms, the numbers of phrases and the shares of lines."""
     from tests.language import totals

@@ -1,7 +1,7 @@
-"""Facts of the package's files that tests compare, by one syntax tree of each file for all processes of a run.
+"""Facts of the package's files that tests compare, by one syntax tree of each file for all processes.
 
-To parse and walk all files takes seconds for each test. Facts are kept in the folder for temporary files, under the
-digest of the files and of the modules that gather the facts.
+To parse and walk all files takes seconds for each test. Facts are kept in the folder for temporary files, each under
+the digest of its file and of the modules that gather the facts: after a change the changed files alone are parsed.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ def _facts(path: Path) -> Facts:
         list(test_doors.foreign(nodes)),
         texts,
         names,
-        budgets.line_counts(source, tree, nodes),
+        budgets.line_counts(source, nodes),
         budgets.constants(tree),
         [function.name for _, function in budgets.functions(tree)],
         budgets.short_functions(source, tree),
@@ -82,21 +82,23 @@ def _facts(path: Path) -> Facts:
 @cache
 def facts() -> dict[Path, Facts]:
     """Return the facts of each ``.py`` and ``.pyi`` file of the package, sorted by path."""
-    files = sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])
-    gathering = (ROOT / "tests" / f"{name}.py" for name in ("syntax", "budgets", "language", "test_doors"))
-    digest = hashlib.sha256()
-    for file in (*files, *gathering):
-        digest.update(f"{file}\0".encode() + file.read_bytes() + b"\0")
+    gathering = hashlib.sha256()
+    for name in ("syntax", "budgets", "language", "test_doors"):
+        gathering.update((ROOT / "tests" / f"{name}.py").read_bytes() + b"\0")
+
+    def key(file: Path) -> str:
+        digest = gathering.copy()
+        digest.update(f"{file}\0".encode() + file.read_bytes())
+        return digest.hexdigest()
+
+    keys = {file: key(file) for file in sorted([*PACKAGE.rglob("*.py"), *PACKAGE.rglob("*.pyi")])}
     folder = Path(tempfile.gettempdir()) / f"eomgen-syntax-{os.getuid() if hasattr(os, 'getuid') else 'user'}"
-    record = folder / f"{digest.hexdigest()}.json"
-    if record.is_file():
-        rows = json.loads(record.read_text(encoding="utf-8"))
-        return {file: Facts(*row) for file, row in zip(files, rows, strict=True)}
-    made = {file: _facts(file) for file in files}
-    folder.mkdir(exist_ok=True)
-    for old in folder.glob("*.json"):
-        old.unlink(missing_ok=True)
-    part = record.with_suffix(f".{os.getpid()}")
-    part.write_text(json.dumps(list(made.values())), encoding="utf-8")
-    part.replace(record)
+    record = folder / f"{hashlib.sha256(str(PACKAGE).encode()).hexdigest()}.json"
+    known = json.loads(record.read_text(encoding="utf-8")) if record.is_file() else {}
+    made = {file: Facts(*known[key]) if key in known else _facts(file) for file, key in keys.items()}
+    if keys.values() - known.keys():
+        folder.mkdir(exist_ok=True)
+        part = record.with_suffix(f".{os.getpid()}")
+        part.write_text(json.dumps({key: made[file] for file, key in keys.items()}), encoding="utf-8")
+        part.replace(record)
     return made

@@ -75,7 +75,7 @@ def _of_x(y):
 def test_lines_numbers_and_names_are_counted() -> None:
     tree = ast.parse(SOURCE)
     nodes = list(ast.walk(tree))
-    assert line_counts(SOURCE, tree, nodes) == {"lines": 23, "code": 9, "docstrings": 3, "blank": 7}
+    assert line_counts(SOURCE, nodes) == {"lines": 23, "code": 9, "docstrings": 3, "blank": 7}
     assert constants(tree) == 4
     assert short_functions(SOURCE, tree) == [("_made", 1), ("_of_x", 0)]
     participles = ("placed", "_told", "_of_body", "made", "begun", "written")

@@ -23,6 +23,8 @@ _LONGEST_EXAMPLE = 420
 _NEW = re.compile(r" \[([EW])\](?=[:,;]? ?[\"'])")
 _USED = re.compile(r"\[([EW])(\d{4})\]")
 _ERRORS = ("Usage", "Description", "Model", "Toolchain", "Numerical", "File")
+#: A call whose text needs a code; a file without one is not parsed.
+_MESSAGE = re.compile(rf"\b(?:Problem|warn|(?:{'|'.join(_ERRORS)})\w{{5}})\s*\(")
 #: Letters of a text at least; one with fewer is part of another.
 _FEWEST = 6
 
@@ -56,8 +58,6 @@ def number_new(package: Path = PACKAGE) -> dict[str, int]:
     for path, text in texts.items():
         if _NEW.search(text):
             path.write_text(_NEW.sub(numbered, text), encoding="utf-8")
-    sources.cache_clear()
-    rows.cache_clear()
     return last
 
 
@@ -69,7 +69,8 @@ def letters(text: str) -> int:
 def unmarked(package: Path = PACKAGE) -> Iterator[str]:
     """Yield the places at which an error, a problem or a warning has a literal without a code."""
     for path in sorted(package.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        source = path.read_text(encoding="utf-8")
+        for node in ast.walk(ast.parse(source)) if _MESSAGE.search(source) else ():
             name = getattr(node.func, "id", getattr(node.func, "attr", "")) if isinstance(node, ast.Call) else ""
             if not isinstance(node, ast.Call) or not (name in {"Problem", "warn"} or name[:-5] in _ERRORS):
                 continue
@@ -83,5 +84,7 @@ def unmarked(package: Path = PACKAGE) -> Iterator[str]:
 def main() -> int:
     """Number new messages, and renew the examples."""
     LAST.write_text(json.dumps(number_new()) + "\n", encoding="utf-8")
+    sources.cache_clear()
+    rows.cache_clear()
     EXAMPLES.write_text(examples(), encoding="utf-8")
     return 0

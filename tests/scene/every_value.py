@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import pathlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
@@ -421,12 +421,18 @@ def number_at(place: Path) -> float:
 
 def scene_with(place: Path, formula: str | float, X: float = 1.0) -> dict[str, Any]:
     """Return the scene with a formula of the tunable parameter X at a place, and the default of X."""
+    return scene_of({place: formula}, X)
+
+
+def scene_of(formulas: Mapping[Path, str | float], X: float = 1.0) -> dict[str, Any]:
+    """Return the scene with formulas of the tunable parameter X at places, and the default of X."""
     scene = copy.deepcopy(SCENE)
     scene["parameters"]["X"]["value"] = X
-    inner: Any = scene
-    for part in place[:-1]:
-        inner = inner[part]
-    inner[place[-1]] = formula
+    for place, formula in formulas.items():
+        inner: Any = scene
+        for part in place[:-1]:
+            inner = inner[part]
+        inner[place[-1]] = formula
     return scene
 
 
