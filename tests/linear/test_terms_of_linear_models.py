@@ -56,7 +56,7 @@ def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path
 
 
 def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path, set[str]]) -> None:
-    scene = tapered(4, "kirchhoff")
+    scene = tapered(2, "kirchhoff")
     model = build_for_rest(eomgen.load(scene))
     found = model.linearize().modes().angular_frequency
     assert list(loaded) == [model.library.folder]

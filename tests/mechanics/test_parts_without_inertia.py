@@ -60,6 +60,7 @@ def along_the_jack(angle: Any) -> Any:
     return head - [0.3, -0.7]
 
 
+@pytest.mark.slow_cases("generalized_alpha_index3", "rosenbrock", "rk45_partitioned")
 @pytest.mark.parametrize("method", [*IMPLICIT, *PARTITIONED])
 def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None:
     """The boom moves as the boom alone, and the jack lies along the line between its ends."""
@@ -76,6 +77,7 @@ def test_a_jack_without_mass_follows_the_boom(passive: Any, method: str) -> None
     np.testing.assert_allclose(np.tan(tilt), vector[:, 0] / vector[:, 1], atol=1e-9)
 
 
+@pytest.mark.slow_except("1e-06-0", "1.0-1e-8", "1000000.0-1e-3")
 @pytest.mark.parametrize("mass", ["0", "1e-8", "1e-3"])
 @pytest.mark.parametrize("unit", [1e-6, 1.0, 1e6])
 def test_a_driven_jack_moves_the_boom(mass: str, unit: float) -> None:
@@ -109,6 +111,7 @@ second = { body = "slider" } }
 """
 
 
+@pytest.mark.slow_cases("1e-08-0.001", "1e-08-0.01")
 @pytest.mark.parametrize("step", [1e-3, 1e-2])
 @pytest.mark.parametrize("mass", [0.0, 1e-8, 1e-5])
 def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
@@ -124,6 +127,7 @@ def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
     np.testing.assert_allclose(run.q[:, light.q_names.index("q.rail")], other.q[:, 1], atol=tolerance)
 
 
+@pytest.mark.slow_cases("rattlie", "rk4_partitioned")
 @pytest.mark.parametrize("method", [*IMPLICIT[1:], PARTITIONED[0]])
 def test_a_rod_without_mass_acts_as_a_distance(method: str) -> None:
     light = built(CRANK.format(name="light") + ROD.format(mass=0))
@@ -155,7 +159,9 @@ def test_statics_and_linear_models_are_those_of_the_machine_without_the_jack(pas
     np.testing.assert_allclose(steady.q[0], expected.q[0], atol=1e-9)
 
 
-def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack() -> None:
+@pytest.mark.slow_cases("rattlie")
+@pytest.mark.parametrize("method", ["generalized_alpha", "rattlie"])
+def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack(method: str) -> None:
     tunable = (
         'outputs.angle = { formula = "q.pivot" }\nparameters.load = { value = 120, unit = "kg", tunable = true }\n'
     )
@@ -164,12 +170,11 @@ def test_derivatives_of_runs_are_those_of_the_machine_without_the_jack() -> None
         return built(text.replace('"120 * unit"', '"load"').replace('"4e4 * unit"', "4e4") + tunable)
 
     jack, alone = with_load(boom()), with_load(BOOM.format(name="alone", gravity=-9.81, unit=1.0))
-    for method in ("generalized_alpha", "rattlie"):
-        with_jack, without = (
-            model.sensitivities(0.2, 1e-2, by=["load"], of=["angle"], method=method).outputs["angle"]
-            for model in (jack, alone)
-        )
-        np.testing.assert_allclose(with_jack, without, rtol=1e-8, atol=1e-14)
+    with_jack, without = (
+        model.sensitivities(0.2, 1e-2, by=["load"], of=["angle"], method=method).outputs["angle"]
+        for model in (jack, alone)
+    )
+    np.testing.assert_allclose(with_jack, without, rtol=1e-8, atol=1e-14)
 
 
 @pytest.mark.parametrize(
