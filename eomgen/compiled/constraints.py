@@ -1,4 +1,4 @@
-"""Accelerations and multipliers of constrained models, and consistent states from guesses, on the compiled functions.
+"""Accelerations and multipliers of constrained models on the compiled functions.
 
 [ M  B^T ] [ vdot ]   [ -r(a = 0, lam = 0) ]
 [ B   0  ] [ lam  ] = [ -g                 ]     g: time derivative of the rows' rates at vdot = 0

@@ -95,7 +95,7 @@ def test_friction_that_steps_leave_at_once_is_no_doubt(step: float) -> None:
 def test_searches_within_steps_are_left_out_with_the_estimate_and_named(monkeypatch: pytest.MonkeyPatch) -> None:
     model = eomgen.build(belt(2e-4, 1e-5, driven=False), method="rk4", profile="quick")
     run = model.simulate(0.5, 5e-3, error_estimate=False)
-    monkeypatch.setattr("eomgen.simulation.accuracy.richardson.fastest_rates", None)
+    monkeypatch.setattr("eomgen.simulation.accuracy.fastest_rates.fastest_rates", None)
     for name in ("unseen_laws.unseen_law", "unseen_events.unseen_events", "remarks.fast_laws"):
         monkeypatch.setattr(f"eomgen.products.doubts.{name}", None)
     assert run.success and not {finding.name for finding in run.findings} & {"unresolved_damping", "fast_law"}

@@ -31,8 +31,8 @@ from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.products.doubts.settings import with_settings
 from eomgen.results.finding import Finding
 from eomgen.scene.document.notes import Note
-from eomgen.simulation.accuracy import richardson
-from eomgen.simulation.accuracy.richardson import FastestRates, Rate
+from eomgen.simulation.accuracy import fastest_rates
+from eomgen.simulation.accuracy.fastest_rates import FastestRates, Rate
 from eomgen.simulation.judgement import singular_positions
 from eomgen.simulation.judgement.finished_run import Check, FinishedRun, UnseenLaw
 from eomgen.simulation.judgement.register import BY_NAME, Verdict
@@ -422,7 +422,7 @@ def quantised(span: float, values: int) -> Change:
 
 def steep(share: float, sign: float) -> tuple[Change, ...]:
     """Give a velocity that falls from 1 to -1 a law with a jump at 0, as a part of its change within the step."""
-    rates = object.__new__(richardson._Rates)
+    rates = object.__new__(fastest_rates._Rates)
     step = np.array([[1.0], [-1.0]])
     states = SimpleNamespace(v=step, t=np.array([0.0, 0.05]))
     run = SimpleNamespace(settings={"step": 1.0})

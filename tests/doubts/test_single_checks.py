@@ -17,7 +17,7 @@ from eomgen.integrators.families.register import method_named
 from eomgen.products.doubts import accuracy, remarks, rests
 from eomgen.products.doubts.accuracy import linear_range_exceeded
 from eomgen.products.doubts.fast_motions import _chosen, _Law
-from eomgen.simulation.accuracy.richardson import FastestRates, Rate
+from eomgen.simulation.accuracy.fastest_rates import FastestRates, Rate
 from eomgen.simulation.judgement.finished_run import FACTS, FinishedRun
 from eomgen.simulation.judgement.register import BY_NAME, CHECKS
 from eomgen.simulation.stepping.time_grid import TimeGrid

@@ -2,7 +2,7 @@
 
 Slip follows the usual definitions (Pacejka, Tire and Vehicle Dynamics, 2012, section 1.2), with a speed added to the
 rolling one so that a wheel at rest has a force too; forces grow in proportion to slip and load and approach friction
-times load smoothly. The normal force over deflection and its rate follows ``contact_law``, as at limits of joints.
+times load smoothly. The normal force over deflection and its rate follows ``contacts.contact``, as at limits of joints.
 """
 
 from __future__ import annotations

@@ -36,7 +36,7 @@ from eomgen.products.doubts.limits import (
 )
 from eomgen.products.doubts.sampled_run import SampledRun
 from eomgen.results.finding import NOTE, Finding
-from eomgen.simulation.accuracy.richardson import STEEP_PART, Rate
+from eomgen.simulation.accuracy.fastest_rates import STEEP_PART, Rate
 from eomgen.simulation.judgement.failures import FAULTS
 from eomgen.simulation.judgement.finished_run import ANY_FAILURE, ESTIMATED, Check, FinishedRun
 from eomgen.simulation.judgement.instability import EACH, FAR_TRAVEL, OVERALL, unbounded_growth

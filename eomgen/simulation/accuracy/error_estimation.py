@@ -33,10 +33,10 @@ from eomgen.simulation.accuracy.comparison_runs import (
     counted,
     planned_steps,
 )
+from eomgen.simulation.accuracy.fastest_rates import FastestRates
 from eomgen.simulation.accuracy.motion_size import motion_size, shares
 from eomgen.simulation.accuracy.richardson import (
     OTHER_ORDER,
-    FastestRates,
     Pair,
     estimate,
     gain_by,

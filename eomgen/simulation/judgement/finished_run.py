@@ -33,7 +33,7 @@ from eomgen.simulation.stepping.time_grid import StepParts, step_parts
 if TYPE_CHECKING:
     from eomgen.base.limits import Limit
     from eomgen.compiled.rest.state_warnings import LargestBending
-    from eomgen.simulation.accuracy.richardson import FastestRates
+    from eomgen.simulation.accuracy.fastest_rates import FastestRates
     from eomgen.simulation.judgement.instability import Growth
     from eomgen.simulation.judgement.invariants import EnergyBalance, Violation
 
@@ -323,7 +323,7 @@ class FinishedRun(EvaluatesOnce):
     @cached_property
     def fastest(self) -> FastestRates:
         """The fastest rates along the run."""
-        from eomgen.simulation.accuracy.richardson import fastest_rates  # noqa: PLC0415  # on request
+        from eomgen.simulation.accuracy.fastest_rates import fastest_rates  # noqa: PLC0415  # on request
 
         return fastest_rates(self.run, self.trajectory.rows, self.present)
 

@@ -1,0 +1,283 @@
+"""The fastest rates of the equations along a run, which its steps have to resolve.
+
+Differences of runs at other steps show the error if the step resolves the fastest rate of the equations: only then do
+errors follow powers of the step (Hairer, Norsett, Wanner: Solving Ordinary Differential Equations I, 1993, II.4). If it
+does not, runs at h, 2h and h/2 may be wrong alike. For x' = lambda x,
+
+- an explicit method grows if -h lambda is above the end of its interval of stability (IV.2 of Hairer, Wanner: Solving
+  Ordinary Differential Equations II, 1996). Friction bounds the growth: the run chatters about a level that the
+  equations hold from both sides (Filippov: Differential Equations with Discontinuous Righthand Sides, 1988, 4), and
+  the force there is an average that the law does not give;
+- an implicit method reproduces a growth h lambda below 1 alone: at 2 it has a pole, beyond it growth turns into decay
+  (IV.3), so that a falling characteristic is passed over, and the run stays on the wrong branch. There are branches
+  if the acceleration has both signs within the step. If it has one, every motion goes through the law with the same
+  v(t) but for a shift of time, and differences of v grow by the ratio of the accelerations after and before, in all
+  runs alike;
+- a law that is passed in one step, h |lambda| above 1 within the step and below 1 at an end of it, is a jump for the
+  steps: errors are of first order with a factor that depends on its place in the step.
+
+Rates of laws in velocities are slopes of accelerations, a_j over v_j with all else held but for the constraints,
+between the values of v_j at both ends of a step, on a mesh that halves towards v_j = 0: no width of a law is assumed.
+The steps are the steps with the largest changes of accelerations. At some rows, eigenvalues of the slopes in all
+directions of the tangent are added.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from eomgen.base.arrays import Array
+from eomgen.base.limits import Limit
+from eomgen.compiled.constraints import NEEDED
+from eomgen.compiled.equations import accelerations, has_residual_partials, residual_partials
+from eomgen.errors import EomgenError
+from eomgen.simulation.accuracy.motion_size import reach_of
+from eomgen.simulation.stepping.run import Run
+from eomgen.simulation.stepping.states import States, states_of
+
+#: Places along a run, of each kind, at which rates are looked for at most.
+_PLACES = 8
+#: Part of the evaluations of a run, one for each step, that its judgement may take.
+_BUDGET = 0.5
+STEEP_PART = Limit(
+    0.1,
+    "1",
+    "change of an acceleration by a steep law, in parts of the change in a step",
+    "a choice: the part from which a force is seen in a plot",
+)
+#: Halvings of a velocity down to half of the digits of doubles, and the last part: differences of accelerations over
+#: smaller ones are rounding; singular values of B that are smaller belong to redundant rows.
+_HALVINGS = np.finfo(np.float64).nmant // 2
+_HALF_OF_DIGITS = math.ldexp(1.0, -_HALVINGS)
+
+
+class Rate(NamedTuple):
+    """A rate of the equations, 1/s, at a time, s, with the velocity or the kind of states in words; by default of a run
+    without decay and growth."""
+
+    rate: float = 0.0
+    time: float = math.nan
+    name: str = ""
+
+
+class FastestRates(NamedTuple):
+    """The fastest rates along a run.
+
+    Attributes
+    ----------
+    decay : of velocities at the rows, and about levels that hold a velocity
+    growth : of velocities in a law that a step passes, with accelerations of both signs
+    passed : the steepest law that a step passes, of either sign
+    states : decay of internal states at the rows
+    """
+
+    decay: Rate = Rate()
+    growth: Rate = Rate()
+    passed: Rate = Rate()
+    states: Rate = Rate()
+
+
+def fastest_rates(run: Run, rows: Array, parameters: Array) -> FastestRates:
+    """Return the fastest rates along a run.
+
+    Parameters
+    ----------
+    rows : (n, width) of the record
+    parameters : (np,), or (n, np), at the rows
+    """
+    try:
+        return _Rates(run, rows, parameters).fastest() if len(rows) > 1 else FastestRates()
+    except (EomgenError, np.linalg.LinAlgError, KeyError):  # states at which the equations give no numbers
+        return FastestRates()
+
+
+class _Rates:
+    def __init__(self, run: Run, rows: Array, parameters: Array) -> None:
+        self._run, self._model = run, run.model
+        self._states: States = states_of(rows, run.model, views=True)
+        self._p = parameters
+        self._left = max(int(_BUDGET * (rows[-1, 0] - rows[0, 0]) / run.settings["step"]), 2 * (_HALVINGS + 2))
+
+    def fastest(self) -> FastestRates:
+        model, count = self._model, len(self._states.t)
+        needed = NEEDED if model.multipliers else ("forward_dynamics",)
+        resisted = model.functions.library.layout["facts"]["velocity_forces"]  # else no velocity decays or grows
+        moves = bool(model.nv) and resisted and all(map(model.functions.of_runs, needed))  # compiles no other function
+        decay = growth = passed = Rate()
+        for step, column in self._steepest() if moves else ():
+            held, grows, passes = self._within(step, column)
+            decay, growth, passed = max(decay, held), max(growth, grows), max(passed, passes)
+        spread = sorted(set(np.linspace(0, count - 1, min(count, _PLACES)).astype(int).tolist()))
+        if moves:
+            decay = max([decay, *filter(None, map(self._lasting, spread))], key=lambda one: one.rate)
+        states = max([Rate(), *map(self._state_decay, spread)]) if model.nz else Rate()
+        return FastestRates(decay, growth, passed, states)
+
+    def _inputs(self, row: int) -> Array | None:
+        if not self._model.nu:
+            return None
+        t = self._states.t[row : row + 1]
+        return self._run.signals.rows(t)[0] if self._run.takes_rows else None
+
+    def _parameters(self, row: int) -> Array:
+        return self._p if self._p.ndim == 1 else self._p[row]
+
+    def _accelerations(self, row: int, v: Array) -> Array:
+        """Return accelerations at velocities (m, nv), all else as at a row."""
+        states = self._states
+        self._left -= len(v)
+        with np.errstate(all="ignore"):
+            return accelerations(
+                self._model,
+                np.broadcast_to(states.q[row], (len(v), self._model.nq)),
+                v,
+                float(states.t[row]),
+                self._inputs(row),
+                z=states.z[row],
+                parameters=self._parameters(row),
+            )
+
+    # -- laws within steps -----------------------------------------------------------------------------------------
+
+    def _steepest(self) -> list[tuple[int, int]]:
+        """Return the steps, and the velocities, whose accelerations change most, relative to the velocities."""
+        t, _, v, a, *_ = self._states
+        size = np.abs(v).max(axis=0)
+        kicks = np.abs(np.diff(np.where(np.isfinite(a), a, 0.0), axis=0)) * np.diff(t)[:, np.newaxis]
+        with np.errstate(all="ignore"):
+            kicks = np.nan_to_num(kicks / size, nan=0.0, posinf=0.0)
+        # laws are steep at rest, which stages of a step may pass although its end does not
+        sign = np.sign(v[:-1])
+        turned = (np.sign(v[1:]) * sign <= 0.0) | (np.sign(self._next_velocities()[:-1]) * sign <= 0.0)
+        order = np.argsort(-np.where(turned, 1.0 + kicks, kicks), axis=0)[:_PLACES]
+        places = [(float(kicks[row, j]), int(row), j) for j in range(v.shape[1]) for row in order[:, j]]
+        places.sort(reverse=True)
+        chosen = [one for one in places if turned[one[1], one[2]]][:_PLACES]
+        chosen += [one for one in places if not turned[one[1], one[2]]][:_PLACES]
+        return [(row, j) for kick, row, j in chosen if kick > 0.0]
+
+    def _next_velocities(self) -> Array:
+        """Return the velocities one step after each row at the accelerations of the row, (n, nv)."""
+        reached: Array = self._states.v + self._run.settings["step"] * np.nan_to_num(self._states.a)
+        return reached
+
+    def _within(self, step: int, column: int) -> tuple[Rate, Rate, Rate]:
+        """Return the decay to a level that holds the velocity, the growth, and the steepest slope within a step."""
+        none, v = Rate(), self._states.v
+        if self._left < _HALVINGS:
+            return none, none, none
+        ends = float(v[step, column]), float(v[step + 1, column]), float(self._next_velocities()[step, column])
+        levels = max(map(abs, ends)) * np.ldexp(1.0, -np.arange(_HALVINGS))
+        levels = np.array(sorted({*ends, 0.0, *levels.tolist(), *(-levels).tolist()}))
+        levels = levels[(levels >= min(ends)) & (levels <= max(ends))]
+        way = self._way(step, column)
+        if len(levels) < 2 or way is None:
+            return none, none, none
+        there = v[step] + (levels - ends[0])[:, np.newaxis] * way
+        a = self._accelerations(step, there)[:, column]
+        change = np.diff(a)
+        noticed = np.abs(change) > 1e-9 * np.abs(a).max()
+        slopes = np.where(noticed, change / np.diff(levels), 0.0)
+        h = self._run.settings["step"]
+        if not np.all(np.isfinite(slopes)) or np.abs(slopes[[0, -1]]).min() * h > 1.0:
+            return none, none, none  # as steep outside: no law ends within the step
+        time, name = float(self._states.t[step + 1]), self._model.v_names[column]
+        span = float(np.sum(np.abs(change)))
+        steep = {sign: sign * slopes * h > 1.0 for sign in (1.0, -1.0)}
+        parts = {sign: float(np.sum(np.abs(change[where]))) for sign, where in steep.items()}
+        rise = float(slopes.max()) if parts[1.0] > STEEP_PART * span else 0.0
+        decay = float(-slopes.min()) if parts[-1.0] > STEEP_PART * span else 0.0
+        holds = a[0] > 0.0 > a[-1]
+        if decay and holds:
+            low, high = self._accelerations(step + 1, there[[0, -1]])[:, column]
+            holds = bool(low > 0.0 > high)
+        return (
+            Rate(decay if holds else 0.0, time, name),
+            Rate(rise if a.min() < 0.0 < a.max() else 0.0, time, name),
+            Rate(max(decay, rise), time, name),
+        )
+
+    def _way(self, row: int, column: int) -> Array | None:
+        """Return the change of velocities, (nv,), along with one of them, on the tangent; None if it is held."""
+        basis = self._tangent(row)
+        way: Array = basis @ basis[column]
+        return way / way[column] if way[column] > _HALF_OF_DIGITS else None
+
+    # -- eigenvalues at rows ---------------------------------------------------------------------------------------
+
+    def _lasting(self, row: int) -> Rate | None:
+        """Return the decay at a row; if it is too fast for the method there, the slower decay of this row and the next:
+        a method is not stable if its steps stay in a steep law, and one step passes through a law at rest."""
+        here = self._at_row(row)
+        if here is None or here.rate * self._run.settings["step"] <= self._run.method.real_stability:
+            return here
+        last = len(self._states.t) - 1
+        other = self._at_row(row + 1 if row < last else max(row - 1, 0))
+        return here if other is None else min(here, other, key=lambda one: one.rate)
+
+    def _at_row(self, row: int) -> Rate | None:
+        """Return the fastest decay of velocities at a row on the tangent of the constraints, by eigenvalues of the
+        slopes of accelerations: by partials, or by central differences if the model has none."""
+        model = self._model
+        if self._left < 2 * model.nv and row:
+            return None
+        basis = self._tangent(row)
+        slopes = self._partials(row, basis) if has_residual_partials(model) else self._differences(row, basis)
+        if slopes is None or not slopes.size or not np.all(np.isfinite(slopes)):
+            return None
+        values, vectors = np.linalg.eig(slopes)
+        place = int(np.argmin(values.real))
+        name = model.v_names[int(np.argmax(np.abs(basis @ vectors[:, place])))]
+        return Rate(max(0.0, float(-values[place].real)), float(self._states.t[row]), name)
+
+    def _tangent(self, row: int) -> Array:
+        """Return a basis of the velocities that the constraints leave, (nv, m)."""
+        model, states = self._model, self._states
+        if not model.multipliers or "constraint_jacobian" not in model.functions:
+            return np.eye(model.nv)
+        given: dict[str, Any] = {"t": float(states.t[row]), "parameters": self._parameters(row)}
+        blocks = model.evaluate("constraint_jacobian", states.q[row], **given)
+        jacobian = np.atleast_2d(next(iter(blocks.values())))
+        _, sizes, directions = np.linalg.svd(jacobian)
+        free: Array = directions[int(np.sum(sizes > _HALF_OF_DIGITS * sizes.max(initial=0.0))) :].T
+        return free
+
+    def _partials(self, row: int, basis: Array) -> Array | None:
+        model, states = self._model, self._states
+        held = {"multipliers": states.multipliers[row]} if model.multipliers else {}
+        given: dict[str, Any] = {"z": states.z[row], "parameters": self._parameters(row), **held}
+        q, v, t = states.q[row], states.v[row], float(states.t[row])
+        self._left -= model.nv
+        with np.errstate(all="ignore"):
+            _, C, M = residual_partials(model, q, v, np.zeros_like(v), t, self._inputs(row), **given)
+            mass = basis.T @ M @ basis
+            if not (np.all(np.isfinite(C)) and np.all(np.isfinite(mass)) and np.linalg.matrix_rank(mass) == len(mass)):
+                return None
+            result: Array = np.asarray(-np.linalg.solve(mass, basis.T @ C @ basis), dtype=float)
+        return result
+
+    def _differences(self, row: int, basis: Array) -> Array:
+        v = self._states.v[row]
+        fastest = np.abs(self._states.v).max(axis=0)
+        reach = reach_of(self._model, self._states.q) / float(np.ptp(self._states.t))
+        sizes = _HALF_OF_DIGITS * (np.where(fastest > 0.0, fastest, np.where(reach > 0.0, reach, 1.0)) @ np.abs(basis))
+        ways = sizes[:, np.newaxis] * basis.T
+        both = self._accelerations(row, np.concatenate([v + ways, v - ways]))
+        slopes = (both[: len(ways)] - both[len(ways) :]) / (2.0 * sizes[:, np.newaxis])
+        result: Array = np.asarray(basis.T @ slopes.T, dtype=float)
+        return result
+
+    def _state_decay(self, row: int) -> Rate:
+        """Return the fastest decay of internal states at a row, by the eigenvalues of -Fz: 0 if no state decays."""
+        model, states = self._model, self._states
+        if not model.functions.of_runs("internal_partials"):
+            return Rate()
+        t = float(states.t[row])
+        given = states.q[row], states.v[row], states.z[row], t, self._inputs(row)
+        by_state = model.internal_partials(*given, parameters=self._parameters(row)).rate_z
+        if not np.all(np.isfinite(by_state)):
+            return Rate()
+        return Rate(float((-np.linalg.eigvals(by_state).real).max(initial=0.0)), t, "internal states")
