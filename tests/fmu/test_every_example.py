@@ -67,7 +67,7 @@ def file_of(name: str, version: int) -> Path:
     return folder
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.long_cases(*LONG_IN_VERSION_2, "3-cable_net/scene.toml")
 @pytest.mark.parametrize("name", SCENES)
@@ -78,7 +78,7 @@ def test_validators_have_no_findings(name: str, version: int) -> None:
     assert toolbox_findings(file) == []
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.long_cases(*LONG_IN_VERSION_2, "3-cable_net/scene.toml")
 @pytest.mark.parametrize("name", SCENES)
@@ -183,8 +183,9 @@ def gear_rows(times: Array) -> Rows:
     return dict(zip(("q.motor", "q.load", "v.motor", "v.load"), q.T, strict=True)) | {"twist": q[:, 0] / 3.0 - q[:, 1]}
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
+@pytest.mark.long_cases("3-cable_net/scene.toml")
 @pytest.mark.parametrize("name", SCENES)
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.long), 3])  # both have the same equations
 def test_model_exchange_meets_a_refined_run(name: str, version: int) -> None:

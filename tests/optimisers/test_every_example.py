@@ -162,7 +162,7 @@ def largest(values: Array) -> float:
     return float(np.max(np.abs(values), initial=0.0))
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", *LARGE)
 @pytest.mark.parametrize("example", SCENES)
@@ -263,7 +263,7 @@ class Variational:
         return self.equations(unknown, state)[1]
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "example", [pytest.param(name, marks=pytest.mark.long) if name in LONG_STEPS else name for name in TESTED]
@@ -325,7 +325,7 @@ def consistent(model: eomgen.Model, rng: np.random.Generator) -> tuple[Array, Ar
     return state.q, state.v
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long_except_every(6)
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", *LARGE)
 @pytest.mark.parametrize("example", SCENES)

@@ -92,6 +92,7 @@ def alike(found: Any, expected: Any, within: float = 1e-7) -> None:
     np.testing.assert_allclose(found, expected, rtol=within, atol=within * size)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("length 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 def test_equilibria_and_linear_models_are_the_same(units: SceneUnits) -> None:
@@ -112,6 +113,7 @@ def test_paths_of_equilibria_are_the_same(units: SceneUnits) -> None:
     alike(*ends)
 
 
+@pytest.mark.long_except_every(5)
 @pytest.mark.slow_except("gears-rk4_partitioned-length 1e-06", "crank-rosenbrock-time 1e-06")
 @pytest.mark.parametrize("units", SCALES, ids=NAMES)
 @pytest.mark.parametrize("method", ["rk4_partitioned", "rk45_partitioned", "generalized_alpha", "rosenbrock"])
@@ -143,6 +145,7 @@ def test_gains_of_regulators_are_the_same(units: SceneUnits) -> None:
     alike(np.sort_complex(gains[0]), np.sort_complex(gains[1]), 1e-6)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("length 1e-06")
 @pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
 def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
@@ -152,6 +155,7 @@ def test_buckling_loads_are_the_same(units: SceneUnits) -> None:
     alike(np.asarray(loads.values) / units.size("N"), expected)
 
 
+@pytest.mark.long_except_every(3)
 @pytest.mark.slow_except("estimate-length 1e-06")
 @pytest.mark.parametrize("units", [SceneUnits(), *SCALES], ids=["none", *NAMES])
 @pytest.mark.parametrize("estimated", [False, True], ids=["state", "estimate"])
