@@ -246,6 +246,7 @@ DOORS: dict[str, set[str]] = {
         "base",
         "compiled",
         "errors",
+        "integrators",
         "lie",
         "mechanics",
         "pipeline",

@@ -172,7 +172,7 @@ LAG = 'c = { type = "low_pass", signal = "q.pin", time_constant = 0.1'
         ),
         (
             'c = { type = "lead_lag", signal = 1, time_constant = 1, lead = 2, initial = 3 }',
-            "initial has no meaning for lead_lag; try: type = pi or pid or low_pass or sampled",
+            "initial has no meaning for lead_lag; try: initial_filtered, or type = pi or pid or low_pass or sampled",
         ),
         (
             'c = { type = "pi", signal = "a.pin" }',

@@ -120,6 +120,8 @@ def test_unknown_types_and_wrong_orders_are_named() -> None:
         testing.check_joint_type("slut")
     with pytest.raises(testing.ContractError, match=r"rk4: errors fall with order \d\.\d\d, and not 2"):
         testing.check_integrator("rk4", 2)
+    with pytest.raises(testing.ContractError, match="rk45: the method chooses its steps"):
+        testing.check_integrator("rk45", 5)
 
 
 def test_a_wrong_law_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

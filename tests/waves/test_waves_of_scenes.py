@@ -559,12 +559,15 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         {"spectrum": {"type": "jonswap", "height": 3, "period": 1e300}},
         r"\(waves\.sea\.spectrum\): at the peak the period 1e\+300 s is not from 1e-06 to 1e\+09 s; try: period = 8",
     ),
-    ({"spectrum": {"type": "jonswap", "height": 3}}, r"jonswap needs period; try: period = 9"),
+    ({"spectrum": {"type": "jonswap", "height": 3}}, r"the type jonswap needs the key period; try: period = 9"),
     (
         {"spectrum": {"type": "jonswap", "height": -3, "period": 9}},
         r"spectrum\.height\): the height -3 is not positive",
     ),
-    ({"spectrum": {"type": "jonswap", "height": 3, "period": 9, "wind": 1}}, r"jonswap takes no wind"),
+    (
+        {"spectrum": {"type": "jonswap", "height": 3, "period": 9, "wind": 1}},
+        r"wind has no meaning for jonswap; try: type = pierson_moskowitz",
+    ),
     (
         {"spectrum": {"type": "jonswap", "height": 3, "period": 9, "peakedness": 0.5}},
         r"the peakedness 0\.5 is not from 1 to 20; try: 3\.3, or 1",

@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.integrators.families.register import method_named
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.mechanics.forces.applied import law_of
@@ -190,6 +191,8 @@ def check_integrator(method: str, order: float, /, **parameters: Any) -> None:
     ContractError
         Naming the method and the demand.
     """
+    fixed = not method_named(method, **parameters).chooses_steps
+    demand(fixed, method, "the method chooses its steps, and an order is measured with steps of one size")
     scene = load_toml(_SCENE)
     model = build(scene, profile="reproducible")
     exact = model.simulate(_SPAN, 1e-4, method="rk4").v[-1]

@@ -220,11 +220,11 @@ def _used(formulas: Iterable[Formula]) -> list[str]:
 
 #: Keys of each type in addition to labels; needed keys with an example.
 _KEYS: Mapping[str, str] = {
-    "pi": "signal=... initial minimum maximum proportional integral tracking",
-    "pid": "signal=... initial minimum maximum time_constant=0.01 proportional integral derivative tracking"
+    "pi": 'signal="1-q.hinge" initial minimum maximum proportional integral tracking',
+    "pid": 'signal="1-q.hinge" initial minimum maximum time_constant=0.01 proportional integral derivative tracking'
     " initial_filtered",
-    "low_pass": "signal=... initial minimum maximum time_constant=0.01 gain",
-    "lead_lag": "signal=... minimum maximum time_constant=0.01 lead=0.01 gain initial_filtered",
+    "low_pass": 'signal="1-q.hinge" initial minimum maximum time_constant=0.01 gain',
+    "lead_lag": 'signal="1-q.hinge" minimum maximum time_constant=0.01 lead=0.01 gain initial_filtered',
     "state_feedback": "minimum maximum outputs coordinates signals position_references signal_references position_gains"
     " velocity_gains signal_gains calibration",
     "sampled": "initial sample=0.01 signals outputs delay quantum source function memory",

@@ -305,7 +305,7 @@ class Values:
 
     def _require_bound(self, key: str, formula: Formula, scope: Scope) -> None:
         """Apply the rule of a key to a formula of parameters; without a rule, require a finite value."""
-        if scope is not PARAMETERS:
+        if scope not in (PARAMETERS, FIXED_PARAMETERS):
             return
         bound = bound_of(key, self.bounds)
         if bound is not None:
@@ -383,13 +383,12 @@ class Values:
         kind = kind or getattr(entry, choice)
         keys = {other: dict(word.partition("=")[::2] for word in words.split()) for other, words in taken.items()}
         for name in dict.fromkeys(name for own in keys.values() for name in own):
-            given, example = (
-                getattr(entry, name) != type(entry).model_fields[name].default,
-                keys.get(kind, {}).get(name),
-            )
+            given = getattr(entry, name) != type(entry).model_fields[name].default
+            example = keys.get(kind, {}).get(name)
             if given and example is None:
-                kinds = " or ".join(other for other, own in keys.items() if name in own)
-                self.report.add(f"{key}.{name}", f"{name} has no meaning for {kind} [E1417]", f"{choice} = {kinds}")
+                hint = f"{choice} = {' or '.join(other for other, own in keys.items() if name in own)}"
+                near = next((f"{own}, or " for own in keys.get(kind, ()) if own.startswith(f"{name}_")), "")
+                self.report.add(f"{key}.{name}", f"{name} has no meaning for {kind} [E1417]", near + hint)
             elif example and not given:
                 hint = f"{name} = {example.replace(',', ', ')}"
                 self.report.add(key, f"the {choice} {kind} needs the key {name} [E1418]", hint)

@@ -180,9 +180,9 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         fault = _TOML_PLACE.sub("", message).encode("ascii", "backslashreplace").decode()
         line = "".join(text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else [])
         key = _KEY.match(line)
-        if "overwrite a value" in fault and key:
-            fault, column = f"the key {key[1][:64]} is given twice [E1970]", ""
         hint = _toml_hint(fault, line)
+        if "overwrite a value" in fault and key:
+            fault, column, hint = f"the key {key[1][:64]} is given twice [E1970]", "", "one of them"
         if fault.startswith("Unclosed array"):
             seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
             number, hint = _unclosed(text, seen, at)
@@ -208,8 +208,6 @@ def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
 
 def _toml_hint(fault: str, line: str) -> str:
     """Return a hint for a line that is not TOML."""
-    if "is given twice" in fault:
-        return "one of them"
     if "twice" in fault or "overwrite" in fault:
         return "one table, or one key, of each name"
     if values := _BARE_LIST.search(line):

@@ -54,8 +54,8 @@ FAILURES = [
     Failure(
         "A controller without a signal",
         3,
-        "description error: scene.toml:33 (controllers.servo): the type pi needs the key signal; try: signal = ..."
-        " [E1418]",
+        "description error: scene.toml:33 (controllers.servo): the type pi needs the key signal; try: signal ="
+        ' "1-q.hinge" [E1418]',
         more='[controllers.servo]\ntype = "pi"\nproportional = 2',
     ),
     Failure(

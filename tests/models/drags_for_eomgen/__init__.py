@@ -26,6 +26,7 @@ from eomgen.extending import (
     Triple,
     Value,
     Word,
+    above_zero,
     key,
     key_of,
     not_below_zero,
@@ -112,7 +113,7 @@ class _Winds(Section):
         return wind
 
 
-WINDS = _Winds(key="winds", entry=WindEntry, before=("bodies",))
+WINDS = _Winds(key="winds", entry=WindEntry, before=("bodies",), bounds={"time": above_zero("the time of a wind")})
 WIND_SPEED = Word(
     "wind_speed",
     "winds",

@@ -54,7 +54,7 @@ class Cell:
     verdict : one of ``VERDICTS``
     error, velocity_error : relative to the motion and to the largest velocity; None if none is known
     bound : largest error of a cell that holds
-    said : message of the run, reason for its end
+    said : warnings of the run, reason for its end
     reference : description of the reference
     seconds : of the run
     """

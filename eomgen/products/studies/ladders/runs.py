@@ -20,6 +20,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import EomgenError
 from eomgen.integrators.families.register import canonical_name
 from eomgen.pipeline.model import Model
+from eomgen.results.finding import WARNING
 from eomgen.results.solution import Solution
 
 #: Ends of a run: at the end time, before it with a message, refused at the start; interrupted for lack of time; not
@@ -70,7 +71,7 @@ class RunEnding:
     Attributes
     ----------
     how : one of the words above
-    said : message of the run without the statement that the end was reached
+    said : warnings of the run, or its message if the run did not reach the end
     arrays : of the observation, if the run reached the end
     finite : whether all results are finite
     """
@@ -124,9 +125,9 @@ def simulated(model: Model, conditions: RunConditions, method: str, **more: Any)
         return RunEnding(REFUSED, str(error))
     if run.interrupted:
         return RunEnding(UNFINISHED, run.message)
-    said = run.message.partition("; ")[2] if run.success else run.message
     if not run.success:
-        return RunEnding(STOPPED, said)
+        return RunEnding(STOPPED, run.message)
+    said = "; ".join(str(one) for one in run.findings if one.severity == WARNING)
     every = (run.t, run.q, run.v, run.z, run.a, *run.outputs.values())
     return RunEnding(REACHED, said, _arrays(run, conditions), all(bool(np.all(np.isfinite(x))) for x in every))
 

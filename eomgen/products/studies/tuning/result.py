@@ -152,7 +152,7 @@ class Tuned:
     rivals : cheapest first
     next_digit : how many times dearer a tenth of the error is expected to be
     own : the scene's settings, with error and seconds; infinite if the run fails
-    said : message of the scene's run with these settings and an error estimate, without its end; empty without findings
+    said : warnings of the scene's run with these settings and an error estimate
     verified : runs that were not used for tuning
     simulation : keys of the scene's section of that name
     written : error and seconds of the settings written by ``save``: of the configuration above

@@ -38,7 +38,7 @@ class Point:
     configuration : of the run
     kind, value : ``step`` in s, or ``tolerance``
     ended : ``reached``, ``stopped``, ``refused`` or ``too long``
-    said : message of the run without the statement that the end was reached, or the reason for an earlier end
+    said : warnings of the run, or the reason for an earlier end
     error : sizes of the errors by quantity, none below the uncertainty of the reference; empty if the run did not
         reach the end
     seconds : median of the processor's time for all steps, s, without outputs, energies and the error estimate; None

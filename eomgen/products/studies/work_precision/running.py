@@ -25,6 +25,7 @@ from eomgen.pipeline.model import Model
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.formulations import Formulations, same_start
 from eomgen.products.studies.work_precision.observation import Observation, observed
+from eomgen.results.finding import WARNING
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.timing import RepeatedRun, one_core
 from eomgen.toolchain.compiler import find_compiler
@@ -94,7 +95,7 @@ class ComparedRun:
     Attributes
     ----------
     ended : how, one of the words above
-    said : message of the run without the statement that the end was reached; reason for an earlier end
+    said : warnings of the run; reason for an earlier end
     observation : None for a run that did not reach the end
     unresolved : finding on a fault that runs at other steps have as well; empty without one
     stats : counts of the stepper
@@ -306,7 +307,7 @@ class Runner:
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
-            said = solution.message.partition("; ")[2]
+            said = "; ".join(str(one) for one in solution.findings if one.severity == WARNING)
             alike = next(map(str, () if solution.model is None else solution.model.alike()), "")
             return ComparedRun(REACHED, said, observation, counts(solution.stats), repeated, took, alike)
         except _BeyondTimeLimit:

@@ -59,11 +59,11 @@ class UnbrokenSea:
         return f"{fault} is {numbers[0]:.4g} m [E1799]", "a smaller height, or a longer period"
 
 
-#: By type of spectrum: required keys, and optional keys.
-_KEYS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
-    "jonswap": (("height", "period"), ("peakedness",)),
-    "pierson_moskowitz": (("wind",), ("height",)),
-    "points": (("points",), ("height",)),
+#: Keys of each type of spectrum; required keys with an example.
+_KEYS = {
+    "jonswap": "height=3 period=9 peakedness",
+    "pierson_moskowitz": "wind=15 height",
+    "points": "points=[[0.4,0],[0.7,2],[1.5,0]] height",
 }
 _EXAMPLES = {"height": "3", "period": "9", "wind": "15", "points": "[[0.4, 0], [0.7, 2], [1.5, 0]]"}
 #: Free waves whose pairs are taken at most.
@@ -306,13 +306,7 @@ def _spectrum(
 ) -> tuple[Spectrum | None, Formula | None]:
     """Return a spectrum, None for a refused spectrum, and the significant height to which it is scaled."""
     report = values.report
-    needed, allowed = _KEYS[entry.type]
-    for word in needed:
-        if getattr(entry, word) is None:
-            report.add(key, f"{entry.type} needs {word} [E1247]", f"{word} = {_EXAMPLES[word]}")
-    for word in ("height", "period", "peakedness", "wind", "points"):
-        if getattr(entry, word) is not None and word not in needed and word not in allowed:
-            report.add(f"{key}.{word}", f"{entry.type} takes no {word} [E0351]", " and ".join((*needed, *allowed)))
+    values.check_kind(key, entry, "type", _KEYS)
     number: dict[str, float] = {}
     height = None
     if entry.height is not None:
