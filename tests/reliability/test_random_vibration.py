@@ -569,34 +569,32 @@ def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient(
     assert "largest value" not in product.message and "of the variance of the process" not in product.message
 
 
-@pytest.mark.parametrize(
-    ("text", "law"),
-    [
+def test_random_constants_have_their_marginal_distributions() -> None:
+    """Out to six standard deviations, the same at all times, also behind the window."""
+    laws = [
         ("normal(3, 0.5)", stats.norm(3.0, 0.5)),
         ("lognormal(300, 30)", stats.lognorm(np.sqrt(np.log(1.01)), scale=300.0 / np.sqrt(1.01))),
         ("uniform(-1, 2)", stats.uniform(-1.0, 3.0)),
         ("gumbel(2, 0.3)", stats.gumbel_r(2.0, 0.3)),
         ("exponential(2)", stats.expon(scale=2.0)),
         ("weibull(1.5, 2.5)", stats.weibull_min(2.5, scale=1.5)),
-    ],
-)
-def test_random_constants_have_their_marginal_distributions(text: str, law: Any) -> None:
-    """Out to six standard deviations, the same at all times, also behind the window."""
+    ]
     scene = {
         "format": 1,
         "name": "constant",
         "bodies": {"block": {"mass": 1.0, "inertia": [1, 1, 1]}},
         "joints": {"rail": {"type": "prismatic", "parent": "base", "child": "block", "axis": [1, 0, 0]}},
-        "random": {"load": {"type": "constant", "distribution": text}},
-        "outputs": {"y": {"formula": "load"}},
+        "random": {f"load{k}": {"type": "constant", "distribution": text} for k, (text, _) in enumerate(laws)},
+        "outputs": {f"y{k}": {"formula": f"load{k}"} for k in range(len(laws))},
         "simulation": {"duration": 0.1, "step": 0.05, "method": "rk4"},
     }
     model = eomgen.build(scene)
     z = np.array([-6.0, -3.0, -0.5, 0.0, 1.0, 4.0, 6.0])
-    found = model.simulate_many(0.3, table={"load_z1": z})
-    expected = np.where(z < 0.0, law.ppf(special.ndtr(z)), law.isf(special.ndtr(-z)))
-    np.testing.assert_allclose(found.results["output.y.final"], expected, rtol=1e-7, atol=1e-9)
-    np.testing.assert_array_equal(found.results["output.y.max"], found.results["output.y.min"])
+    found = model.simulate_many(0.3, table={f"load{k}_z1": z for k in range(len(laws))})
+    for k, (text, law) in enumerate(laws):
+        expected = np.where(z < 0.0, law.ppf(special.ndtr(z)), law.isf(special.ndtr(-z)))
+        np.testing.assert_allclose(found.results[f"output.y{k}.final"], expected, rtol=1e-7, atol=1e-9, err_msg=text)
+        np.testing.assert_array_equal(found.results[f"output.y{k}.max"], found.results[f"output.y{k}.min"])
     assert "of the variance of the process" not in found.message
 
 
