@@ -190,6 +190,15 @@ def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.M
 
 
 @pytest.mark.slow
+def test_notes_of_a_run_are_no_warnings() -> None:
+    subject = Subject(PENDULUM, {})
+    model, conditions = subject.model("own"), subject.conditions(step=1e-3, steps=200)
+    plain = model.simulate(0.2, 1e-3, method="auto")
+    assert [one.severity for one in plain.findings] == ["note"] and "; " in plain.message
+    assert simulated(model, conditions, "auto").said == ""
+
+
+@pytest.mark.slow
 def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
     subject = Subject(PENDULUM, {})
     conditions = subject.conditions(step=1e-3, steps=200)
