@@ -387,8 +387,9 @@ class Values:
             example = keys.get(kind, {}).get(name)
             if given and example is None:
                 hint = f"{choice} = {' or '.join(other for other, own in keys.items() if name in own)}"
-                near = next((f"{own}, or " for own in keys.get(kind, ()) if own.startswith(f"{name}_")), "")
-                self.report.add(f"{key}.{name}", f"{name} has no meaning for {kind} [E1417]", near + hint)
+                near = [own for own in keys.get(kind, ()) if own.startswith(f"{name}_")]
+                hint = f"{near[0]}, or {hint}" if len(near) == 1 else hint
+                self.report.add(f"{key}.{name}", f"{name} has no meaning for {kind} [E1417]", hint)
             elif example and not given:
                 hint = f"{name} = {example.replace(',', ', ')}"
                 self.report.add(key, f"the {choice} {kind} needs the key {name} [E1418]", hint)
