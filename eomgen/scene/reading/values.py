@@ -307,8 +307,7 @@ class Values:
         """Apply the rule of a key to a formula of parameters; without a rule, require a finite value."""
         if scope not in (PARAMETERS, FIXED_PARAMETERS):
             return
-        bound = bound_of(key, self.bounds)
-        if bound is not None:
+        if (bound := bound_of(key, self.bounds)) is not None:
             self.require(key, bound, [formula])
         elif isinstance(formula, Operation) and self.is_tunable(formula):
             self.requirements.append(Requirement(self.report.where(key), (formula,)))
@@ -388,8 +387,8 @@ class Values:
             if given and example is None:
                 hint = f"{choice} = {' or '.join(other for other, own in keys.items() if name in own)}"
                 near = [own for own in keys.get(kind, ()) if own.startswith(f"{name}_")]
-                hint = f"{near[0]}, or {hint}" if len(near) == 1 else hint
-                self.report.add(f"{key}.{name}", f"{name} has no meaning for {kind} [E1417]", hint)
+                fault = f"{name} has no meaning for {kind} [E1417]"
+                self.report.add(f"{key}.{name}", fault, f"{near[0]}, or {hint}" if len(near) == 1 else hint)
             elif example and not given:
                 hint = f"{name} = {example.replace(',', ', ')}"
                 self.report.add(key, f"the {choice} {kind} needs the key {name} [E1418]", hint)
