@@ -1,4 +1,4 @@
-"""Checks across the entries of a scene: names, task frames, places on beams, groups, efforts of drives, the time grid."""
+"""Checks across the entries of a scene: names, task frames, places on beams, groups, efforts of drives, time grid."""
 
 from __future__ import annotations
 
