@@ -151,7 +151,7 @@ with contextlib.redirect_stdout(io.StringIO()):
     main(["simulate", "scene.toml", "--out", "out", "--t-end", "0.01", "--profile", "quick"])
 """
     start(work, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 227, 16, ["click", "csv", "zipfile"])
+    check(start(work, tmp_path / "cache"), 228, 16, ["click", "csv", "zipfile"])
 
 
 @pytest.mark.slow
