@@ -223,8 +223,8 @@ def largest_violation(model: CompiledModel, t: Array, q: Array, p: Array, larges
     summands, extents = sizes[:, :count], sizes[:, rows:]
     lengths = np.array([unit != "1" for unit in model.library.layout["row_units"][:count]])
     machine = extents.max(axis=1, initial=0.0)
-    if (bare := ~(machine > 0.0)).any():  # travels alone have no extent: their summands along the run are the scale
-        machine[bare] = float(summands[:, lengths].max(initial=0.0)) or 1.0
+    if not machine.min() > 0.0:  # travels alone have no extent: their summands along the run are the scale
+        machine[~(machine > 0.0)] = float(summands[:, lengths].max(initial=0.0)) or 1.0
     scale = np.where(lengths, machine[:, None], 1.0)
     epsilon = np.finfo(np.float32 if model.library.real == "float" else np.float64).eps
     rounding = _LAST_PLACES * epsilon * summands
