@@ -94,7 +94,7 @@ def _is_block(model: CompiledModel, name: str, value: Any) -> bool:
     A joint or a state may have the name of a block, or of each other: a mapping is of the joint and an array of the
     block then. Raises UsageError for a number, which may be of either.
     """
-    joint, state = any(factor.name == name for factor in model.factors), name in model.states
+    joint, state = name in [factor.name for factor in model.factors], name in model.states
     block = name in _BLOCKS and (name != "z" or bool(model.nz) or not joint)
     if block + joint + state > 1 and (np.ndim(value) == 0 and not isinstance(value, Mapping)):
         kinds = {f"all of {name}": block, "the joint": joint, "the internal state": state}
