@@ -86,8 +86,8 @@ def _newton(days: float) -> Array:
     """Return places of the six bodies, (6, 3), by Newton's equations in positions and velocities."""
     document = load_hamiltonian(SYSTEMS["outer_solar_system"])
     mass = np.array([item.value for item in document.parameters][1:])
-    places = np.array([item.position for item in document.coordinates]).reshape(6, 3)
-    speeds = np.array([item.momentum_value for item in document.coordinates]).reshape(6, 3) / mass[:, None]
+    places = np.array([item.value for item in document.coordinates]).reshape(6, 3)
+    speeds = np.array([item.value for item in document.momenta]).reshape(6, 3) / mass[:, None]
 
     def rate(_: float, state: Array) -> Array:
         x, v = state.reshape(2, 6, 3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +21,7 @@ from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
 
 if TYPE_CHECKING:
-    from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian
+    from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian, Parameter
     from eomgen.products.fields.hamiltonian.methods import Method
     from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
     from eomgen.products.fields.sampling import FieldSamples
@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 #: Kinds of the steps that are not compositions of drifts and kicks.
 _KINDS = {"COLLOCATION": "implicit", "EXPLICIT": "explicit, not symplectic", "PAIR": "steps by a tolerance"}
+#: Keys of a coordinate with its momentum in the output of ``info``.
+_PAIR = ("name", "momentum", "position", "momentum_value", "unit", "momentum_unit")
 #: Options of runs that these systems have; other options of ``simulate`` are refused.
 _TAKEN = ("t_end", "step", "method", "record_every", "profile", "parameters", "initial", "error_estimate", "tolerance")
 
@@ -77,8 +79,8 @@ def _data(
         "system": document.name,
         "description": document.description,
         "coordinates": [
-            {name: value for name, value in vars(item).items() if not name.endswith("_formula")}
-            for item in document.coordinates
+            dict(zip(_PAIR, (q.name, p.name, q.value, p.value, q.unit, p.unit), strict=True))
+            for q, p in zip(document.coordinates, document.momenta, strict=True)
         ],
         "parameters": {item.name: item.value for item in document.parameters},
         "definitions": dict(document.definitions),
@@ -112,13 +114,8 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
         option = f"--{given[0].replace('_', '-')}"
         fault = f"this option is of mechanical scenes, and {document.name} is a Hamiltonian system [E0706]"
         raise UsageError(Problem(option, fault, "leave it out"))
-    coordinates = document.coordinates
-    labels = {item.name: item.unit for item in document.parameters}
-    changes = _numbers("--set", options["parameters"], labels)
-    labels = {item.name: item.unit for item in coordinates} | {
-        item.momentum: item.momentum_unit for item in coordinates
-    }
-    starts = _numbers("--initial", options["initial"], labels)
+    changes = _numbers("--set", options["parameters"], document.parameters)
+    starts = _numbers("--initial", options["initial"], document.states)
     target = make_folder(Path(folder))
     with building(document.name):
         model = build_hamiltonian(document, options["method"], options["profile"])
@@ -157,9 +154,9 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     return 0 if solution.success else INTERRUPTED if solution.interrupted else NumericalError.exit_code
 
 
-def _numbers(option: str, given: Sequence[str], labels: Mapping[str, str]) -> dict[str, float]:
+def _numbers(option: str, given: Sequence[str], items: Iterable[Parameter]) -> dict[str, float]:
     """Return numbers by name, texts with a unit in the unit of the label. Raises UsageError if there is no label."""
-    result: dict[str, float] = {}
+    labels, result = {item.name: item.unit for item in items}, dict[str, float]()
     for name, value in assignments(option, given).items():
         if isinstance(value, str) and name in labels and not labels[name] and is_quantity(value):
             fault = f"{name} has no unit in the file, so {shown(value)} could be anything [E0707]"

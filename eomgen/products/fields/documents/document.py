@@ -3,9 +3,9 @@ formulas as trees."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, get_args
 
 import numpy as np
 
@@ -23,39 +23,17 @@ NO_START = "another start, or other parameters: two bodies in one place, a mass 
 TOLERANCES = (1e-14, 0.1)
 #: Dependence of a term of H: on momenta alone, on coordinates alone, or on both.
 Dependence = Literal["kinetic", "potential", "coupled"]
-DEPENDENCES: tuple[Dependence, ...] = ("kinetic", "potential", "coupled")
-
-
-@dataclass(frozen=True)
-class Coordinate:
-    """A coordinate with the conjugate momentum, and the initial values of both.
-
-    Attributes
-    ----------
-    position, momentum_value : float
-        Both at the start, with the file's parameters.
-    position_formula, momentum_formula : Formula or None
-        Of parameters, by which a run with other parameters starts; None for numbers.
-    """
-
-    name: str
-    momentum: str
-    position: float
-    momentum_value: float
-    unit: str = ""
-    momentum_unit: str = ""
-    position_formula: Formula | None = None
-    momentum_formula: Formula | None = None
+DEPENDENCES: tuple[Dependence, ...] = get_args(Dependence)
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A named number that runs may change.
+    """A named number that runs may change: a parameter, or a coordinate or a momentum at the start.
 
     Attributes
     ----------
     value : float
-        In the file.
+        In the file; of a coordinate or momentum with the file's parameters.
     formula : Formula or None
         Of earlier parameters, for runs with other values of these parameters; None for a number.
     """
@@ -117,6 +95,8 @@ class Hamiltonian:
     ----------
     name : str
         A legal C identifier.
+    coordinates, momenta : tuple of Parameter
+        In the same order.
     terms : tuple of Term
         The sum of the terms is H.
     content : bytes
@@ -128,7 +108,8 @@ class Hamiltonian:
     """
 
     name: str
-    coordinates: tuple[Coordinate, ...]
+    coordinates: tuple[Parameter, ...]
+    momenta: tuple[Parameter, ...]
     terms: tuple[Term, ...]
     parameters: tuple[Parameter, ...] = ()
     outputs: tuple[Output, ...] = ()
@@ -138,6 +119,11 @@ class Hamiltonian:
     metadata: Mapping[str, Any] = field(default_factory=dict)
     definitions: Mapping[str, str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+
+    @property
+    def states(self) -> tuple[Parameter, ...]:
+        """Coordinates, then momenta."""
+        return (*self.coordinates, *self.momenta)
 
     @property
     def separable(self) -> bool:
@@ -158,15 +144,9 @@ class Hamiltonian:
         UsageError
             A formula has no finite real value with these changes.
         """
-        values: dict[str, float] = {}
-        for item in self.parameters:
-            if item.name in changes:
-                values[item.name] = changes[item.name]
-            elif item.formula is None or not changes:
-                values[item.name] = item.value
-            else:
-                values[item.name] = _value_in_run(f"parameter {item.name}", item.formula, values)
-        return values
+        if not changes:
+            return {item.name: item.value for item in self.parameters}
+        return _values_in_run("parameter", self.parameters, changes, {})
 
     def start(self, values: Mapping[str, float], given: Mapping[str, float]) -> Array:
         """Return coordinates, then momenta at the start, shape (2 n,).
@@ -183,36 +163,36 @@ class Hamiltonian:
         UsageError
             A formula has no finite real value with these parameters.
         """
-        of_file = [(item.name, item.position, item.position_formula) for item in self.coordinates]
-        of_file += [(item.momentum, item.momentum_value, item.momentum_formula) for item in self.coordinates]
-        state = np.empty(len(of_file))
-        for place, (name, number, formula) in enumerate(of_file):
-            if name in given:
-                state[place] = given[name]
-            else:
-                state[place] = number if formula is None else _value_in_run(f"start of {name}", formula, values)
-        return state
+        return np.array(list(_values_in_run("start of", self.states, given, values).values()), float)
 
 
-def _value_in_run(quantity: str, formula: Formula, values: Mapping[str, float]) -> float:
-    """Return the value of a formula of parameters. Raises UsageError."""
-    try:
-        return evaluate(formula, lambda symbol: values[symbol.name])
-    except ArithmeticError as error:
-        names = sorted({symbol.name for symbol in symbols(formula)})
-        at = ", ".join(f"{name} = {values[name]:.6g}" for name in names)
-        fault = f"the {quantity}, {infix(formula)}, has no finite real value with {at}: {error} [E0708]"
-        raise UsageError(Problem("parameters", fault, NO_START)) from None
+def _values_in_run(
+    kind: str, items: Iterable[Parameter], given: Mapping[str, float], parameters: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the values of items in a run, by name: given, by a formula of parameters and of items before, or of the
+    file. Raises UsageError."""
+    known, values = dict(parameters), dict[str, float]()
+    for item in items:
+        value = given.get(item.name, item.value)
+        if item.name not in given and item.formula is not None:
+            try:
+                value = evaluate(item.formula, lambda symbol: known[symbol.name])
+            except ArithmeticError as error:
+                names = sorted({symbol.name for symbol in symbols(item.formula)})
+                at = f"{infix(item.formula)}, has no finite real value with "
+                at += ", ".join(f"{name} = {known[name]:.6g}" for name in names)
+                fault = f"the {kind} {item.name}, {at}: {error} [E0708]"
+                raise UsageError(Problem("parameters", fault, NO_START)) from None
+        known[item.name] = values[item.name] = value
+    return values
 
 
 #: Kinds of an operator, by the key for the kind.
 OperatorKind = Literal["white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"]
-OPERATOR_KINDS: tuple[OperatorKind, ...] = (
-    "white", "power", "lognormal_power", "filter", "smoothing", "difference", "mask"
-)  # fmt: skip  # a list of kinds
+OPERATOR_KINDS: tuple[OperatorKind, ...] = get_args(OperatorKind)
 #: Sources of numbers in the cells, by the key for the source.
 DataKind = Literal["file", "formula", "poisson", "negative_binomial", "normal"]
-DATA_KINDS: tuple[DataKind, ...] = ("file", "formula", "poisson", "negative_binomial", "normal")
+DATA_KINDS: tuple[DataKind, ...] = get_args(DataKind)
 #: Kinds of random data about fields of the truth, each with the parameter required in addition to the mean.
 DRAWN: Mapping[str, str] = {"poisson": "", "negative_binomial": "beta", "normal": "deviation"}
 #: Predefined names in formulas: of wave numbers, of centres of cells, of both.

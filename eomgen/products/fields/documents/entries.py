@@ -5,12 +5,14 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any, Generic, TypeVar
 
 from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown, unmentioned
-from eomgen.errors import DescriptionError, Problem
+from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.formula.words import RESERVED
@@ -23,6 +25,23 @@ from eomgen.scene.formula.namespaces import in_order_of_mention, mentions_any, r
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.report import Report
+from eomgen.scene.sources.source import read_text, shown_file
+from eomgen.scene.sources.toml import toml_data
+
+
+def toml_file(path: str | os.PathLike[str], fault: str) -> tuple[dict[str, Any], dict[str, int], str]:
+    """Return data, lines of keys, and the file's name for messages; another ending than .toml is the ``fault``.
+
+    Raises
+    ------
+    FileError, DescriptionError, UsageError
+    """
+    path = Path(path).expanduser()
+    if path.suffix.lower() != ".toml":
+        raise UsageError(Problem(str(path), fault, f"{path.stem}.toml"))
+    file = shown_file(path)
+    return *toml_data(read_text(path), file), file
+
 
 OF_PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 Kind = TypeVar("Kind", bound=File)
@@ -53,6 +72,11 @@ class FieldEntries(Generic[Kind]):
         if not is_legal(self.file.name):
             report.add("name", f"the name {shown(self.file.name)} is not legal [E0715]", NAME_RULE)
 
+    def content_without(self, *sections: str) -> bytes:
+        """Return the data of the file without some keys, as the same bytes for the same data."""
+        kept = {key: item for key, item in self.data.items() if key not in sections}
+        return json.dumps(kept, sort_keys=True, default=str).encode()
+
     def names_in(self, section: str) -> list[str]:
         """Return the names of all entries of a section, refused entries last."""
         return [*getattr(self.file, section), *sorted(self._refused[section])]
@@ -77,6 +101,13 @@ class FieldEntries(Generic[Kind]):
                 self.report.add(key, f"the name {name} is given twice, in [{seen[name]}] too [E0730]", hint)
             seen.setdefault(name, key.partition(".")[0])
         return seen
+
+    def check_inner_name(self, key: str, name: str, taken: Collection[str], fault: str) -> None:
+        """Report the name of a formula in a table of formulas with a name: by ``fault`` one that is not legal or taken."""
+        if not is_legal(name) or name in taken:
+            self.report.add(key, fault, NAME_RULE)
+        elif name in self.words:
+            self.report.add(key, f"the name {name} is a word of formulas [E0729]", f"{name}_value")
 
     def parameters(self) -> list[Parameter]:
         made: list[Parameter] = []

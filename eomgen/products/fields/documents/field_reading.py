@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.messages import NAME_RULE, is_legal, listed, nearest, shown
-from eomgen.errors import DescriptionError, Message, Problem, UsageError
+from eomgen.base.messages import listed, nearest, shown
+from eomgen.errors import DescriptionError, Message
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula  # ZERO: in place of refused values, which are reported
 from eomgen.formula.words import RESERVED
@@ -29,7 +28,7 @@ from eomgen.products.fields.documents.document import (
     Parameter,
     Table,
 )
-from eomgen.products.fields.documents.entries import FieldEntries, cell_formula
+from eomgen.products.fields.documents.entries import FieldEntries, cell_formula, toml_file
 from eomgen.products.fields.documents.schema import (
     DATA_FILES,
     KIND,
@@ -42,11 +41,11 @@ from eomgen.products.fields.documents.schema import (
 from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.reading.report import Report
-from eomgen.scene.sources.source import read_text, shown_file
-from eomgen.scene.sources.toml import toml_data
 
 #: Commands and keys for Hamiltonian systems of coordinates, for messages.
 OF_COORDINATES = "eomgen simulate, or a [mesh] with cells and length"
+#: Names that formulas have of their own.
+_OWN_NAMES = (*OF_WAVES, *OF_PLACES, VOLUME)
 #: Sections of entries by name.
 _SECTIONS = ("parameters", "definitions", "operators", "data")
 _KINDS = frozenset({"parameter", "state"})
@@ -66,14 +65,8 @@ def load_fields(path: str | os.PathLike[str]) -> FieldSystem:
     FileError, DescriptionError, UsageError
         DescriptionError contains all faults of the content.
     """
-    path = Path(path).expanduser()
-    if path.suffix.lower() != ".toml":
-        raise UsageError(
-            Problem(str(path), "a system of fields is read from a .toml file [E0723]", f"{path.stem}.toml")
-        )
-    file = shown_file(path)
-    data, lines = toml_data(read_text(path), file)
-    return fields_from_data(data, file=file, lines=lines, folder=path.parent)
+    data, lines, file = toml_file(path, "a system of fields is read from a .toml file [E0723]")
+    return fields_from_data(data, file=file, lines=lines, folder=Path(path).expanduser().parent)
 
 
 def fields_from_data(
@@ -121,13 +114,13 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     def read(self) -> FieldSystem | None:
         """Return the system; None if a problem has been reported."""
-        data, report, file = self.data, self.report, self.file
+        report, file = self.report, self.file
         self.known = self.parameters()
         cells, lengths = file.mesh.cells, self.lengths()
         self.axes = OF_PLACES[: len(cells)]
         self.check_every_name()
         own = self.names_in("operators")
-        more = (*self.axes, *own, *(f"{name}{VARIANCE}" for name in own), *self.names_in("data"))
+        more = (*self.axes, *_with_variances(own), *self.names_in("data"))
         self.definitions(self.names(self.waves, more), _ANYWHERE)
         given = self.columns()
         operators = self.operators([item.name for item in given if item.kind not in DRAWN])
@@ -160,11 +153,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             file.description,
             self.folder,
             {key: report.where(key) for key in self.places(operators, given)},
-            json.dumps(
-                {key: item for key, item in data.items() if key not in ("sampling", "description")},
-                sort_keys=True,
-                default=str,
-            ).encode(),
+            self.content_without("sampling", "description"),
             {name: item.text for name, item in self.defined.items()},
             tuple(map(Message, self.unused())),
         )
@@ -190,10 +179,8 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     def check_every_name(self) -> None:
         """Report names that are not legal, that formulas have, and that two entries have."""
-        own = _own_names()
-        taken = {
-            name: (f"formulas have {name} of their own [E0728]", f"another name than {', '.join(own)}") for name in own
-        }
+        other = f"another name than {', '.join(_OWN_NAMES)}"
+        taken = {name: (f"formulas have {name} of their own [E0728]", other) for name in _OWN_NAMES}
         given = self.keys_in("parameters", "definitions", "operators", "data")
         seen = self.check_names(given, taken)
         for name in self.names_in("operators"):
@@ -267,10 +254,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         """Return the formulas of a table ``where``; each formula may use the previous names."""
         made: list[tuple[str, Formula]] = []
         for name, text in entry.items():
-            if not is_legal(name) or name in (*_own_names(), *(item.name for item in self.known), *self.defined):
-                self.report.add(f"{key}.{name}", f"the name {shown(name)} cannot be taken here [E0741]", NAME_RULE)
-            elif name in self.words:
-                self.report.add(f"{key}.{name}", f"the name {name} is a word of formulas [E0729]", f"{name}_value")
+            taken = (*_OWN_NAMES, *(item.name for item in self.known), *self.defined)
+            self.check_inner_name(f"{key}.{name}", name, taken, f"the name {shown(name)} cannot be taken here [E0741]")
             names = self.names(own, [one for one, _ in made])
             result = self.formula(f"{key}.{name}", text, names, _WAVES, self.names(own, ()))
             if result is not None:
@@ -294,32 +279,27 @@ class _FieldReader(FieldEntries[FieldFile]):
                 continue
             least = self.minimum(key, name, entry)
             inner = f"{key}.{kind}" if isinstance(self.data["data"][name], Mapping) else key
-            if kind == "file":
-                file = str(entry.file)
-                if not file.lower().endswith(DATA_FILES):
-                    fault = f"{shown(file)} is not a file of data [E0742]"
-                    self.report.add(inner, fault, "a path that ends with .npy or .csv")
-                made.append(Data(name, kind, file=file, column=entry.column, minimum=least))
+            read: Formula | None = ZERO
+            if kind == "file" and not str(entry.file).lower().endswith(DATA_FILES):
+                fault = f"{shown(entry.file)} is not a file of data [E0742]"
+                self.report.add(inner, fault, "a path that ends with .npy or .csv")
             elif kind == "formula":
                 above = [item.name for item in made if item.kind not in DRAWN]
                 read = self.formula(inner, getattr(entry, kind), self.names(self.axes, above), _PLACES)
-                made.append(Data(name, kind, read or ZERO, minimum=least))
-            else:
-                made.append(Data(name, kind, minimum=least))
+            made.append(Data(name, kind, read or ZERO, None, entry.file or "", entry.column, least))
         return made
 
     def drawn(self, given: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
         """Return data with the formulas of random data, which are about fields of the truth."""
         made: list[Data] = []
-        own = [item.name for item in operators]
+        own = _with_variances(item.name for item in operators)
         for item in given:
             key = f"data.{item.name}"
             if item.kind not in DRAWN:
                 made.append(item)
                 continue
             entry = self.file.data[item.name]
-            more = [*own, *(f"{name}{VARIANCE}" for name in own), *(one.name for one in made)]
-            names = self.names(self.axes, more)
+            names = self.names(self.axes, [*own, *(one.name for one in made)])
             mean = self.formula(f"{key}.{item.kind}", getattr(entry, item.kind), names, _DRAWN)
             needed, spread = DRAWN[item.kind], None
             if needed and getattr(entry, needed) is None:
@@ -349,31 +329,21 @@ class _FieldReader(FieldEntries[FieldFile]):
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return the operators and the data named in formulas of a cell, in the order of the file."""
         own, columns = [item.name for item in operators], [item.name for item in given]
-        known = [
-            *own,
-            *(f"{name}{VARIANCE}" for name in own),
-            *columns,
-            VOLUME,
-            *(item.name for item in self.known),
-            *self.left_out,
-        ]
+        known = [*_with_variances(own), *columns, VOLUME, *(item.name for item in self.known), *self.left_out]
         result: set[str] = set()
         of_where: list[str] = []
-        for name, text in (*((f"where.{name}", text) for name, text in where.items()), ("energy", energy)):
-            key = f"cell.{name}"
-            label = name.removeprefix("where.")
-            if name != "energy" and (not is_legal(label) or label in (*known, *of_where, *self.defined)):
-                self.report.add(key, f"the name {shown(label)} is taken, or not legal [E0751]", NAME_RULE)
-            elif name != "energy" and label in self.words:
-                self.report.add(key, f"the name {label} is a word of formulas [E0729]", f"{label}_value")
-            if text:
-                result |= self.named_in_cell(key, text, known, of_where)
-            if name != "energy":
-                of_where.append(label)
+        for name, text in where.items():
+            key, taken = f"cell.where.{name}", (*known, *of_where, *self.defined)
+            self.check_inner_name(key, name, taken, f"the name {shown(name)} is taken, or not legal [E0751]")
+            result |= self.named_in_cell(key, text, known, of_where)
+            of_where.append(name)
+        result |= self.named_in_cell("cell.energy", energy, known, of_where)
         return tuple(name for name in own if name in result), tuple(name for name in columns if name in result)
 
     def named_in_cell(self, key: str, text: str, known: Sequence[str], of_where: Sequence[str]) -> set[str]:
         """Return the names in a formula of a cell; none for a faulty formula, which is reported."""
+        if not text:
+            return set()
         try:
             formula = cell_formula(self.report.where(key), text, known, self.defined, of_where)
             return {symbol.name for symbol in symbols(formula)}
@@ -396,8 +366,10 @@ class _FieldReader(FieldEntries[FieldFile]):
         return Chains(**given)
 
 
-def _own_names() -> tuple[str, ...]:
-    return (*OF_WAVES, *OF_PLACES, VOLUME)
+def _with_variances(operators: Iterable[str]) -> list[str]:
+    """Return the names of operators, and of their variances in formulas."""
+    own = list(operators)
+    return [*own, *(f"{name}{VARIANCE}" for name in own)]
 
 
 def _last(operators: Sequence[Operator]) -> tuple[str, ...]:

@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any
 
 from eomgen.base.data import replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown
-from eomgen.errors import Message, Problem, UsageError
+from eomgen.errors import Message
 from eomgen.formula.evaluate import evaluate, symbols
 from eomgen.formula.nodes import Formula, Operation
 from eomgen.products.fields.documents.document import (
     NO_START,
-    Coordinate,
     Dependence,
     Hamiltonian,
     Output,
@@ -23,14 +20,12 @@ from eomgen.products.fields.documents.document import (
     Run,
     Term,
 )
-from eomgen.products.fields.documents.entries import FieldEntries
+from eomgen.products.fields.documents.entries import FieldEntries, toml_file
 from eomgen.products.fields.documents.schema import HamiltonianFile
 from eomgen.scene.formula.scope import SceneNames, Scope
 from eomgen.scene.formula.tokens import FormulaError
 from eomgen.scene.reading.report import Report
 from eomgen.scene.repeat import repeated
-from eomgen.scene.sources.source import read_text, shown_file
-from eomgen.scene.sources.toml import toml_data
 
 #: Commands and functions for systems of fields, for messages.
 OF_FIELDS = "eomgen sample or info, or eomgen.sampling.sample(...)"
@@ -49,13 +44,7 @@ def load_hamiltonian(path: str | os.PathLike[str]) -> Hamiltonian:
     FileError, DescriptionError
         DescriptionError contains all faults of the content.
     """
-    path = Path(path).expanduser()
-    if path.suffix.lower() != ".toml":
-        raise UsageError(
-            Problem(str(path), "a Hamiltonian system is read from a .toml file [E0758]", f"{path.stem}.toml")
-        )
-    file = shown_file(path)
-    data, lines = toml_data(read_text(path), file)
+    data, lines, file = toml_file(path, "a Hamiltonian system is read from a .toml file [E0758]")
     return hamiltonian_from_data(data, file=file, lines=lines)
 
 
@@ -96,42 +85,42 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             own = entry.get("momentum") if isinstance(entry, Mapping) else ""
             self.left_out.add(own if own and isinstance(own, str) else f"p_{name}")
         parameters = self.parameters()
-        coordinates = self.coordinates(parameters)
-        if not coordinates:
+        pairs = self.coordinates(parameters)
+        if not pairs:
             return None
-        values = {item.name: item.value for item in parameters}
-        states = tuple(state for item in coordinates for state in (item.name, item.momentum))
-        momenta = {item.momentum for item in coordinates}
-        given = [(f"coordinates.{item.name}", name) for item in coordinates for name in (item.name, item.momentum)]
+        coordinates, momenta = zip(*pairs, strict=True)
+        own = {item.name for item in momenta}
+        values = {item.name: item.value for item in (*parameters, *coordinates, *momenta)}
+        given = [(f"coordinates.{q.name}", item.name) for q, p in pairs for item in (q, p)]
         time = "t is the time, of which H does not depend [E0764]", "another name"
         self.check_names([*self.keys_in("parameters"), *given, *self.keys_in("definitions")], {"t": time})
         for key, name in self.keys_in("outputs"):
             if not is_legal(name):
                 report.add(key, f"the name {shown(name)} is not legal [E0715]", NAME_RULE)
-        names = SceneNames(parameters=dict.fromkeys(values, True), states=states)
+        states = tuple(item.name for pair in pairs for item in pair)
+        names = SceneNames(parameters=dict.fromkeys((item.name for item in parameters), True), states=states)
         self.definitions(names, _OF_STATES)
         names = replace(names, definitions=self.defined)
-        terms = self.terms(names, momenta)
+        terms = self.terms(names, own)
         outputs = self.outputs(names)
         simulation = self.simulation()
         if report.noted:
             return None
-        start = {name: value for item in coordinates for name, value in _of_start(item)}
-        self.check_start(terms, outputs, {**values, **start})
-        self.check_momenta(terms, coordinates)
+        self.check_start(terms, outputs, values)
+        used = {symbol.name for term in terms for symbol in symbols(term.formula)}
+        self.check_momenta(used, pairs)
         return Hamiltonian(
             file.name,
-            tuple(coordinates),
+            coordinates,
+            momenta,
             tuple(terms),
             tuple(parameters),
             tuple(outputs),
             simulation,
             file.description,
-            json.dumps(
-                {key: item for key, item in data.items() if key != "simulation"}, sort_keys=True, default=str
-            ).encode(),
+            self.content_without("simulation"),
             definitions={name: item.text for name, item in self.defined.items()},
-            notes=tuple(map(Message, (*self.unused(), *_without_motion(terms, coordinates)))),
+            notes=tuple(map(Message, (*self.unused(), *_without_motion(used, pairs)))),
         )
 
     def hint(self, error: FormulaError) -> str:
@@ -141,19 +130,23 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
             return "the momentum: H has p_x**2/(2*m) in place of m*v_x**2/2"
         return super().hint(error)
 
-    def coordinates(self, parameters: list[Parameter]) -> list[Coordinate]:
+    def coordinates(self, parameters: list[Parameter]) -> list[tuple[Parameter, Parameter]]:
+        """Return each coordinate with its momentum."""
         if not self.file.coordinates and not self.report.concerns("coordinates"):
             hint = "[coordinates] and x = { initial = [0.1, 0.0] }: the position and the momentum at the start"
             self.report.add("coordinates", "there is no coordinate [E0760]", hint)
         made = []
         for name, entry in self.file.coordinates.items():
-            (position, of_position), (momentum, of_momentum) = (
+            named = (name, entry.unit), (entry.momentum or f"p_{name}", entry.momentum_unit)
+            start = [
                 self.number(f"coordinates.{name}.initial[{place}]", value, parameters)
                 for place, value in enumerate(entry.initial)
+            ]
+            q, p = (
+                Parameter(own, value, unit, formula=formula)
+                for (own, unit), (value, formula) in zip(named, start, strict=True)
             )
-            named = entry.momentum or f"p_{name}"
-            units = entry.unit, entry.momentum_unit
-            made.append(Coordinate(name, named, position, momentum, *units, of_position, of_momentum))
+            made.append((q, p))
         return made
 
     def terms(self, names: SceneNames, momenta: set[str]) -> list[Term]:
@@ -208,17 +201,12 @@ class _HamiltonianReader(FieldEntries[HamiltonianFile]):
                 fault = f"it has no finite real value at the start, where {at}: {error} [E0772]"
                 self.report.add(where, fault, NO_START)
 
-    def check_momenta(self, terms: list[Term], coordinates: list[Coordinate]) -> None:
+    def check_momenta(self, used: Collection[str], pairs: Sequence[tuple[Parameter, Parameter]]) -> None:
         """Report coordinates that stay at rest: neither the coordinate nor the conjugate momentum is in H."""
-        used = {symbol.name for term in terms for symbol in symbols(term.formula)}
-        for item in coordinates:
-            if not used & {item.name, item.momentum}:
-                fault = f"neither {item.name} nor {item.momentum} is in H, so both stay as they are [E0773]"
-                self.report.add(f"coordinates.{item.name}", fault, "a term of H with them, or leave it out")
-
-
-def _of_start(item: Coordinate) -> tuple[tuple[str, float], tuple[str, float]]:
-    return (item.name, item.position), (item.momentum, item.momentum_value)
+        for q, p in pairs:
+            if q.name not in used and p.name not in used:
+                fault = f"neither {q.name} nor {p.name} is in H, so both stay as they are [E0773]"
+                self.report.add(f"coordinates.{q.name}", fault, "a term of H with them, or leave it out")
 
 
 def _states(formula: Formula) -> set[str]:
@@ -255,10 +243,9 @@ def summands(formula: Formula, momenta: set[str]) -> list[Formula]:
     return [formula]
 
 
-def _without_motion(terms: Iterable[Term], coordinates: Sequence[Coordinate]) -> Iterator[str]:
+def _without_motion(used: Collection[str], pairs: Sequence[tuple[Parameter, Parameter]]) -> Iterator[str]:
     """Yield a note on each coordinate with a force on whose momentum H does not depend: dH/dp is zero."""
-    used = {symbol.name for term in terms for symbol in symbols(term.formula)}
-    for item in coordinates:
-        if item.name in used and item.momentum not in used:
-            fault = f"hamiltonian: H does not depend on {item.momentum}, so {item.name} never moves"
-            yield f"{fault}; try: a kinetic energy, {item.momentum}**2/(2*m), in H"
+    for q, p in pairs:
+        if q.name in used and p.name not in used:
+            fault = f"hamiltonian: H does not depend on {p.name}, so {q.name} never moves"
+            yield f"{fault}; try: a kinetic energy, {p.name}**2/(2*m), in H"

@@ -53,8 +53,7 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     q, v, dq, dv = (algebra.block(block, n) for block in ("q", "v", "a", "j"))
     values = algebra.block("p", len(document.parameters))
     known = {item.name: value for item, value in zip(document.parameters, values, strict=True)}
-    known |= {item.name: value for item, value in zip(document.coordinates, q, strict=True)}
-    known |= {item.momentum: value for item, value in zip(document.coordinates, v, strict=True)}
+    known |= {item.name: value for item, value in zip(document.states, (*q, *v), strict=True)}
 
     def recorded(key: str, formula: Formula) -> Scalar:
         def resolve(symbol: Symbol) -> Scalar:
@@ -136,8 +135,8 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
         (),
         tuple(Quantity(item.name, unit=item.unit) for item in document.outputs),
         (),
-        tuple(item.position for item in document.coordinates),
-        tuple(item.momentum_value for item in document.coordinates),
+        tuple(item.value for item in document.coordinates),
+        tuple(item.value for item in document.momenta),
         tuple(range(-1, n - 1)),
         angular=(False,) * n,
         facts=Facts(constant_mass=True, velocity_forces=False, smooth=True, moving_base=False, conservative=True),
@@ -210,7 +209,7 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
     }
     extra = _extra(document) | {
         "method": method,
-        "names": [*(item.name for item in document.coordinates), *(item.momentum for item in document.coordinates)],
+        "names": [item.name for item in document.states],
         "run": {
             "steps": round(run.duration / run.step),
             "step": run.step,
@@ -225,18 +224,12 @@ def folder_files(document: Hamiltonian, program: Program, method: Method) -> dic
     return files | {"README.md": readme["README.md"]}
 
 
-def _following_starts(document: Hamiltonian) -> list[str]:
-    """Return the coordinates and momenta whose values at the start are formulas of parameters in the file."""
-    items = document.coordinates
-    positions = [item.name for item in items if item.position_formula is not None]
-    return positions + [item.momentum for item in items if item.momentum_formula is not None]
-
-
 def _extra(document: Hamiltonian) -> dict[str, Any]:
     return {
         "separable": document.separable,
-        "momenta": [item.momentum for item in document.coordinates],
-        "following_starts": _following_starts(document),
+        "momenta": [item.name for item in document.momenta],
+        # coordinates and momenta whose values at the start are formulas of parameters in the file
+        "following_starts": [item.name for item in document.states if item.formula is not None],
         "most_iterations": MOST_ITERATIONS,
         "rounding": ROUNDING,
         "slow": SLOW,

@@ -86,7 +86,7 @@ class HamiltonianModel:
         self.library = library
         self.name = document.name
         self.q_names = [item.name for item in document.coordinates]
-        self.p_names = [item.momentum for item in document.coordinates]
+        self.p_names = [item.name for item in document.momenta]
         values = document.parameter_values({})
         self.parameters = Defaults("parameter", values, 'model.simulate(..., parameters={"m": 2.0}) for one run')
         self.separable = document.separable
@@ -287,7 +287,7 @@ class HamiltonianModel:
             "names": {"q": self.q_names, "p": self.p_names, "outputs": [item.name for item in self.document.outputs]},
             "units": {
                 "q": [item.unit for item in self.document.coordinates],
-                "p": [item.momentum_unit for item in self.document.coordinates],
+                "p": [item.unit for item in self.document.momenta],
                 "outputs": [item.unit for item in self.document.outputs],
             },
         }
