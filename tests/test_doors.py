@@ -364,9 +364,9 @@ ORDER: dict[str, tuple[str, ...]] = {
         "linearise",
     ),
     "products.linear": (
-        "campbell_plot freedom notebook other_words spectra",
-        "multiblade plots state_space",
-        "modes sampling",
+        "campbell_plot eigenvalues freedom other_words spectra",
+        "modes multiblade plots state_space",
+        "sampling",
         "augmentation floquet random_response second_order_modes",
         "control linearization",
         "calibration controllers eigenvalue_loci",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from eomgen.base.messages import shown
 from eomgen.errors import FileError, Problem, UsageError
@@ -112,7 +112,15 @@ def place_panels(figure: Any, panels: Sequence[Any], columns: int, height: float
         axis.get_legend().set_bbox_to_anchor((1.0 + apart / inner, 1.0), axis.transAxes)
 
 
-def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
+def draw_grid(axis: Any, which: Literal["major", "both"] = "major", along: Literal["x", "both"] = "both") -> None:
+    """Draw a light grid below all curves, for major ticks or for all, across the x-axis or across both."""
+    axis.grid(True, which=which, axis=along, color="#dddddd", linewidth=0.6)
+    axis.set_axisbelow(True)
+
+
+def axes_of_caller(
+    call: str, axes: object, panels: Sequence[str], size: tuple[float, float] | None = None
+) -> list[Any]:
     """Return the axes that a caller gives for panels, one for each.
 
     Parameters
@@ -122,12 +130,16 @@ def axes_of_caller(call: str, axes: object, panels: Sequence[str]) -> list[Any]:
     axes : Axes of matplotlib, or a sequence or an array of Axes
     panels : sequence of str
         Titles of the panels, for messages.
+    size : pair of float, optional
+        Width and height in inches of a new figure of pyplot, with the panels side by side, if ``axes`` is None.
 
     Raises
     ------
     UsageError
         An object that is not axes, or another number of axes than of panels.
     """
+    if axes is None and size is not None:
+        axes = pyplot_figure(size).subplots(1, len(panels), squeeze=False)
     from matplotlib.axes import Axes  # noqa: PLC0415  # slow to import, and only drawing needs it
 
     flat = getattr(axes, "flat", axes)

@@ -7,7 +7,8 @@ import warnings
 import numpy as np
 import pytest
 
-from eomgen.products.linear.modes import balance, modes, restored
+from eomgen.products.linear.eigenvalues import balance, restored
+from eomgen.products.linear.modes import modes
 
 
 @pytest.mark.parametrize("permute", [False, True])

@@ -12,6 +12,7 @@ import matplotlib
 import numpy as np
 import pytest
 
+from eomgen.products.linear import modes as linear_modes
 from eomgen.products.linear import plots
 from eomgen.products.linear.control.margins import Margins
 from eomgen.products.linear.control.notebook import plot_margins
@@ -21,7 +22,8 @@ from typing import cast
 
 from matplotlib import pyplot
 
-from eomgen.products.linear.plots import oscillating_first
+from eomgen.products.linear.eigenvalue_loci import RootLocus
+from eomgen.products.linear.modes import Modes, oscillating_first
 
 
 @pytest.fixture(autouse=True)
@@ -116,7 +118,7 @@ def modes_of(count: int, coordinates: int, rng: np.random.Generator) -> Any:
 def test_shapes_of_modes_are_bars_with_amplitudes_and_phases(count: int, rng: np.random.Generator) -> None:
     modes = modes_of(count, 3, rng)
     modes.shapes[1, 0] = 0.0
-    drawn = plots.plot_modes(modes)
+    drawn = Modes.plot(modes)
     assert len(drawn) == count and len(drawn[0].figure.axes) == (6 if count == 4 else count)
     columns, rows = min(count, 3), -(-count // 3)
     size = [4.6 * columns + 0.6, 0.8 + rows * (1.1 + 0.28 * 3)]
@@ -140,17 +142,17 @@ def test_figures_of_modes_draw_the_largest_coordinates_and_count_modes_left_out(
     rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     kept: list[Any] = []
-    monkeypatch.setattr(plots, "saved", lambda figure, path: kept.append(figure) or path)
-    modes = modes_of(plots._MODES + 2, plots._COORDINATES + 4, rng)
+    monkeypatch.setattr(linear_modes, "saved", lambda figure, path: kept.append(figure) or path)
+    modes = modes_of(linear_modes._MODES + 2, linear_modes._COORDINATES + 4, rng)
     modes.weights[3] = 100.0
-    plots.draw_modes(modes, "car", Path("a.png"))
+    linear_modes.draw_modes(modes, "car", Path("a.png"))
     assert kept[0].get_suptitle() == (
         "car: shapes of modes (2 more are not drawn; of 18 coordinates, of each mode the 14 with most kinetic energy)"
     )
     first = kept[0].axes[0]
     labels = [int(text.get_text()[1:]) for text in first.get_yticklabels()]
     sizes = modes.weights * np.abs(modes.shapes[:, 0])
-    assert labels == sorted(np.argsort(-sizes)[: plots._COORDINATES].tolist()) and 3 in labels
+    assert labels == sorted(np.argsort(-sizes)[: linear_modes._COORDINATES].tolist()) and 3 in labels
     assert [bar.get_width() for bar in first.patches] == np.abs(modes.shapes[labels, 0]).tolist()
 
 
@@ -159,7 +161,7 @@ def test_figures_of_modes_draw_the_largest_coordinates_and_count_modes_left_out(
     [(1.0, "0°"), (-1.0, "180°"), (complex(-1.0, -1e-9), "180°"), (1j, "90°"), (-1j, "-90°"), (1 - 1j, "-45°")],
 )
 def test_phases_are_whole_degrees_above_minus_180(value: complex, text: str) -> None:
-    assert f"{plots.degrees(value)}°" == text
+    assert f"{linear_modes.degrees(value)}°" == text
 
 
 @pytest.mark.parametrize(
@@ -168,14 +170,14 @@ def test_phases_are_whole_degrees_above_minus_180(value: complex, text: str) -> 
 )
 def test_motions_that_do_not_oscillate_are_captioned_by_their_rate(value: float, text: str) -> None:
     modes = SimpleNamespace(eigenvalues=np.array([value + 0j]), oscillating=[False], uncertainty=[1e-3])
-    assert plots.caption(modes, 0) == f"mode 1: {text}"  # type: ignore[arg-type]  # a part of it
+    assert linear_modes.caption(modes, 0) == f"mode 1: {text}"  # type: ignore[arg-type]  # a part of it
 
 
 def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked() -> None:
     values = np.array([1.0, 2.0, 4.0])
     roots = np.array([[-1 + 5j, -1 - 5j, -9.0], [-2 + 6j, -2 - 6j, -1.0], [1e-13 + 7j, 1e-13 - 7j, -1.1]])
     locus = SimpleNamespace(parameter="speed", values=values, eigenvalues=roots)
-    (axis,) = plots.plot_root_locus(locus)  # type: ignore[arg-type]  # has all drawn attributes
+    (axis,) = RootLocus.plot(locus)  # type: ignore[arg-type]  # has all drawn attributes
     dots = [points.get_offsets().tolist() for points in axis.collections]
     upper = [[-1.0, 5.0], [-2.0, 6.0], [0.0, 7.0]]
     assert dots == [
@@ -189,7 +191,7 @@ def test_roots_over_a_parameter_are_the_upper_half_plane_with_both_ends_marked()
     assert (axis.get_xlabel(), axis.get_ylabel()) == ("real part, 1/s", "imaginary part, rad/s")
     assert axis.get_title("left") == "× speed = 1   ○ speed = 4"
     even = SimpleNamespace(parameter="speed", values=np.array([1.0, 2.0, 3.0]), eigenvalues=1j * roots.imag)
-    (axis,) = plots.plot_root_locus(even)  # type: ignore[arg-type]  # has all drawn attributes
+    (axis,) = RootLocus.plot(even)  # type: ignore[arg-type]  # has all drawn attributes
     assert type(axis.collections[0].norm).__name__ == "Normalize" and axis.get_xlim() == pytest.approx((-0.7, 0.7))
     assert axis.figure.axes[1].get_ylabel() == "speed"
 

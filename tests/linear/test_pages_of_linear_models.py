@@ -12,7 +12,8 @@ import pytest
 
 from eomgen.products.linear.control import notebook as control
 from eomgen.products.linear.control.margins import Margins
-from eomgen.products.linear.notebook import linearization_html, modes_html, state_space_html
+from eomgen.products.linear.linearization import Linearization
+from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.state_space import StateSpace
 
 
@@ -39,7 +40,7 @@ def space(A: Any = ((0.0, 1.0), (-4.0, -0.4)), **changes: Any) -> StateSpace:
 
 
 def test_signals_of_a_state_space_are_numbered_by_kind() -> None:
-    html = state_space_html(space())
+    html = space()._repr_html_()
     assert cells(html)[1:] == [
         ["s[0]", "hinge", "rad", "state"], ["s[1]", "v.hinge", "rad/s", "state"], ["u[0]", "push", "N", "input"],
         ["w[0]", "road", "", "disturbance"], ["y[0]", "tip", "m", "output"],
@@ -48,14 +49,16 @@ def test_signals_of_a_state_space_are_numbered_by_kind() -> None:
 
 
 def modes_of(**changes: Any) -> Any:
-    class Modes(SimpleNamespace):
+    class Written(SimpleNamespace):
+        _repr_html_ = Modes._repr_html_
+
         def __len__(self) -> int:
             return len(self.eigenvalues)
 
         def dominant(self, mode: int) -> list[tuple[str, complex]]:
             return [(f"c{mode}", 1.0), ("d", 0.5j)]
 
-    return Modes(
+    return Written(
         eigenvalues=np.array([-0.5 + 2j, 1e-9 + 3j, -0.25, 1e-9, 4.0]), frequency=np.arange(1.0, 6.0) / 8.0,
         damping_ratio=np.array([0.25, 1e-10, 1.0, 1.0, -1.0]), uncertainty=np.full(5, 1e-8),
         oscillating=np.array([True, True, False, False, False]), stability="unstable", **changes,
@@ -63,17 +66,21 @@ def modes_of(**changes: Any) -> Any:
 
 
 def test_modes_are_listed_without_parts_that_are_rounding() -> None:
-    html = modes_html(modes_of())
+    html = modes_of()._repr_html_()
     assert heading(html) == "5 modes, unstable"
     assert cells(html) == [
         ["mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly"],
         ["1", "0.125", "0.25", "-0.5 ± 2j", "c0, d"], ["2", "0.25", "0", "± 3j", "c1, d"],
         ["3", "", "1", "-0.25", "c2, d"], ["4", "", "", "0", "c3, d"], ["5", "", "-1", "4", "c4, d"],
     ]  # fmt: skip
-    page = linearization_html("equilibrium", 1.5, ["hinge", "slide"], modes_of())
+    model: Any = SimpleNamespace(
+        reference=SimpleNamespace(what="equilibrium", t=1.5), coordinates=["hinge", "slide"], modes=modes_of
+    )
+    page = Linearization._repr_html_(model)
     assert heading(page) == "Linear model about the equilibrium at t = 1.5 s"
     assert "coordinates: hinge, slide<" in page and cells(page) == cells(html)
-    assert "no coordinates are free<" in linearization_html("equilibrium", 1.5, [], modes_of())
+    model.coordinates = []
+    assert "no coordinates are free<" in Linearization._repr_html_(model)
 
 
 def test_gains_deviations_and_eigenvalues_are_listed_by_state() -> None:

@@ -12,7 +12,8 @@ from scipy.optimize import linear_sum_assignment
 
 import eomgen
 from eomgen.products.linear import second_order_modes as room
-from eomgen.products.linear.modes import EPSILON, Modes
+from eomgen.products.linear.eigenvalues import EPSILON
+from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.second_order_modes import second_order_modes
 from tests.oracles.evaluation import Array
 

@@ -11,7 +11,7 @@ import pytest
 
 import eomgen
 from eomgen.products.linear import files as linear_files
-from eomgen.products.linear.plots import caption
+from eomgen.products.linear.modes import caption
 
 #: A mass on a spring with half of the critical damping: m x'' + c x' + k x = 0.
 SCENE = """

@@ -31,7 +31,8 @@ from eomgen.products.linear.control.second_order import (
     placed_modal_gains,
 )
 from eomgen.products.linear.control.weights import Weights
-from eomgen.products.linear.modes import balance, modes
+from eomgen.products.linear.eigenvalues import balance
+from eomgen.products.linear.modes import modes
 from eomgen.scene.control.model import Calibration, StateFeedback
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import Input, Output

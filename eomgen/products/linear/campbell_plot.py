@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, saved
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 
-_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 #: Colour, line style and word of each sense of whirl.
 _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#333333", "-", "")}
 _RAY, _CROSSING = "#777777", "#C8102E"
@@ -156,8 +155,7 @@ def numbering(diagram: DrawnCampbell) -> str:
 def plot_campbell(diagram: DrawnCampbell, axes: object = None, view: CampbellView = _ALL) -> list[Any]:
     """Draw frequencies over the speed; see ``Campbell.plot``."""
     view.check(diagram)
-    given = pyplot_figure(_SIZE).subplots() if axes is None else axes
-    drawn = axes_of_caller("plot", given, [f"frequencies over {diagram.parameter}"])
+    drawn = axes_of_caller("plot", axes, [f"frequencies over {diagram.parameter}"], _SIZE)
     _Drawing(drawn[0], diagram, view).draw()
     return drawn
 
@@ -210,8 +208,7 @@ class _Drawing:
         self._crossings()
         axis.set_xlabel(axis_label(self.diagram.parameter, self.unit))
         axis.set_ylabel("damped frequency, Hz")
-        axis.grid(True, **_GRID)
-        axis.set_axisbelow(True)
+        draw_grid(axis)
         if senses:
             axis.legend(fontsize=9, frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.03), ncols=3, borderpad=0.0)
         lowest = np.nanmin(self.frequencies, axis=0, initial=np.inf)

@@ -424,6 +424,8 @@ class _Request:
         from eomgen.base.files import make_folder, write_text  # noqa: PLC0415
         from eomgen.products.linear import files as linear_files  # noqa: PLC0415
         from eomgen.products.linear import plots  # noqa: PLC0415
+        from eomgen.products.linear.eigenvalue_loci import draw_root_locus  # noqa: PLC0415
+        from eomgen.products.linear.modes import draw_modes  # noqa: PLC0415
 
         name, modes = self.model.name, lin.modes()
         frequencies = np.geomspace(*(band or modes.band), _POINTS) if pairs else np.zeros(0)
@@ -433,13 +435,13 @@ class _Request:
         files = [folder / "modes.json", linear_files.write_modes(modes, folder / "modes.csv")]
         files.append(linear_files.write_matrices(lin, name, folder / "matrices.npz"))
         if len(modes):
-            files.append(plots.draw_modes(modes, name, folder / "modes.png"))
+            files.append(draw_modes(modes, name, folder / "modes.png"))
         if np.any(modes.oscillating) and (self.model.description.exact_beams or self.model.library.layout["axes"]):
             files += self._shapes(lin, modes, folder / "mode_shapes.png")
         if locus is not None:
             units = {item.name: item.unit for item in self.model.scene.parameters}
             files.append(linear_files.write_root_locus(locus, folder / "root_locus.csv"))
-            files.append(plots.draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
+            files.append(draw_root_locus(locus, units.get(locus.parameter, ""), name, folder / "root_locus.png"))
         if responses:
             files.append(linear_files.write_responses(frequencies, responses, folder / "responses.csv"))
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
@@ -475,7 +477,7 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
 
 
 def _print(lin: Linearization, name: str) -> None:
-    from eomgen.products.linear.plots import degrees, oscillating_first  # noqa: PLC0415
+    from eomgen.products.linear.modes import degrees, oscillating_first  # noqa: PLC0415
 
     modes = lin.modes()
     rows = []

@@ -25,7 +25,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.units.labels import in_label
 from eomgen.products.linear.control.output_feedback import OutputFeedback
 from eomgen.products.linear.control.regulator import Regulator
-from eomgen.products.linear.modes import EPSILON, balance
+from eomgen.products.linear.eigenvalues import EPSILON, balance
 from eomgen.products.linear.state_space import StateSpace
 from eomgen.scene.load import data_of
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,15 +19,19 @@ from scipy.optimize import linear_sum_assignment
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, field
+from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, saved
 from eomgen.base.html import page, table
 from eomgen.base.progress import Progress
 from eomgen.errors import EomgenError, Problem
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
 from eomgen.products.linear.linearization import Linearization
-from eomgen.products.linear.plots import plot_root_locus
 
 #: A number within a warning.
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+#: Roots of neighbouring values are joined by a line if the distance is below this part of the figure.
+_JUMP = 0.08
+#: Real parts are zero below this part of an eigenvalue.
+_ROUNDING = 1e-9
 
 
 class MergedWarnings:
@@ -283,7 +288,9 @@ class RootLocus:
         >>> len(locus.plot())
         1
         """
-        return plot_root_locus(self, axes)
+        drawn = axes_of_caller("plot", axes, [f"roots over {self.parameter}"], (8.4, 6.0))
+        _draw_roots(drawn[0], self, "")
+        return drawn
 
 
 def root_locus(
@@ -347,3 +354,54 @@ def _followed(last: Complex, roots: Complex) -> Complex:
     _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
     result: Complex = roots[order]
     return result
+
+
+def draw_root_locus(locus: RootLocus, unit: str, title: str, path: Path) -> Path:
+    """Draw the upper half plane of roots, coloured by the parameter; crosses at the first value, rings at the last
+    value."""
+    figure = new_figure((8.4, 6.0))
+    _draw_roots(figure.subplots(), locus, unit)
+    figure.suptitle(f"{title}: roots over {locus.parameter}", fontsize=11)
+    return saved(figure, path)
+
+
+def _draw_roots(axis: Any, locus: RootLocus, unit: str) -> None:
+    from matplotlib.colors import LogNorm, Normalize  # noqa: PLC0415  # slow to import, and only drawing needs it
+
+    low, high = float(np.min(locus.values)), float(np.max(locus.values))
+    ratios = locus.values[1:] / locus.values[:-1] if np.all(locus.values > 0.0) else np.zeros(0)
+    logarithmic = len(ratios) > 1 and np.allclose(ratios, ratios[0], rtol=1e-9) and ratios[0] != 1.0
+    norm = (LogNorm if logarithmic else Normalize)(low, high)
+    exact = np.abs(locus.eigenvalues.real) > _ROUNDING * np.abs(locus.eigenvalues)
+    eigenvalues = np.where(exact, locus.eigenvalues, 1j * locus.eigenvalues.imag)
+    tolerance = _ROUNDING * (1.0 + float(np.max(np.abs(eigenvalues), initial=0.0)))
+    extent = float(np.ptp(eigenvalues.real) + np.ptp(eigenvalues.imag))
+    drawn = None
+    for root in eigenvalues.T:
+        upper = root.imag >= -tolerance
+        # at roots that meet and part, a long line would suggest a branch that does not exist
+        near = np.abs(np.diff(root)) <= _JUMP * extent
+        for k in np.flatnonzero(near & upper[1:] & upper[:-1]):
+            axis.plot(root.real[k : k + 2], root.imag[k : k + 2], color="#bbbbbb", linewidth=0.8, zorder=1)
+        colours = locus.values[upper]
+        drawn = axis.scatter(root.real[upper], root.imag[upper], c=colours, cmap="viridis", norm=norm, s=12, zorder=2)
+        for end, marker in ((0, "x"), (-1, "o")):
+            if upper[end]:
+                faces = {"facecolors": "none"} if marker == "o" else {}
+                colour = {"edgecolors": "#C8102E"} if marker == "o" else {"color": "#C8102E"}
+                axis.scatter(
+                    [root[end].real], [root[end].imag], marker=marker, s=46, linewidths=1.3, zorder=3, **faces, **colour
+                )
+    axis.axvline(0.0, color="#222222", linewidth=1.0, zorder=1)
+    axis.set_xlabel("real part, 1/s")
+    axis.set_ylabel("imaginary part, rad/s")
+    axis.margins(0.06)
+    if not np.any(eigenvalues.real):
+        height = float(np.abs(eigenvalues).max(initial=0.0)) or 1.0
+        axis.set_xlim(-0.1 * height, 0.1 * height)
+    draw_grid(axis)
+    if drawn is not None:
+        label = locus.parameter if unit in ("", "1") else f"{locus.parameter}, {unit}"
+        axis.figure.colorbar(drawn, ax=axis, label=label)
+    first, last = locus.values[0], locus.values[-1]
+    axis.set_title(f"× {locus.parameter} = {first:.6g}   ○ {locus.parameter} = {last:.6g}", fontsize=10, loc="left")

@@ -12,18 +12,16 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.figures import axes_of_caller, draw_grid
 from eomgen.base.html import page, paragraph, table
-from eomgen.products.linear.modes import balance
+from eomgen.products.linear.eigenvalues import EPSILON, balance, eigenvectors
 
 #: Places of the collocation in an interval, from 0 on.
 PLACES = 6
-_EPSILON = float(np.finfo(float).eps)
 #: Multipliers nearer than this are one point of a picture; frequencies that its label names at most.
 _ONE_POINT, _NAMED = 0.03, 2
 #: Points of a picture: a unit of the axes in a new figure, half a dot, width and height of a letter.
@@ -137,8 +135,7 @@ class Floquet:
         UsageError
             An object that is not axes, or more than one.
         """
-        given = pyplot_figure((5.6, 5.4)).subplots() if axes is None else axes
-        drawn = axes_of_caller("plot", given, ["multipliers"])
+        drawn = axes_of_caller("plot", axes, ["multipliers"], (5.6, 5.4))
         axis = drawn[0]
         turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 361))
         axis.plot(turn.real, turn.imag, color="#777777", linewidth=1.0, label="unit circle: stable inside")
@@ -158,8 +155,7 @@ class Floquet:
         known = f"frequencies are known but for multiples of {1.0 / self.period:.4g} Hz"
         axis.set_title(f"{self.name}: {title}\n{known}" if self.name else f"{title}\n{known}", fontsize=10, loc="left")
         axis.legend(loc="upper right", fontsize=8, frameon=False)
-        axis.grid(True, color="#dddddd", linewidth=0.6)
-        axis.set_axisbelow(True)
+        draw_grid(axis)
         return drawn
 
     def _labels(self) -> list[tuple[complex, str]]:
@@ -258,10 +254,8 @@ def multipliers(matrix: Array, half: Array, quarter: Array) -> tuple[Complex, Ar
     last, before = (float(np.linalg.norm(one, 2)) if np.isfinite(one).all() else np.inf for one in changes)
     ratio = last / before if before > 0.0 else 1.0
     off = last * min(1.0, max(ratio, 2.0**-8)) if np.isfinite(before) else last
-    solution: Any = scipy.linalg.eig(balanced, left=True, right=True)  # the stubs know of one kind of vectors only
-    values, left, right = solution
-    cosines = np.abs(np.sum(left.conj() * right, axis=0))
-    change = off + _MARGIN * _EPSILON * size
+    values, _, cosines = eigenvectors(balanced)
+    change = off + _MARGIN * EPSILON * size
     with np.errstate(divide="ignore"):
         # of a double multiplier that has one vector alone, the root of the change
         bounds = np.minimum(change / cosines, np.sqrt(change * size))

@@ -19,12 +19,12 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
+from eomgen.base.html import page, paragraph
 from eomgen.base.threads import one_thread_of_algebra
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials
 from eomgen.products.linear.modes import Modes, modes
 from eomgen.products.linear.multiblade import Multiblade
-from eomgen.products.linear.notebook import linearization_html
 from eomgen.products.linear.plots import plot_response
 from eomgen.products.linear.random_response import densities, root_mean_squares, white_noise_road
 from eomgen.products.linear.sampling import SampledPart, over_a_period
@@ -117,7 +117,9 @@ class Linearization:
         )
 
     def _repr_html_(self) -> str:
-        return linearization_html(self.reference.what, self.reference.t, self.coordinates, self.modes())
+        free = f"coordinates: {', '.join(self.coordinates)}" if self.coordinates else "no coordinates are free"
+        heading = f"Linear model about the {self.reference.what} at t = {self.reference.t:.6g} s"
+        return page(heading, paragraph(free), self.modes()._repr_html_())
 
     # -- second order --------------------------------------------------------------------------------------------------
 

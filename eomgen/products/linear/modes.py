@@ -1,50 +1,30 @@
-"""Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors, in
-balanced units.
-
-An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x|
-(Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision.
-"""
+"""Modes of a state-space matrix: frequency, damping ratio and complex shape, with bounds of their rounding errors;
+their table and their picture."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import cmath
+import math
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass
+from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, saved
+from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
+from eomgen.products.linear.eigenvalues import balance, decomposed, ordered, restored, uncertainties
 from eomgen.products.linear.freedom import times
-from eomgen.products.linear.notebook import modes_html
-from eomgen.products.linear.plots import plot_modes
 
-
-def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
-    """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted if ``permute`` is true.
-
-    SciPy converts the scales to whole numbers, too, to find permutations among the scales. Scales above 2^63 are not a
-    permutation and are not used, so the warning of SciPy is suppressed.
-    """
-    with np.errstate(invalid="ignore"):
-        balanced, T = scipy.linalg.matrix_balance(A, permute=permute, separate=False)
-    return np.asarray(balanced), np.asarray(T)
-
-
-def restored(T: Array, vectors: Complex) -> Complex:
-    """Return T times vectors for the T of ``balance``, which has one number in each row: (n, any)."""
-    place = np.argmax(np.abs(T), axis=1)
-    result: Complex = vectors[place]
-    result *= T[np.arange(len(T)), place][:, np.newaxis]
-    return result
-
-
-#: Rounding errors are this many times the bound's unit.
-_MARGIN = 16.0
-EPSILON = float(np.finfo(float).eps)
+#: Damping ratios below this are rounding.
+_ROUNDING = 1e-9
+#: Largest numbers of modes and coordinates in one figure: more cannot be distinguished.
+_MODES, _COORDINATES = 12, 14
 
 
 @checked_calls()
@@ -91,7 +71,20 @@ class Modes:
         return f"<Modes: {len(self)}, {self.stability}{heard}>"
 
     def _repr_html_(self) -> str:
-        return modes_html(self)
+        rows = (
+            (
+                k + 1,
+                f"{self.frequency[k]:.6g}" if self.oscillating[k] else "",
+                f"{_known(self.damping_ratio[k], _ROUNDING):.4g}"
+                if abs(self.eigenvalues[k]) > self.uncertainty[k]
+                else "",
+                _eigenvalue(self.eigenvalues[k], self.uncertainty[k]),
+                ", ".join(name for name, _ in self.dominant(k)),
+            )
+            for k in range(len(self))
+        )
+        headings = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "mostly")
+        return page(f"{len(self)} modes, {self.stability}", table(headings, rows))
 
     def plot(self, axes: object = None) -> list[Any]:
         """Draw the shape of each mode (at most 12) and return matplotlib's axes, one for each.
@@ -117,7 +110,14 @@ class Modes:
         >>> len(modes.plot())
         2
         """
-        return plot_modes(self, axes)
+        shown = _shown(self)
+        if axes is None:
+            _, drawn = _panels(pyplot_figure, self, len(shown))
+        else:
+            drawn = axes_of_caller("plot", axes, [f"mode {k + 1}" for k in shown])
+        for axis, k in zip(drawn, shown, strict=True):
+            _draw_shape(axis, self, k)
+        return drawn
 
     @property
     def undamped_frequency(self) -> Array:
@@ -188,53 +188,6 @@ class Modes:
         return [(self.coordinates[k], complex(self.shapes[k, mode])) for k in order if sizes[k] > 0.05 * largest]
 
 
-#: States up to which a matrix is not searched for parts that are not coupled.
-_FEW = 40
-
-
-def _decomposed(A: Array) -> tuple[Complex, Complex, Array]:
-    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,).
-
-    Parts of A that are not coupled are decomposed each, and equal ones once: bending in two planes, bodies that turn
-    freely. The work grows with the cube of the number of states.
-    """
-    parts = _uncoupled(A)
-    values, vectors, cosines = np.zeros(len(A), complex), np.zeros(A.shape, complex), np.zeros(len(A))
-    known: dict[bytes, tuple[Complex, Complex, Array]] = {}
-    for part in parts:
-        block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
-        content = block.tobytes() if len(parts) > 1 else b""
-        if content not in known:
-            known[content] = eigenvectors(block)
-        values[part], vectors[np.ix_(part, part)], cosines[part] = known[content]
-    return values, vectors, cosines
-
-
-def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
-    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,)."""
-    solution: Any = scipy.linalg.eig(A, left=True, right=True)  # the stubs know of one kind of vectors only
-    values, left, right = solution
-    return values, right, np.abs(np.sum(left.conj() * right, axis=0))
-
-
-def _uncoupled(A: Array) -> list[NDArray[np.intp]]:
-    """Return the numbers of the states of each part of A that is not coupled to others, in their order."""
-    if len(A) > _FEW:
-        coupled = A != 0.0
-        reached = coupled[np.argmax(coupled.sum(axis=1))]
-        for _ in range(2):
-            reached = reached | coupled[reached].any(axis=0)
-        if reached.all():
-            return [np.arange(len(A))]
-        from scipy.sparse import csr_array  # noqa: PLC0415  # of long models only
-        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
-
-        count, labels = connected_components(csr_array(coupled), directed=False)
-        if count > 1:
-            return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
-    return [np.arange(len(A))]
-
-
 def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias: Array) -> Modes:
     """Return the modes of sdot = A s.
 
@@ -251,7 +204,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
             np.zeros(0, complex), np.zeros(0), empty, np.zeros((0, 0), complex), tuple(coordinates), weights
         )
     balanced, back = balance(A)
-    values, right, cosines = _decomposed(balanced)
+    values, right, cosines = decomposed(balanced)
     uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
     kept = ordered(values, uncertainty)
     kept = kept[values[kept].imag >= 0.0]
@@ -282,16 +235,100 @@ def modes_of(
     return Modes(values, size, frequency, ratio, uncertainty, shapes, state_shapes, coordinates, weights)
 
 
-def uncertainties(norm: float, cosines: Array) -> Array:
-    """Return the rounding errors of the eigenvalues of a matrix of a norm, by |y^H x| of the eigenvectors, (n,)."""
-    with np.errstate(divide="ignore", over="ignore"):
-        condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(EPSILON))
-    return np.asarray(_MARGIN * EPSILON * norm * condition)
+def draw_modes(modes: Modes, title: str, path: Path) -> Path:
+    """Draw the shape of each mode: amplitudes by coordinate, with phases next to the amplitudes."""
+    shown = _shown(modes)
+    figure, axes = _panels(new_figure, modes, len(shown))
+    for axis, k in zip(axes, shown, strict=True):
+        _draw_shape(axis, modes, k)
+    left_out, count = len(modes) - len(shown), len(modes.coordinates)
+    notes = [f"{left_out} more are not drawn"] if left_out else []
+    if count > _COORDINATES:
+        notes.append(f"of {count} coordinates, of each mode the {_COORDINATES} with most kinetic energy")
+    figure.suptitle(f"{title}: shapes of modes" + (f" ({'; '.join(notes)})" if notes else ""), fontsize=11)
+    return saved(figure, path)
 
 
-def ordered(values: Complex, uncertainty: Array) -> NDArray[np.intp]:
-    """Return the order of eigenvalues: zeros first, then by size, equal ones by decay."""
-    first = np.argsort(np.abs(values), kind="stable")
-    sizes = np.abs(values[first])
-    sizes = np.where(sizes <= uncertainty[first], 0.0, [round(size, 12) for size in sizes.tolist()])
-    return np.asarray(first[np.lexsort((values[first].real, sizes))])
+def _shown(modes: Modes) -> list[int]:
+    return [k for k in oscillating_first(modes, _MODES) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
+
+
+def oscillating_first(modes: Modes, few: int) -> list[int]:
+    """Return the numbers of modes in the order of listing.
+
+    Modes are listed by increasing eigenvalue. With more than ``few`` modes, non-oscillating modes, of which stiffness
+    damping makes hundreds, come last.
+
+    Parameters
+    ----------
+    modes : Modes
+    few : int
+        Modes that are all listed.
+
+    Returns
+    -------
+    list of int
+    """
+    numbers = list(range(len(modes)))
+    if len(numbers) <= few:
+        return numbers
+    decaying = (modes.eigenvalues.real < -modes.uncertainty) & ~modes.oscillating
+    return sorted(numbers, key=lambda k: bool(decaying[k]))
+
+
+def _panels(figure_of: Callable[[tuple[float, float]], Any], modes: Modes, count: int) -> tuple[Any, list[Any]]:
+    """Return a new figure, made from its size in inches, and its axes for some of the modes."""
+    columns = min(3, max(1, count))
+    rows = max(1, -(-count // columns))
+    height = 1.1 + 0.28 * min(len(modes.coordinates), _COORDINATES)
+    figure = figure_of((4.6 * columns + 0.6, 0.8 + rows * height))
+    axes = figure.subplots(rows, columns, squeeze=False).ravel().tolist()
+    for axis in axes[count:]:
+        axis.set_visible(False)
+    return figure, axes[:count]
+
+
+def _draw_shape(axis: Any, modes: Modes, k: int) -> None:
+    chosen = np.sort(np.argsort(-modes.weights * np.abs(modes.shapes[:, k]), kind="stable")[:_COORDINATES])
+    values = modes.shapes[chosen, k]
+    height = np.arange(len(chosen))[::-1]
+    axis.barh(height, np.abs(values), color="#0B62C4", height=0.6)
+    for y, value in zip(height, values, strict=True):
+        if abs(value) > 1e-3:
+            axis.text(abs(value) + 0.02, y, f"{degrees(value)}°", va="center", fontsize=8, color="#444444")
+    axis.set_yticks(height, [modes.coordinates[index] for index in chosen], fontsize=9)
+    axis.set_xlim(0.0, 1.2)
+    axis.set_ylim(-0.6, len(chosen) - 0.4)
+    axis.set_xlabel("amplitude (rad, m; largest is 1), phase", fontsize=9)
+    draw_grid(axis, along="x")
+    axis.set_title(caption(modes, k), fontsize=10, loc="left")
+
+
+def degrees(value: complex) -> int:
+    """Return the phase in whole degrees, -179 to 180."""
+    phase = round(math.degrees(cmath.phase(value)))
+    return 180 if phase == -180 else phase
+
+
+def caption(modes: Modes, k: int) -> str:
+    """Return a mode in a few words: undamped frequency and damping, the rate at which the mode decays or
+    grows, or no stiffness, for an eigenvalue that is zero within its uncertainty."""
+    value = modes.eigenvalues[k]
+    if modes.oscillating[k]:
+        ratio = _known(modes.damping_ratio[k], _ROUNDING)
+        return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz undamped, damping ratio {ratio:.4g}"
+    if abs(value) <= modes.uncertainty[k]:
+        return f"mode {k + 1}: no stiffness"
+    return f"mode {k + 1}: {'decays' if value.real < 0.0 else 'grows'} with {abs(value.real):.4g} 1/s"
+
+
+def _eigenvalue(value: complex, uncertainty: float) -> str:
+    """Return an eigenvalue without the parts that are rounding."""
+    real, imaginary = _known(value.real, uncertainty), _known(value.imag, uncertainty)
+    if not imaginary:
+        return f"{real:.6g}"
+    return f"{real:.6g} ± {imaginary:.6g}j" if real else f"± {imaginary:.6g}j"
+
+
+def _known(value: float, uncertainty: float) -> float:
+    return value if abs(value) > uncertainty else 0.0

@@ -20,16 +20,8 @@ from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.products.linear.modes import (
-    EPSILON,
-    Modes,
-    balance,
-    eigenvectors,
-    modes_of,
-    ordered,
-    restored,
-    uncertainties,
-)
+from eomgen.products.linear.eigenvalues import EPSILON, balance, eigenvectors, ordered, restored, uncertainties
+from eomgen.products.linear.modes import Modes, modes_of
 
 #: Coordinates from which on models are taken by parts, and up to which a part is decomposed as a whole.
 MANY, _FEW = 100, 20

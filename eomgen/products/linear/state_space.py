@@ -18,10 +18,10 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls, unknown_attribute
 from eomgen.base.data import dataclass, field
+from eomgen.base.html import page, table
 from eomgen.base.messages import shown
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.freedom import Freedom, Partials, times
-from eomgen.products.linear.notebook import state_space_html
 
 #: Kinds of signals of a linear model.
 KINDS = ("states", "inputs", "disturbances", "outputs")
@@ -77,7 +77,12 @@ class StateSpace:
         return f"<StateSpace{self.when}: {counts}; {self.stability}>"
 
     def _repr_html_(self) -> str:
-        return state_space_html(self)
+        rows = [
+            (f"{letter}[{k}]", name, self.unit(kind, name), kind[:-1])
+            for kind, letter in zip(KINDS, "suwy", strict=True)
+            for k, name in enumerate(getattr(self, kind))
+        ]
+        return page(f"State space{self.when}, {self.stability}", table(("", "name", "unit", "is"), rows))
 
     @property
     def when(self) -> str:

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, axis_label, pyplot_figure
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid
 from eomgen.base.html import page, table
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
@@ -244,8 +244,7 @@ class Rainflow:
         UsageError
             An object that is not axes, or more than one.
         """
-        given = pyplot_figure((7.4, 4.6)).subplots() if axes is None else axes
-        drawn = axes_of_caller("plot", given, [f"rainflow count of {self.name}"])
+        drawn = axes_of_caller("plot", axes, [f"rainflow count of {self.name}"], (7.4, 4.6))
         axis = drawn[0]
         reached = np.cumsum(self.counts)
         first = reached[:1] / 2.0
@@ -255,8 +254,7 @@ class Rainflow:
         axis.set_xlabel("cycles of this range and above")
         axis.set_ylabel(axis_label("range", self.unit))
         axis.set_title(f"{self.name}; rainflow count of {self.duration:.6g} s", fontsize=10, loc="left")
-        axis.grid(True, which="both", color="#dddddd", linewidth=0.6)
-        axis.set_axisbelow(True)
+        draw_grid(axis, which="both")
         if label is not None:
             axis.legend(fontsize=9, frameon=False)
         return drawn

@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field
-from eomgen.base.figures import axes_of_caller, axis_label, new_figure, pyplot_figure, saved
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid, new_figure, pyplot_figure, saved
 from eomgen.base.files import write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 
-_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 _STABLE, _UNSTABLE, _LIMIT, _BIFURCATION = "#0B62C4", "#F08C00", "#B00020", "#1B7F3B"
 
 
@@ -287,6 +286,6 @@ class EquilibriumPath:
             ax.plot([item.columns.get(name, item.value)], [item.value], mark, color=colour, markersize=6, label=label)
         ax.set_xlabel(axis_label(name, self.units.get(name, "")))
         ax.set_ylabel(axis_label(self.parameter, self.unit))
-        ax.grid(**_GRID)
+        draw_grid(ax)
         if told - {""}:
             ax.legend(frameon=False, fontsize=8)

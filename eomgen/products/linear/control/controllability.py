@@ -19,7 +19,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.errors import ModelError
 from eomgen.products.linear.control.plant import distinct, in_words
-from eomgen.products.linear.modes import balance
+from eomgen.products.linear.eigenvalues import balance
 
 #: Distance from the border of stability, as a share of the largest eigenvalue, up to which an eigenvalue counts as on
 #: the border.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.figures import axes_of_caller, pyplot_figure
+from eomgen.base.figures import axes_of_caller, draw_grid
 from eomgen.base.html import page, table
 from eomgen.products.linear.control.margins import Margins
 from eomgen.products.linear.state_space import KINDS, StateSpace
@@ -76,7 +76,6 @@ def with_more(space: StateSpace, more: Mapping[str, Sequence[tuple[str, float]]]
     return {"units": units, "references": references}
 
 
-_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
 _REACH = 2.6
 #: Frequencies that are written along a loop, and the least distance of two of them.
 _NAMED, _APART = 4, 0.8
@@ -89,8 +88,7 @@ def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[An
     and the unit circle; a loop that is larger leaves the frame, and the legend says so.
     """
     names = list(margins)
-    given = pyplot_figure((5.2 * len(names), 5.7)).subplots(1, len(names), squeeze=False) if axes is None else axes
-    drawn = axes_of_caller("plot", given, names)
+    drawn = axes_of_caller("plot", axes, names, (5.2 * len(names), 5.7))
     turn = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 181))
     for axis, (name, item) in zip(drawn, margins.items(), strict=True):
         near = np.where(np.abs(item.loop) < 4.0 * _REACH, item.loop, np.nan)
@@ -112,8 +110,7 @@ def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[An
         said = f"phase margin {item.phase_margin:.3g}°, delay margin {1e3 * item.delay_margin:.3g} ms"
         axis.set_title(f"open loop at {name}\n{gain}\n{said}", fontsize=9, loc="left")
         axis.legend(loc="upper right", fontsize=7.5)
-        axis.grid(True, **_GRID)
-        axis.set_axisbelow(True)
+        draw_grid(axis)
     return drawn
 
 

@@ -38,7 +38,7 @@ from eomgen.products.linear.control.notebook import (
 )
 from eomgen.products.linear.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
-from eomgen.products.linear.modes import balance
+from eomgen.products.linear.eigenvalues import balance
 from eomgen.products.linear.sampling import discretized, sampled_with_cost
 from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_space_of
 

@@ -17,7 +17,7 @@ from scipy.linalg import (
 
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError, UsageError
-from eomgen.products.linear.modes import balance
+from eomgen.products.linear.eigenvalues import balance
 
 #: Rows and columns of blocks of a matrix.
 Blocks = tuple[tuple[slice, slice], ...]

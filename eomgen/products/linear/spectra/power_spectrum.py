@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.figures import axes_of_caller, axis_label, pyplot_figure
+from eomgen.base.figures import axes_of_caller, axis_label, draw_grid
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
 
@@ -253,9 +253,6 @@ class RideTable:
         return page("Root mean squares on random roads", table(self.headings, self.rows))
 
 
-_GRID: dict[str, Any] = {"color": "#dddddd", "linewidth": 0.6}
-
-
 @checked_calls()
 @dataclass(frozen=True, repr=False)
 class PowerSpectrum:
@@ -346,16 +343,14 @@ class PowerSpectrum:
         UsageError
             An object that is not axes, or more than one.
         """
-        given = pyplot_figure((7.4, 4.6)).subplots() if axes is None else axes
-        drawn = axes_of_caller("plot", given, [f"spectrum of {self.name}"])
+        drawn = axes_of_caller("plot", axes, [f"spectrum of {self.name}"], (7.4, 4.6))
         axis = drawn[0]
         used = (self.frequencies > 0.0) & (self.density > 0.0)
         axis.loglog(self.frequencies[used], self.density[used], linewidth=1.4, label=label)
         axis.set_xlabel("frequency, Hz")
         axis.set_ylabel(axis_label("power spectral density", self.unit))
         axis.set_title(self.name + (f"; {self.source}" if self.source else ""), fontsize=10, loc="left")
-        axis.grid(True, which="both", **_GRID)
-        axis.set_axisbelow(True)
+        draw_grid(axis, which="both")
         if label is not None:
             axis.legend(fontsize=9, frameon=False)
         return drawn

@@ -1,0 +1,98 @@
+"""Eigenvalues and eigenvectors in balanced units, with bounds of the rounding errors of eigenvalues, and their order.
+
+An eigenvalue is known to machine precision times the norm of the balanced matrix times its condition 1 / |y^H x|
+(Wilkinson 1965). For the double zero of a rigid-body motion it is the square root of the precision.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from eomgen.base.arrays import Array, Complex
+
+#: Rounding errors are this many times the bound's unit.
+_MARGIN = 16.0
+EPSILON = float(np.finfo(float).eps)
+#: States up to which a matrix is not searched for parts that are not coupled.
+_FEW = 40
+
+
+def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
+    """Return B = T^-1 A T and T, (n, n) both; T is diagonal, and permuted if ``permute`` is true.
+
+    SciPy converts the scales to whole numbers, too, to find permutations among the scales. Scales above 2^63 are not a
+    permutation and are not used, so the warning of SciPy is suppressed.
+    """
+    with np.errstate(invalid="ignore"):
+        balanced, T = scipy.linalg.matrix_balance(A, permute=permute, separate=False)
+    return np.asarray(balanced), np.asarray(T)
+
+
+def restored(T: Array, vectors: Complex) -> Complex:
+    """Return T times vectors for the T of ``balance``, which has one number in each row: (n, any)."""
+    place = np.argmax(np.abs(T), axis=1)
+    result: Complex = vectors[place]
+    result *= T[np.arange(len(T)), place][:, np.newaxis]
+    return result
+
+
+def decomposed(A: Array) -> tuple[Complex, Complex, Array]:
+    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,).
+
+    Parts of A that are not coupled are decomposed each, and equal ones once: bending in two planes, bodies that turn
+    freely. The work grows with the cube of the number of states.
+    """
+    parts = _uncoupled(A)
+    values, vectors, cosines = np.zeros(len(A), complex), np.zeros(A.shape, complex), np.zeros(len(A))
+    known: dict[bytes, tuple[Complex, Complex, Array]] = {}
+    for part in parts:
+        block = np.ascontiguousarray(A[np.ix_(part, part)]) if len(parts) > 1 else A
+        content = block.tobytes() if len(parts) > 1 else b""
+        if content not in known:
+            known[content] = eigenvectors(block)
+        values[part], vectors[np.ix_(part, part)], cosines[part] = known[content]
+    return values, vectors, cosines
+
+
+def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
+    """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,)."""
+    solution: Any = scipy.linalg.eig(A, left=True, right=True)  # the stubs know of one kind of vectors only
+    values, left, right = solution
+    return values, right, np.abs(np.sum(left.conj() * right, axis=0))
+
+
+def _uncoupled(A: Array) -> list[NDArray[np.intp]]:
+    """Return the numbers of the states of each part of A that is not coupled to others, in their order."""
+    if len(A) > _FEW:
+        coupled = A != 0.0
+        reached = coupled[np.argmax(coupled.sum(axis=1))]
+        for _ in range(2):
+            reached = reached | coupled[reached].any(axis=0)
+        if reached.all():
+            return [np.arange(len(A))]
+        from scipy.sparse import csr_array  # noqa: PLC0415  # of long models only
+        from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
+        count, labels = connected_components(csr_array(coupled), directed=False)
+        if count > 1:
+            return np.split(np.argsort(labels, kind="stable"), np.cumsum(np.bincount(labels))[:-1])
+    return [np.arange(len(A))]
+
+
+def uncertainties(norm: float, cosines: Array) -> Array:
+    """Return the rounding errors of the eigenvalues of a matrix of a norm, by |y^H x| of the eigenvectors, (n,)."""
+    with np.errstate(divide="ignore", over="ignore"):
+        condition = np.minimum(1.0 / cosines, 1.0 / np.sqrt(EPSILON))
+    return np.asarray(_MARGIN * EPSILON * norm * condition)
+
+
+def ordered(values: Complex, uncertainty: Array) -> NDArray[np.intp]:
+    """Return the order of eigenvalues: zeros first, then by size, equal ones by decay."""
+    first = np.argsort(np.abs(values), kind="stable")
+    sizes = np.abs(values[first])
+    sizes = np.where(sizes <= uncertainty[first], 0.0, [round(size, 12) for size in sizes.tolist()])
+    return np.asarray(first[np.lexsort((values[first].real, sizes))])
