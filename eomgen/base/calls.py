@@ -371,14 +371,22 @@ def unknown_attribute(owner: object, name: str) -> AttributeError:
             object.__getattribute__(owner, name)
         except AttributeError as error:
             return error
-    article = "an" if kind[0] in "AEIOU" else "a"
     if gone := fault_of_removed("attribute", f"{kind}.{name}"):
         return UnknownAttribute(Problem("", *gone))
     if kind in OWNERS and (absent := fault_of_absent(name)):
         return UnknownAttribute(Problem("", f"a {kind} has no {shown(name)}: {absent[0]} [E0106]", absent[1]))
     return UnknownAttribute(
-        Problem("", f"{article} {kind} has no {shown(name)} [E0107]", attribute_hint(name, dir(owner), kind))
+        Problem("", f"{with_article(kind)} has no {shown(name)} [E0107]", attribute_hint(name, dir(owner), kind))
     )
+
+
+class NamedAttributes:
+    """Base of public classes, which answer a request for a missing attribute with the nearest names."""
+
+    if not TYPE_CHECKING:  # a type checker knows the attributes without this method
+
+        def __getattr__(self, name: str) -> object:
+            raise unknown_attribute(self, name)
 
 
 def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: Iterable[str]) -> UnknownAttribute:
@@ -395,11 +403,13 @@ def none_to_set(owner: object, name: str, arguments: Iterable[str], parameters: 
 
 def not_unpacked(owner: object, what_to_try: str) -> SingleObject:
     """Return the error for unpacking a result as a tuple: from the ``__iter__`` of the result."""
-    kind = type(owner).__name__
-    article = "an" if kind[0] in "AEIOU" else "a"
-    return SingleObject(
-        Problem("", f"{article} {kind} is one object, and not several to be unpacked [E0110]", what_to_try)
-    )
+    fault = f"{with_article(type(owner).__name__)} is one object, and not several to be unpacked [E0110]"
+    return SingleObject(Problem("", fault, what_to_try))
+
+
+def with_article(kind: str) -> str:
+    """Return the name of a class with its article."""
+    return f"{'an' if kind[0] in 'AEIOUaeiou' else 'a'} {kind}"
 
 
 def not_assigned_to(what_to_try: str) -> Callable[[C], C]:

@@ -10,6 +10,9 @@ from typing import Any, Literal
 from eomgen.base.messages import shown
 from eomgen.errors import FileError, Problem, UsageError
 
+#: Width and height, inches.
+Size = tuple[float, float]
+
 #: Inches: an edge or a gap; the lines of a heading, of a title, an exponent and a label of axes, and of the numbers
 #: below axes.
 _GAP, _HEADING, _TITLE, _EXPONENT, _LABEL, _NUMBERS = 0.1, 0.3, 0.24, 0.2, 0.22, 0.26
@@ -18,7 +21,7 @@ _GAP, _HEADING, _TITLE, _EXPONENT, _LABEL, _NUMBERS = 0.1, 0.3, 0.24, 0.2, 0.22,
 _COMPRESSION = 3
 
 
-def new_figure(size: tuple[float, float], *, placed: bool = False) -> Any:
+def new_figure(size: Size, *, placed: bool = False) -> Any:
     """Return an empty figure of a width and a height in inches.
 
     ``placed`` leaves the layout of matplotlib out, for ``place_panels``.
@@ -49,7 +52,7 @@ def _check_backend() -> None:
         raise UsageError(Problem("MPLBACKEND", fault, "MPLBACKEND=agg, or the variable unset")) from None
 
 
-def pyplot_figure(size: tuple[float, float]) -> Any:
+def pyplot_figure(size: Size) -> Any:
     """Return an empty figure of pyplot, which notebooks show and ``matplotlib.pyplot.show`` opens; inches."""
     _check_backend()
     from matplotlib import pyplot  # noqa: PLC0415  # slow to import, and only drawing needs it
@@ -118,9 +121,7 @@ def draw_grid(axis: Any, which: Literal["major", "both"] = "major", along: Liter
     axis.set_axisbelow(True)
 
 
-def axes_of_caller(
-    call: str, axes: object, panels: Sequence[str], size: tuple[float, float] | None = None
-) -> list[Any]:
+def axes_of_caller(call: str, axes: object, panels: Sequence[str], size: Size | None = None) -> list[Any]:
     """Return the axes that a caller gives for panels, one for each.
 
     Parameters
@@ -131,7 +132,7 @@ def axes_of_caller(
     panels : sequence of str
         Titles of the panels, for messages.
     size : pair of float, optional
-        Width and height in inches of a new figure of pyplot, with the panels side by side, if ``axes`` is None.
+        Of a new figure of pyplot, with the panels side by side, if ``axes`` is None.
 
     Raises
     ------

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import Defaults, unknown_attribute
+from eomgen.base.calls import Defaults, NamedAttributes
 from eomgen.base.data import replace
 from eomgen.base.messages import counted
 from eomgen.compiled import (
@@ -64,7 +64,7 @@ _INTERNALS = frozenset(
 _OTHER_PARAMETERS = "simulate(..., parameters={...}), or set_parameter of the simulator of start(...)"
 
 
-class CompiledModel:
+class CompiledModel(NamedAttributes):
     """The functions of a compiled scene on arrays; ``eomgen.pipeline.model.Model`` has analyses and runs as well.
 
     Functions of ``equations``, ``time_derivatives``, ``prescribed`` and ``bodies`` are methods of this class, and need
@@ -212,11 +212,6 @@ class CompiledModel:
     def scene(self) -> Any:
         """The front end's object from which the model was made, such as a scene; None without one."""
         return self._scene() if callable(self._scene) else self._scene
-
-    if not TYPE_CHECKING:  # a type checker knows the attributes without this method
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     def __dir__(self) -> list[str]:
         return [name for name in super().__dir__() if name not in _INTERNALS]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import NamedResults, ReadOnly, UnknownAttribute, checked_call, checked_calls, unknown_attribute
+from eomgen.base.calls import NamedAttributes, NamedResults, ReadOnly, UnknownAttribute, checked_call, checked_calls
 from eomgen.base.data import replace
 from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
@@ -72,7 +72,7 @@ def _no_assignment(name: str) -> UnknownAttribute:
         ("dt", "step", "h", "step_size", "timestep"), "model.start(step=...), which sets the size of steps"
     ),
 )
-class Simulator:
+class Simulator(NamedAttributes):
     """A motion stepped by its caller: ``run = model.start(...)``, then ``run.step(u)`` as often as wanted.
 
     The inputs of a step act from the beginning of the step. If inputs or parameters differ from the values at the end
@@ -113,11 +113,6 @@ class Simulator:
 
     def __repr__(self) -> str:
         return f"<Simulator of {self.model.name} by {self.method}: t = {self.t:.9g} s, steps of {self.step_size:.9g} s>"
-
-    if not TYPE_CHECKING:  # type checkers know the attributes from the annotations
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     # -- steps ---------------------------------------------------------------------------------------------------------
 

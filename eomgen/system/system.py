@@ -16,7 +16,7 @@ from functools import cached_property
 from itertools import chain
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import Factor
@@ -265,7 +265,7 @@ WHOLE = Sample()
 
 @checked_calls("eomgen.derive(scene)")
 @dataclass(frozen=True)
-class System:
+class System(NamedAttributes):
     """Symbolic equations of motion on one tape.
 
     Attributes
@@ -418,11 +418,6 @@ class System:
         symbols = {term: symbol for term, symbol in _SYMBOLS.items() if term in self.functions}
         short = [term for term in symbols if self.counts[term].flops <= _READABLE]
         return [whole, *(self.latex(term, symbols[term], shortest=True) for term in short)]
-
-    if not TYPE_CHECKING:  # a checker knows the attributes by itself
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     @property
     def nq(self) -> int:

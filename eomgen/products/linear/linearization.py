@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, paragraph
 from eomgen.base.threads import one_thread_of_algebra
@@ -84,7 +84,7 @@ class Names:
 
 @checked_calls()
 @dataclass(frozen=True)
-class Linearization:
+class Linearization(NamedAttributes):
     """A linear model.
 
     Attributes
@@ -104,11 +104,6 @@ class Linearization:
     names: Names
     sampled: SampledPart | None = None
     multiblade: Multiblade | None = None
-
-    if not TYPE_CHECKING:  # type checkers know the attributes
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         return (

@@ -7,13 +7,13 @@ import cmath
 import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, saved
 from eomgen.base.html import page, table
@@ -29,7 +29,7 @@ _MODES, _COORDINATES = 12, 14
 
 @checked_calls()
 @dataclass(frozen=True)
-class Modes:
+class Modes(NamedAttributes):
     """One mode for each real eigenvalue and for each conjugate pair, slowest first.
 
     Attributes
@@ -55,11 +55,6 @@ class Modes:
     state_shapes: Complex
     coordinates: tuple[str, ...]
     weights: Array
-
-    if not TYPE_CHECKING:  # type checkers know the attributes
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     def __len__(self) -> int:
         return len(self.eigenvalues)

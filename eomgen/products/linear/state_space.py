@@ -9,14 +9,14 @@ from __future__ import annotations
 import difflib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 import numpy as np
 import scipy.linalg
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_calls, unknown_attribute
+from eomgen.base.calls import NamedAttributes, checked_calls
 from eomgen.base.data import dataclass, field
 from eomgen.base.html import page, table
 from eomgen.base.messages import shown
@@ -31,7 +31,7 @@ _ON_BORDER = 1e-9
 
 @checked_calls()
 @dataclass(frozen=True, repr=False)
-class StateSpace:
+class StateSpace(NamedAttributes):
     """A linear model of first order, in continuous time or sampled.
 
     Attributes
@@ -65,11 +65,6 @@ class StateSpace:
     input_delay: float = 0.0
     waiting: Mapping[str, tuple[str, int]] = field(default_factory=dict)
     orientations: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
-
-    if not TYPE_CHECKING:  # type checkers know the attributes
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     def __repr__(self) -> str:
         sizes = ((len(getattr(self, kind)), kind) for kind in KINDS)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import Defaults, NamedResults, checked_calls, unknown_attribute
+from eomgen.base.calls import Defaults, NamedAttributes, NamedResults, checked_calls
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
@@ -65,7 +65,7 @@ def built_library(document: Hamiltonian, content: bytes, builder: Builder) -> Li
     'eomgen.build("system.toml"), which makes one', dt="step", h="step", integrator="method", rtol="tolerance",
     tol="tolerance", atol="tolerance", params="parameters", x0="initial", t="t_end", duration="t_end",
 )  # fmt: skip
-class HamiltonianModel:
+class HamiltonianModel(NamedAttributes):
     """A compiled system of q' = dH/dp, p' = -dH/dq.
 
     Attributes
@@ -94,11 +94,6 @@ class HamiltonianModel:
     def __repr__(self) -> str:
         kind = "separable" if self.separable else "not separable"
         return f"HamiltonianModel({self.name}: {self.n} coordinates, {kind})"
-
-    if not TYPE_CHECKING:  # type checkers know the attributes
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     @property
     def n(self) -> int:

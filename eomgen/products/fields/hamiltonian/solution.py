@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.calls import checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.calls import NamedAttributes, checked_calls, not_unpacked
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import asdict, dataclass, field
 from eomgen.base.figures import axis_label, new_figure, saved
@@ -160,7 +160,7 @@ def _made(
 
 @checked_calls("model.simulate(...), which makes one", filename="path", file="path")
 @dataclass(frozen=True)
-class HamiltonianSolution:
+class HamiltonianSolution(NamedAttributes):
     """A motion with diagnostics.
 
     Attributes
@@ -204,9 +204,6 @@ class HamiltonianSolution:
         return f"HamiltonianSolution({self.metadata['name']}: {self.message}, {len(self.t)} rows)"
 
     if not TYPE_CHECKING:  # type checkers know the attributes
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
         def __iter__(self) -> object:
             raise not_unpacked(self, "run = model.simulate(...), and run.t, run.q, run.p")

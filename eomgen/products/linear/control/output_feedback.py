@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_calls
+from eomgen.base.calls import checked_calls, with_article
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page, paragraph
 from eomgen.errors import Problem, UsageError
@@ -20,11 +20,6 @@ from eomgen.products.linear.control.notebook import eigenvalues_html, labels, ma
 from eomgen.products.linear.control.observer import Observer
 from eomgen.products.linear.control.regulator import Regulator
 from eomgen.products.linear.state_space import StateSpace
-
-
-def _with_article(kind: type) -> str:
-    """Return the name of a class with its article."""
-    return f"{'an' if kind.__name__[0] in 'AEIOUaeiou' else 'a'} {kind.__name__}"
 
 
 @checked_calls()
@@ -55,7 +50,7 @@ class OutputFeedback:
         for name, kind in (("first", Regulator), ("second", Observer)):
             given = self.regulator if kind is Regulator else self.observer
             if not isinstance(given, kind):
-                fault = f"{_with_article(kind)} comes {name}, not {_with_article(type(given))} [E0390]"
+                fault = f"{with_article(kind.__name__)} comes {name}, not {with_article(type(given).__name__)} [E0390]"
                 hint = "OutputFeedback(regulator, observer), of lqr or place, and of kalman or place_observer"
                 raise UsageError(Problem("OutputFeedback", fault, hint))
         first, second = self.regulator.space, self.observer.space

@@ -11,13 +11,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_call, checked_calls, not_unpacked, unknown_attribute
+from eomgen.base.calls import NamedAttributes, checked_call, checked_calls, not_unpacked
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -49,7 +49,7 @@ _REACHED = 1e-6
 
 @checked_calls()
 @dataclass(frozen=True, repr=False)
-class Regulator:
+class Regulator(NamedAttributes):
     """Feedback u = -G s of the deviations s of all states from the reference of the linear model.
 
     Attributes
@@ -62,11 +62,6 @@ class Regulator:
     space: StateSpace
     gains: Array
     cost_left: Array | None = None
-
-    if not TYPE_CHECKING:  # type checkers know the attributes
-
-        def __getattr__(self, name: str) -> object:
-            raise unknown_attribute(self, name)
 
     def __iter__(self) -> NoReturn:
         raise not_unpacked(self, "law = ..., and law.gains, law.eigenvalues, law.cost_left")
