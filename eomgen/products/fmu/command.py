@@ -28,6 +28,12 @@ from eomgen.scene.sources.register import takes
 if TYPE_CHECKING:
     from eomgen.products.fmu.export import FmuFiles
 
+#: Options that are arguments of the function under the same name.
+_OPTIONS = (
+    *("version", "types", "method", "inputs", "binary", "machines", "reference", "dae", "minimal", "arrays"),
+    *("author", "model_version", "copyright", "license", "license_file", "description"),
+)
+
 
 @click.command()
 @click.option(
@@ -83,28 +89,7 @@ if TYPE_CHECKING:
 @json_option
 @debug_option
 def fmu(
-    scene: str,
-    file: str | None,
-    version: str,
-    types: str,
-    method: str | None,
-    inputs: Sequence[str],
-    binary: bool,
-    machines: Sequence[str],
-    reference: bool | None,
-    dae: bool,
-    arrays: bool,
-    minimal: bool,
-    author: str,
-    model_version: str,
-    copyright: str,
-    license: str,
-    license_file: str | None,
-    description: str,
-    parameters: Sequence[str],
-    initial: Sequence[str],
-    as_json: bool,
-    **reading: Any,
+    scene: str, file: str | None, parameters: Sequence[str], initial: Sequence[str], as_json: bool, **given: Any
 ) -> None:
     """Write the model of a SCENE for other simulation tools, as an FMU: sources, and this machine's library.
 
@@ -116,35 +101,16 @@ def fmu(
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imports SymPy
     from eomgen.products.fmu import export  # noqa: PLC0415
 
-    described = pipeline.load_scene(scene, **reading)
+    own = {name: given.pop(name) for name in _OPTIONS}
+    described = pipeline.load_scene(scene, **given)
     values: Mapping[str, float | str] = assignments("--set", parameters)
     starts = assignments("--initial", initial)
     say_notes(described)
     check_assigned(described, values, {}, robot=takes(Path(scene), "tunable"))
     values = in_units("--set", values, described.parameters)
     with building(described.name):
-        make = partial(
-            export.fmu_files,
-            described,
-            version=version,
-            types=types,
-            method=method,
-            inputs=inputs,
-            parameters=values or None,
-            binary=binary,
-            machines=machines,
-            reference=reference,
-            dae=dae,
-            arrays=arrays,
-            initial=starts_of(starts, described) or None,
-            author=author,
-            model_version=model_version,
-            copyright=copyright,
-            license=license,
-            license_file=license_file,
-            description=description,
-            minimal=minimal,
-        )
+        start = starts_of(starts, described) or None
+        make = partial(export.fmu_files, described, parameters=values or None, initial=start, **own)
         path, made = export.written(file, make)
     if as_json:
         print_json(_facts(path, made))
@@ -152,7 +118,7 @@ def fmu(
         click.echo(str(path))
     for doubt in made.interface.doubts:
         say(f"of steps in co-simulation: {doubt}")
-    steps = stand_in(described, method)
+    steps = stand_in(described, own["method"])
     say(f"{path.stat().st_size} bytes{steps}; documentation/index.html there says how to compile and use the sources")
 
 

@@ -14,9 +14,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from xml.etree import ElementTree as ET
 
-from eomgen.products.fmu.arrays import folded
-from eomgen.products.fmu.dependencies import Known
-from eomgen.products.fmu.interface import Interface, Unknown, Variable
+from eomgen.products.fmu.interface import Interface, Unknown, Variable, unknown_by
+from eomgen.products.fmu.model_description import add_unknowns
 
 #: Version of the draft, and the commit in the repository of the standard.
 VERSION, COMMIT = "1.0.0-alpha.1", "78313f4"
@@ -38,35 +37,27 @@ def dae_manifest(interface: Interface) -> str:
         ET.SubElement(algebraic, "AlgebraicVariable", valueReference=str(item.reference))
     structure = ET.SubElement(root, "ModelStructure")
     rates = [item for item in interface.variables if item.derivative is not None]
-    _add(structure, interface, "Output", _unknowns(interface, interface.of("output")))
-    _add(structure, interface, "ContinuousStateDerivative", _unknowns(interface, rates))
-    _add(structure, interface, "InitialUnknown", interface.initial_unknowns)
-    _add(structure, interface, "EventIndicator", (Unknown(item.reference) for item in interface.of("indicator")))
-    _add(structure, interface, "Residual", _unknowns(interface, interface.of("residual")))
+    for name, unknowns in (
+        ("Output", _unknowns(interface, interface.of("output"))),
+        ("ContinuousStateDerivative", _unknowns(interface, rates)),
+        ("InitialUnknown", interface.initial_unknowns),
+        ("EventIndicator", interface.indicators),
+        ("Residual", _unknowns(interface, interface.of("residual"))),
+    ):
+        add_unknowns(structure, interface, name, unknowns)
     ET.indent(root)
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
 
 
-def _add(parent: ET.Element, interface: Interface, name: str, unknowns: Iterable[Unknown]) -> None:
-    for unknown in folded(interface, unknowns):
-        element = ET.SubElement(parent, name, valueReference=str(unknown.reference))
-        if unknown.dependencies is not None:
-            element.set("dependencies", " ".join(map(str, unknown.dependencies)))
-            element.set("dependenciesKind", " ".join(unknown.kinds))
-
-
 def _unknowns(interface: Interface, items: Iterable[Variable]) -> list[Unknown]:
     """Return unknowns with dependencies on states, algebraic variables, inputs, parameters and the time."""
-    places: dict[Known, int] = {(item.kind, item.index): item.reference for item in interface.variables}
-    places |= {("z", item.index): item.reference for item in interface.of("sampled")}
+    places = {**interface.places, **{("z", item.index): item.reference for item in interface.of("sampled")}}
     result = []
     for item in items:
         known = interface.dependencies.direct(item.kind, item.index)
         if known is None:
             result.append(Unknown(item.reference))
             continue
-        linear, others = ({places[place] for place in part if place in places} for part in known)
-        every = sorted(linear | others)
-        kinds = tuple("constant" if one in linear - others else "dependent" for one in every)
-        result.append(Unknown(item.reference, tuple(every), kinds))
+        linear, others = ([places[place] for place in part if place in places] for part in known)
+        result.append(unknown_by(item.reference, linear, others))
     return result

@@ -23,8 +23,6 @@ PATTERNS = (
     "outputs_derivatives",
     "input_derivatives",
 )
-#: Kinds of knowns by arguments of functions.
-_KINDS = {"q": "q", "v": "v", "z": "z"}
 
 
 class Dependencies:
@@ -187,6 +185,6 @@ class Dependencies:
                 knowns.add(self._parameter(index))
             elif block == "z" and index in self._sampled:
                 knowns.add(("sampled", index))
-            elif block in _KINDS:
-                knowns.add((_KINDS[block], index))
+            elif block in ("v", "z"):
+                knowns.add((block, index))
         return knowns

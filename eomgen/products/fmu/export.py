@@ -27,7 +27,7 @@ from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
-from eomgen.products.fmu.interface import NO_TOKEN, About, Interface, Options, interface_of, with_token
+from eomgen.products.fmu.interface import NO_TOKEN, About, Interface, Options, interface_of
 from eomgen.products.fmu.model_description import Experiment, build_description, model_description
 from eomgen.products.fmu.sources import compiled_sources, source_files, wrapper_name
 from eomgen.system.terms import PURPOSES
@@ -242,7 +242,7 @@ def fmu_files(
     token = token_of({**texts, "": model_description(interface, experiment, listed, flags)})
     wrapper = wrapper_name(interface)
     texts[wrapper] = texts[wrapper].replace(NO_TOKEN, token)
-    interface = with_token(interface, token)
+    interface = replace(interface, token=token)
     files: dict[str, str | bytes] = {f"sources/{name}": text for name, text in texts.items()}
     files["modelDescription.xml"] = model_description(interface, experiment, listed, flags)
     if options.dae:

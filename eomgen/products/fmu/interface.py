@@ -9,7 +9,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from eomgen.base.data import dataclass, replace
+from eomgen.base.data import dataclass
 from eomgen.codegen.program import Program
 from eomgen.errors import EomgenError
 from eomgen.formula.evaluate import evaluate
@@ -131,7 +131,6 @@ class Interface:
     name, description : of the model
     variables : in the order of the value references
     units : of the variables
-    outputs, derivatives, initial_unknowns, indicators : of the model structure
     doubts : findings on the run of the scene that steps of other sizes share, for the log of co-simulation
     """
 
@@ -141,10 +140,6 @@ class Interface:
     description: str
     variables: tuple[Variable, ...]
     units: tuple[FmuUnit, ...]
-    outputs: tuple[Unknown, ...]
-    derivatives: tuple[Unknown, ...]
-    initial_unknowns: tuple[Unknown, ...]
-    indicators: tuple[Unknown, ...]
     provides_derivatives: bool = False
     token: str = NO_TOKEN
     doubts: tuple[str, ...] = ()
@@ -192,6 +187,57 @@ class Interface:
         return Dependencies(self.program, [item.index for item in self.of("input")])
 
     @cached_property
+    def places(self) -> Mapping[Known, int]:
+        """Value references by kind and place in the array of the kind."""
+        return {(item.kind, item.index): item.reference for item in self.variables}
+
+    # -- the model structure -------------------------------------------------------------------------------------------
+
+    @property
+    def outputs(self) -> tuple[Unknown, ...]:
+        """Outputs with dependencies."""
+        return tuple(self._unknown(item) for item in self.of("output"))
+
+    @property
+    def derivatives(self) -> tuple[Unknown, ...]:
+        """Derivatives of the states with dependencies."""
+        return tuple(self._unknown(item) for item in self.variables if item.derivative is not None)
+
+    @property
+    def initial_unknowns(self) -> tuple[Unknown, ...]:
+        """Unknowns of the initialisation with dependencies."""
+        corrected = ("minimal",) if self.options.minimal else ("q", "v")
+        return tuple(
+            self._unknown(item, initial=True)
+            for item in self.variables
+            if item.causality == "output"
+            or item.derivative is not None
+            or (item.kind in corrected and item.initial in ("approx", "calculated"))
+        )
+
+    @property
+    def indicators(self) -> tuple[Unknown, ...]:
+        """Event indicators."""
+        return tuple(Unknown(item.reference) for item in self.of("indicator"))
+
+    def _unknown(self, item: Variable, *, initial: bool = False) -> Unknown:
+        constrained = bool(self.program.sizes["lam"])
+        known = None
+        if not (self.options.minimal or (initial and constrained)):
+            known = self.dependencies.of(item.kind, item.index)
+        if known is None:
+            return Unknown(item.reference)
+        kinds, places = ["time", "input", "q", "v", "z"], self.places
+        kinds += ["parameter", "sampled", "mode"] if initial or self.version == 3 else []
+        linear, others = known
+        # sampled internal states are another kind
+        moved = (one if one[0] != "z" or one in places else ("sampled", one[1]) for one in others)
+        of_kinds = [places[one] for one in moved if one[0] in kinds and one in places]
+        return unknown_by(item.reference, [places[one] for one in linear if one in places], of_kinds)
+
+    # -- names ---------------------------------------------------------------------------------------------------------
+
+    @cached_property
     def types(self) -> Mapping[str, str]:
         """Names of types, as TorsionalStiffness, by units."""
         taken, result = {item.name for item in self.variables}, dict[str, str]()
@@ -227,19 +273,22 @@ def mode_parameters(program: Program) -> list[int]:
 def interface_of(program: Program, described: Description, options: Options) -> Interface:
     """Return the interface of a Program with a method."""
     made = _Variables(program, described, options)
-    structure = _Structure(program, made.variables, made.places, options)
-    return Interface(
-        program,
-        options,
-        described.name,
-        options.about.description or described.description or program.description,
-        tuple(made.variables),
-        tuple(made.units.values()),
-        structure.outputs,
-        structure.derivatives,
-        structure.initial_unknowns,
-        structure.indicators,
-    )
+    text = options.about.description or described.description or program.description
+    units = tuple(made.units.values())
+    return Interface(program, options, described.name, text, tuple(made.variables), units)
+
+
+#: Causality, variability and ``initial`` of variables by kind; of all other kinds ``_LOCAL``.
+_ATTRIBUTES: Mapping[str, tuple[str, str, str]] = {
+    "time": ("independent", "continuous", ""),
+    "parameter": ("parameter", "tunable", "exact"),
+    "input": ("input", "continuous", ""),
+    "output": ("output", "continuous", "calculated"),
+    "switch": ("structuralParameter", "fixed", ""),
+    **dict.fromkeys(("q", "v", "z"), ("local", "continuous", "exact")),
+    **dict.fromkeys(("turns", "sampled", "mode"), ("local", "discrete", "exact")),
+}
+_LOCAL = ("local", "continuous", "calculated")
 
 
 class _Variables:
@@ -248,62 +297,39 @@ class _Variables:
     def __init__(self, program: Program, described: Description, options: Options) -> None:
         self.program, self.described, self.minimal = program, described, options.minimal
         self.variables: list[Variable] = []
-        self.places: dict[tuple[str, int], int] = {}
         self.units: dict[str, FmuUnit] = {}
         self.names: set[str] = set()
-        self._add("time", "time", 0, "independent", "continuous", unit="s", description="time")
+        self._add("time", "time", 0, unit="s", description="time")
         modes = mode_parameters(program)
         for index, item in enumerate(program.parameters):
             if index not in modes:
-                self._parameter(index, item)
+                lower, upper = (_normal(end) for end in program.bounds.get(item.name, (None, None)))
+                self._quantity(item, "parameter", index, start=item.value, lower=lower, upper=upper)
         chosen = {item.name for item in described.inputs if not item.given} | set(options.inputs)
         for index, given in enumerate(described.inputs):
             if given.name in chosen:
-                start = _start_of(given, described)
-                self._add(
-                    given.name,
-                    "input",
-                    index,
-                    "input",
-                    "continuous",
-                    start=start,
-                    unit=given.unit,
-                    description=given.description,
-                )
+                self._quantity(given, "input", index, start=_start_of(given, described))
         self._states()
         self._derivatives()
         self._results(modes, chosen, options)
 
-    def _add(self, name: str, kind: str, index: int, causality: str, variability: str, **more: Any) -> None:
+    def _add(self, name: str, kind: str, index: int, *, unit: str = "", description: str = "", **more: Any) -> None:
         reference = len(self.variables)
         if name in self.names:
             name = next(other for other in _alternatives(kind, name) if other not in self.names)
         self.names.add(name)
-        label = str(more.pop("unit", ""))
-        known = unit_of(label)
+        known = unit_of(unit)
         if known is not None:
             self.units.setdefault(known.name, known)
-        elif label not in ("", "1"):
-            more["description"] = f"{more.get('description', '')} ({label})".strip()
-        more["unit"] = "" if known is None else known.name
+        elif unit not in ("", "1"):
+            description = f"{description} ({unit})".strip()
+        causality, variability, initial = _ATTRIBUTES.get(kind, _LOCAL)
+        more = {"initial": initial, "unit": "" if known is None else known.name, "description": description, **more}
         self.variables.append(Variable(name, reference, kind, index, causality, variability, **more))
-        self.places[kind, index] = reference
 
-    def _parameter(self, index: int, item: Quantity) -> None:
-        lower, upper = (_normal(end) for end in self.program.bounds.get(item.name, (None, None)))
-        self._add(
-            item.name,
-            "parameter",
-            index,
-            "parameter",
-            "tunable",
-            initial="exact",
-            start=item.value,
-            unit=item.unit,
-            description=item.description,
-            lower=lower,
-            upper=upper,
-        )
+    def _quantity(self, item: Quantity | Input, kind: str, index: int, **more: Any) -> None:
+        """Add a variable with the name, the unit and the description of a quantity."""
+        self._add(item.name, kind, index, unit=item.unit, description=item.description, **more)
 
     def _states(self) -> None:
         program, rows = self.program, event_rows(self.program)
@@ -331,96 +357,47 @@ class _Variables:
         for index in range(positions + velocities):
             block, number = ("q", index) if index < positions else ("v", index - positions)
             text = "coordinate" if block == "q" else "velocity"
-            more: Any = {"initial": "calculated", "description": f"independent {text} {number}", "reinit": True}
-            self._add(f"minimal.{block}[{number}]", "minimal", index, "local", "continuous", **more)
+            description = f"independent {text} {number}"
+            self._add(f"minimal.{block}[{number}]", "minimal", index, description=description, reinit=True)
 
     def _state(self, kind: str, index: int, item: Quantity, start: float, reinit: bool) -> None:
         """Add a state; positions and velocities of constrained scenes are guesses that the start corrects."""
         guessed = bool(self.program.sizes["lam"]) and kind in ("q", "v")
-        continuous = kind in ("q", "v", "z")
-        reinit = reinit and not (self.minimal and kind != "z")
-        self._add(
-            item.name,
-            kind,
-            index,
-            "local",
-            "continuous" if continuous else "discrete",
-            initial="approx" if guessed else "exact",
-            start=start,
-            unit=item.unit,
-            description=item.description,
-            reinit=reinit and continuous,
-        )
+        reinit = reinit and not (self.minimal and kind != "z") and kind in ("q", "v", "z")
+        more = {"initial": "approx"} if guessed else {}
+        self._quantity(item, kind, index, start=start, reinit=reinit, **more)
 
     def _derivatives(self) -> None:
         for kind in ("minimal", "z") if self.minimal else ("q", "v", "z"):
             for state in [item for item in self.variables if item.kind == kind]:
-                rate = _rate(state.unit)
-                self._add(
-                    f"der({state.name})",
-                    f"der_{kind}",
-                    state.index,
-                    "local",
-                    "continuous",
-                    initial="calculated",
-                    unit=rate,
-                    derivative=state.reference,
-                )
+                name, rate = f"der({state.name})", _rate(state.unit)
+                self._add(name, f"der_{kind}", state.index, unit=rate, derivative=state.reference)
 
     def _results(self, modes: Sequence[int], chosen: Collection[str], options: Options) -> None:
         program, place = self.program, 0
         for item in program.outputs:
             for component in range(item.size):
                 name = item.name if item.size == 1 else f"{item.name}[{component}]"
-                self._add(
-                    name,
-                    "output",
-                    place,
-                    "output",
-                    "continuous",
-                    initial="calculated",
-                    unit=item.unit,
-                    description=item.description,
-                )
+                self._add(name, "output", place, unit=item.unit, description=item.description)
                 place += 1
         for index, parameter in enumerate(modes):
             item = program.parameters[parameter]
-            self._add(
-                item.name,
-                "mode",
-                index,
-                "local",
-                "discrete",
-                initial="exact",
-                start=item.value,
-                unit=item.unit,
-                description=item.description,
-            )
+            self._quantity(item, "mode", index, start=item.value)
         for index, given in enumerate(self.described.inputs):
             if given.name not in chosen:
-                self._add(
-                    given.name,
-                    "formula",
-                    index,
-                    "local",
-                    "continuous",
-                    initial="calculated",
-                    unit=given.unit,
-                    description=given.description,
-                )
+                self._quantity(given, "formula", index)
         if options.version == 3 and "me" in options.types:
             for index, row in enumerate(event_rows(program)):
                 text = row["description"] or f"roots are the event {row['name']}"
-                name = f"event.{row['name']}"
-                self._add(name, "indicator", index, "local", "continuous", initial="calculated", description=text)
+                self._add(f"event.{row['name']}", "indicator", index, description=text)
         if options.dae:
             self._differential_algebraic()
 
     def _differential_algebraic(self) -> None:
         """Add the variables of the differential-algebraic system."""
-        program, local = self.program, ("local", "continuous")
+        program = self.program
         text = "true: the importer solves for accelerations and multipliers (FMI-LS-DAE)"
-        self._add("dae", "switch", 0, "structuralParameter", "fixed", start=0.0, description=text)
+        self._add("dae", "switch", 0, start=0.0, description=text)
         velocities = [item.name for item in program.velocities]
         unknowns = [f"acceleration of {name}" for name in velocities]
         unknowns += [f"multiplier of {name}" for name in program.multipliers]
@@ -432,8 +409,7 @@ class _Variables:
         units = _differential_algebraic_units(program)
         for kind, descriptions in (("algebraic", unknowns), ("residual", equations), ("drift", drifts)):
             for index, (description, unit) in enumerate(zip(descriptions, units[kind], strict=True)):
-                more: Any = {"initial": "calculated", "description": description, "unit": unit}
-                self._add(f"dae.{kind}[{index}]", kind, index, *local, **more)
+                self._add(f"dae.{kind}[{index}]", kind, index, unit=unit, description=description)
 
 
 def _differential_algebraic_units(program: Program) -> dict[str, list[str]]:
@@ -450,48 +426,11 @@ def _differential_algebraic_units(program: Program) -> dict[str, list[str]]:
     }
 
 
-class _Structure:
-    """The model structure: unknowns with dependencies."""
-
-    def __init__(
-        self, program: Program, variables: Sequence[Variable], places: Mapping[Known, int], options: Options
-    ) -> None:
-        self.places, self.version, self.minimal = places, options.version, options.minimal
-        self.dependencies = Dependencies(program, [item.index for item in variables if item.kind == "input"])
-        self.constrained = bool(program.sizes["lam"])
-        self.outputs = tuple(self._unknown(item) for item in variables if item.kind == "output")
-        rates = [item for item in variables if item.derivative is not None]
-        self.derivatives = tuple(self._unknown(item) for item in rates)
-        self.indicators = tuple(Unknown(item.reference) for item in variables if item.kind == "indicator")
-        initial = [item for item in variables if item.causality == "output" or item.derivative is not None]
-        corrected = ("minimal",) if self.minimal else ("q", "v")
-        initial += [item for item in variables if item.kind in corrected and item.initial in ("approx", "calculated")]
-        self.initial_unknowns = tuple(
-            self._unknown(item, initial=True) for item in sorted(initial, key=lambda item: item.reference)
-        )
-
-    def _place(self, known: Known) -> Known:
-        """Return the place of a known; sampled internal states are another kind."""
-        kind, index = known
-        return known if kind != "z" or known in self.places else ("sampled", index)
-
-    def _unknown(self, item: Variable, *, initial: bool = False) -> Unknown:
-        if self.minimal or (initial and self.constrained):
-            return Unknown(item.reference)
-        known = self.dependencies.of(item.kind, item.index)
-        if known is None:
-            return Unknown(item.reference)
-        linear, others = known
-        kinds = ["time", "input", "q", "v", "z"]
-        kinds += ["parameter", "sampled", "mode"] if initial or self.version == 3 else []
-        known_by = {
-            self.places[place] for place in map(self._place, others) if place[0] in kinds and place in self.places
-        }
-        constant = {self.places[place] for place in linear if place in self.places} - known_by
-        every = sorted(known_by | constant)
-        return Unknown(
-            item.reference, tuple(every), tuple("constant" if one in constant else "dependent" for one in every)
-        )
+def unknown_by(reference: int, linear: Collection[int], others: Collection[int]) -> Unknown:
+    """Return an unknown by the value references of knowns with constant derivatives and of all further ones."""
+    every = sorted({*linear, *others})
+    constant = {*linear} - {*others}
+    return Unknown(reference, tuple(every), tuple("constant" if one in constant else "dependent" for one in every))
 
 
 def _normal(end: float | None) -> float | None:
@@ -536,8 +475,3 @@ def _start_of(given: Input, described: Description) -> float:
     except (ArithmeticError, KeyError, ValueError, EomgenError):
         return 0.0
     return result if math.isfinite(result) else 0.0
-
-
-def with_token(interface: Interface, token: str) -> Interface:
-    """Return the interface with the token that binds model description and binary."""
-    return replace(interface, token=token)

@@ -5,14 +5,14 @@ FMI 2.0.5 numbers variables from 1 in dependencies and in ``derivative``; FMI 3.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from xml.etree import ElementTree as ET
 
 from eomgen.base.data import dataclass
 from eomgen.base.version import __version__
 from eomgen.codegen.targets.c.printer import number
 from eomgen.products.fmu.arrays import folded, listed
-from eomgen.products.fmu.interface import Interface, Unknown, Variable
+from eomgen.products.fmu.interface import Interface, Unknown, Variable, event_rows
 from eomgen.products.fmu.units import FmuUnit
 
 #: Categories of messages, with descriptions.
@@ -42,8 +42,41 @@ def model_description(
     sources : files to compile, which FMI 2.0 lists here
     flags : further attributes of co-simulation
     """
-    write = _written_2 if interface.version == 2 else _written_3
-    return write(interface, experiment, sources, flags)
+    root = _root(interface)
+    for name, attributes in _interfaces(interface, flags):
+        element = ET.SubElement(root, name, attributes)
+        if interface.version == 2:
+            files = ET.SubElement(element, "SourceFiles")
+            for source in sources:
+                ET.SubElement(files, "File", name=source)
+    _units(root, interface.units)
+    _types(root, interface)
+    _categories(root)
+    _experiment(root, experiment)
+    variables, structure = ET.SubElement(root, "ModelVariables"), ET.SubElement(root, "ModelStructure")
+    if interface.version == 2:
+        _write_variables_2(interface, variables, structure)
+    else:
+        _write_variables_3(interface, variables, structure)
+    return _text(root)
+
+
+def _interfaces(interface: Interface, flags: Mapping[str, str]) -> list[tuple[str, dict[str, str]]]:
+    """Return name and attributes of model exchange and of co-simulation, as far as the FMU has both."""
+    identity = {"modelIdentifier": interface.identifier}
+    if interface.version == 2:
+        common = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
+        common |= {"providesDirectionalDerivative": "true"} if interface.provides_derivatives else {}
+        completed = {} if interface.projects else {"completedIntegratorStepNotNeeded": "true"}
+        exchange = {**identity, **completed, **common}
+    else:
+        common = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+        if interface.provides_derivatives:
+            common |= {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
+        completed = {"needsCompletedIntegratorStep": "true"} if interface.projects else {}
+        exchange = {**identity, **common, **completed}
+    made = [("ModelExchange", exchange)] if interface.exchange else []
+    return made + ([("CoSimulation", {**identity, **common, **flags})] if interface.simulation else [])
 
 
 def build_description(interface: Interface, sources: Sequence[str], language: str = "C99") -> str:
@@ -73,20 +106,17 @@ def _text(root: ET.Element) -> str:
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{ET.tostring(root, encoding="unicode")}\n'
 
 
-def _root(interface: Interface, version: str, token: str) -> ET.Element:
-    attributes = {"fmiVersion": version, "modelName": interface.name, token: interface.token}
+def _root(interface: Interface) -> ET.Element:
+    token = "guid" if interface.version == 2 else "instantiationToken"
+    attributes = {"fmiVersion": f"{interface.version}.0", "modelName": interface.name, token: interface.token}
     about = interface.options.about
     said = {"author": about.author, "version": about.version, "copyright": about.copyright, "license": about.license}
-    return ET.Element(
-        "fmiModelDescription",
-        {
-            **attributes,
-            "description": described(interface),
-            **{name: text for name, text in said.items() if text},
-            "generationTool": f"eomgen {__version__}",
-            "variableNamingConvention": "structured" if interface.structured else "flat",
-        },
-    )
+    attributes |= {"description": described(interface), **{name: text for name, text in said.items() if text}}
+    attributes["generationTool"] = f"eomgen {__version__}"
+    attributes["variableNamingConvention"] = "structured" if interface.structured else "flat"
+    if interface.version == 2 and interface.exchange:
+        attributes["numberOfEventIndicators"] = str(len(event_rows(interface.program)))
+    return ET.Element("fmiModelDescription", attributes)
 
 
 def described(interface: Interface) -> str:
@@ -141,14 +171,18 @@ def _categories(root: ET.Element) -> None:
         ET.SubElement(parent, "Category", name=name, description=text)
 
 
-def _value_attributes(item: Variable, types: Mapping[str, str]) -> dict[str, str]:
-    """Return the attributes of numbers that both versions have."""
-    result = {"declaredType": types[item.unit]} if item.unit in types else {}
+def _value_attributes(item: Variable, interface: Interface) -> dict[str, str]:
+    """Return the attributes of numbers; FMI 2.0 counts states from 1."""
+    result = {"declaredType": interface.types[item.unit]} if item.unit in interface.types else {}
     if item.unit:
         result["unit"] = item.unit
     for name, value in (("min", item.lower), ("max", item.upper), ("start", item.start)):
         if value is not None:
             result[name] = number(value)
+    if item.derivative is not None:
+        result["derivative"] = str(item.derivative + (interface.version == 2))
+    if item.reinit and interface.exchange:
+        result["reinit"] = "true"
     return result
 
 
@@ -162,50 +196,31 @@ def _head(item: Variable) -> dict[str, str]:
     return result
 
 
-# -- FMI 3.0 ---------------------------------------------------------------------------------------------------------
-
-
-def _written_3(interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]) -> str:
-    root = _root(interface, "3.0", "instantiationToken")
-    common = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-    if interface.provides_derivatives:
-        common |= {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
-    identity = {"modelIdentifier": interface.identifier}
-    if interface.exchange:
-        completed = {"needsCompletedIntegratorStep": "true"} if interface.projects else {}
-        ET.SubElement(root, "ModelExchange", {**identity, **common, **completed})
-    if interface.simulation:
-        ET.SubElement(root, "CoSimulation", {**identity, **common, **flags})
-    _units(root, interface.units)
-    _types(root, interface)
-    _categories(root)
-    _experiment(root, experiment)
-    variables = ET.SubElement(root, "ModelVariables")
+def _write_variables_3(interface: Interface, variables: ET.Element, structure: ET.Element) -> None:
     for whole in listed(interface):
         item = whole.variable
-        attributes = {**_head(item), **_value_attributes(item, interface.types)}
-        if whole.size > 1 and item.start is not None:
-            attributes["start"] = " ".join(number(one.start or 0.0) for one in whole.numbers)
+        attributes = {**_head(item), **_value_attributes(item, interface)}
         if item.kind == "switch":
             ET.SubElement(variables, "Boolean", {**attributes, "start": "false"})
             continue
-        if item.derivative is not None:
-            attributes["derivative"] = str(item.derivative)
-        if item.reinit and interface.exchange:
-            attributes["reinit"] = "true"
+        if whole.size > 1 and item.start is not None:
+            attributes["start"] = " ".join(number(one.start or 0.0) for one in whole.numbers)
         element = ET.SubElement(variables, "Float64", attributes)
         if whole.size > 1:
             ET.SubElement(element, "Dimension", start=str(whole.size))
-    structure = ET.SubElement(root, "ModelStructure")
     for name, unknowns in (
         ("Output", interface.outputs),
         ("ContinuousStateDerivative", interface.derivatives),
         ("InitialUnknown", interface.initial_unknowns),
         ("EventIndicator", interface.indicators),
     ):
-        for unknown in folded(interface, unknowns):
-            ET.SubElement(structure, name, {"valueReference": str(unknown.reference), **_dependencies(unknown, 0)})
-    return _text(root)
+        add_unknowns(structure, interface, name, unknowns)
+
+
+def add_unknowns(parent: ET.Element, interface: Interface, name: str, unknowns: Iterable[Unknown]) -> None:
+    """Add unknowns to a model structure, with arrays in place of their numbers."""
+    for unknown in folded(interface, unknowns):
+        ET.SubElement(parent, name, {"valueReference": str(unknown.reference), **_dependencies(unknown, 0)})
 
 
 def _dependencies(unknown: Unknown, first: int) -> dict[str, str]:
@@ -218,36 +233,10 @@ def _dependencies(unknown: Unknown, first: int) -> dict[str, str]:
     }
 
 
-# -- FMI 2.0 ---------------------------------------------------------------------------------------------------------
-
-
-def _written_2(interface: Interface, experiment: Experiment, sources: Sequence[str], flags: Mapping[str, str]) -> str:
-    root = _root(interface, "2.0", "guid")
-    if interface.exchange:
-        root.set("numberOfEventIndicators", str(len(event_names(interface))))
-    common = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
-    if interface.provides_derivatives:
-        common |= {"providesDirectionalDerivative": "true"}
-    identity = {"modelIdentifier": interface.identifier}
-    if interface.exchange:
-        completed = {} if interface.projects else {"completedIntegratorStepNotNeeded": "true"}
-        _sources(ET.SubElement(root, "ModelExchange", {**identity, **completed, **common}), sources)
-    if interface.simulation:
-        _sources(ET.SubElement(root, "CoSimulation", {**identity, **common, **flags}), sources)
-    _units(root, interface.units)
-    _types(root, interface)
-    _categories(root)
-    _experiment(root, experiment)
-    variables = ET.SubElement(root, "ModelVariables")
+def _write_variables_2(interface: Interface, variables: ET.Element, structure: ET.Element) -> None:
     for item in interface.variables:
         parent = ET.SubElement(variables, "ScalarVariable", _head(item))
-        attributes = _value_attributes(item, interface.types)
-        if item.derivative is not None:
-            attributes["derivative"] = str(item.derivative + 1)
-        if item.reinit and interface.exchange:
-            attributes["reinit"] = "true"
-        ET.SubElement(parent, "Real", attributes)
-    structure = ET.SubElement(root, "ModelStructure")
+        ET.SubElement(parent, "Real", _value_attributes(item, interface))
     for name, unknowns in (
         ("Outputs", interface.outputs),
         ("Derivatives", interface.derivatives),
@@ -257,16 +246,3 @@ def _written_2(interface: Interface, experiment: Experiment, sources: Sequence[s
             parent = ET.SubElement(structure, name)
             for unknown in unknowns:
                 ET.SubElement(parent, "Unknown", {"index": str(unknown.reference + 1), **_dependencies(unknown, 1)})
-    return _text(root)
-
-
-def _sources(parent: ET.Element, sources: Sequence[str]) -> None:
-    files = ET.SubElement(parent, "SourceFiles")
-    for name in sources:
-        ET.SubElement(files, "File", name=name)
-
-
-def event_names(interface: Interface) -> list[str]:
-    """Return the names of the events that model exchange has indicators for."""
-    method = interface.program.method
-    return [str(row["name"]) for row in method["events"]["rows"]] if "events" in method else []

@@ -38,7 +38,9 @@ def source_files(interface: Interface, derivatives: Mapping[str, Any] | None = N
     derivatives : of ``derivative_data``; None: the FMU gives no derivatives
     """
     program = interface.program
-    kept = program.functions if derivatives is not None else _without_derivatives(program)
+    kept = program.functions
+    if derivatives is None:  # which give dependencies alone
+        kept = tuple(function for function in kept if function.name not in PATTERNS)
     written = generate_files(replace(program, functions=kept, uniform=True))
     files = {name: text for name, text in written.items() if name not in ("main.c", "README.md", MANIFEST)}
     names = _context(interface, replace(program, functions=kept), derivatives)
@@ -57,11 +59,6 @@ def compiled_sources(interface: Interface, files: Mapping[str, str]) -> list[str
     """Return the names of the sources that are compiled, first the file with the functions of FMI."""
     first = wrapper_name(interface)
     return [first, *sorted(name for name in files if name.endswith(".c") and name != first)]
-
-
-def _without_derivatives(program: Program) -> tuple[Any, ...]:
-    """Return the functions but derivatives, which give dependencies alone."""
-    return tuple(function for function in program.functions if function.name not in PATTERNS)
 
 
 def _context(interface: Interface, program: Program, derivatives: Mapping[str, Any] | None) -> dict[str, Any]:
