@@ -171,16 +171,17 @@ class SceneDraft:
             self.notes.append(f"{kind} {written!r} of the file is called {name} [W0143]")
         return name
 
+    def add(self, section: str, kind: str, wanted: str, entry: dict[str, Any]) -> str:
+        """Add an entry to a section, and return its name, which no other element of the kind has."""
+        name = self.name(kind, "", wanted)
+        self.section(section)[name] = entry
+        return name
+
     def carry_mass(self, entry: dict[str, Any]) -> None:
         """Add a body with the mass properties of all that rests on the base, for a base that may move."""
         if self.included and entry["mass"]:
-            body = self.name("body", "", "base_links")
-            self.section("bodies")[body] = entry
-            self.section("joints")[self.name("joint", "", "base_links")] = {
-                "type": "fixed",
-                "parent": BASE,
-                "child": body,
-            }
+            body = self.add("bodies", "body", "base_links", entry)
+            self.add("joints", "joint", "base_links", {"type": "fixed", "parent": BASE, "child": body})
 
     def constrain(self, name: str, kind: str, ends: Sequence[LinkPlace]) -> dict[str, Any]:
         """Add a constraint between two frames, and return its entry."""

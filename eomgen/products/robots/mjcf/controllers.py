@@ -9,62 +9,63 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from math import pi
+from typing import Any
 
-from eomgen.base.data import dataclass
 from eomgen.products.robots.mjcf.draft import clipped, times, total
+from eomgen.products.robots.mjcf.transmissions import Drive
 from eomgen.products.robots.scene_draft import number
 
 #: Bits of the inputs of an actuator, in the order of its controls.
 SIGNALS = {"pos": 1, "vel": 2, "ff": 4, "voltage": 8}
 
 
-@dataclass
-class Plant:
-    """The actuator around a controller.
-
-    Attributes
-    ----------
-    controls : terms by the words of ``SIGNALS``
-    length, rate : terms of the transmission
-    period : of rotations, rad; 0 of other lengths
-    step : of MuJoCo, s
-    define, state : add a definition, or a state, and return the name
-    set_rate : gives a state its rate
-    """
-
-    controls: dict[str, str]
-    length: str
-    rate: str
-    period: float
-    step: float
-    define: Callable[[str, str], str]
-    state: Callable[[str], str]
-    set_rate: Callable[[str, str], None]
+class ControlledDrive(Drive):
+    """An actuator with a controller: setpoints, and internal states."""
 
     def control(self, word: str) -> str:
         return self.controls.get(word, "0.0")
+
+    def state(self, word: str, rate: str = "") -> str:
+        """Add an internal state, and return its name."""
+        model, draft = self.model, self.draft
+        entry: dict[str, Any] = {"rate": rate, "description": f"{word} of the actuator {self.name}"}
+        if draft.key >= 0:
+            value = float(model.key_act[draft.key][int(model.actuator_actadr[self.index]) + self.states])
+            entry |= {"initial": value} if value else {}
+        early = model.actuator_actearly[self.index] and not self.is_of("dyn", "DCMOTOR")
+        if early and not self.states:
+            note = f"not modelled: actearly of the actuator {self.name}, which acts one step of MuJoCo earlier [W0150]"
+            draft.leave_out(self.place, note)
+        self.states += 1
+        return draft.add("states", "signal", f"{self.name}_{word}", entry)
+
+    def set_rate(self, state: str, rate: str) -> None:
+        """Give a state its rate."""
+        self.draft.section("states")[state]["rate"] = rate
 
     def limit_rate(self, limit: float) -> None:
         """Let the first control follow at a limited rate, if the limit is positive."""
         if limit <= 0.0 or not self.controls:
             return
         word = next(iter(self.controls))
-        own = self.state("setpoint")
+        own, step = self.state("setpoint"), float(self.model.opt.timestep)
         control = self.controls[word]
-        if self.period:
-            control = f"({own} + {nearest(f'({control} - {own})', self.period)})"
-        reach = number(limit * self.step)
+        if self.path.period:
+            control = f"({own} + {nearest(f'({control} - {own})', self.path.period)})"
+        reach = number(limit * step)
         self.controls[word] = self.define("effective", f"max({own} - {reach}, min({own} + {reach}, {control}))")
-        self.set_rate(own, f"({self.controls[word]} - {own}) / {number(self.step)}")
+        self.set_rate(own, f"({self.controls[word]} - {own}) / {number(step)}")
+
+    def error(self) -> str:
+        """Return the distance of the position from its setpoint."""
+        error = f"({self.control('pos')} - {self.path.length})"
+        return nearest(error, self.path.period) if self.path.period else error
 
     def integral(self, limit: float) -> str:
         """Add the integral of the error of position, which stops at a positive limit."""
-        error = f"({self.control('pos')} - {self.length})"
-        if self.period:
-            error = nearest(error, self.period)
         own = self.state("integral")
         bound = number(limit)
-        rate = self.define("error", error)
+        rate = self.define("error", self.error())
         if limit > 0.0:
             rate = f"(min({rate}, 0.0) if {own} >= {bound} else max({rate}, 0.0) if {own} <= -{bound} else {rate})"
         self.set_rate(own, rate)
@@ -77,80 +78,75 @@ def nearest(error: str, period: float) -> str:
     return f"({number(period / (2.0 * pi))} * atan2(sin({turns}), cos({turns})))"
 
 
-def pid_force(plant: Plant, dynamics: Sequence[float], gains: Sequence[float], biases: Sequence[float]) -> str:
-    """Return the force of a PID controller; gains of position and velocity stand in ``biases``."""
-    plant.limit_rate(dynamics[1])
-    error = f"({plant.control('pos')} - {plant.length})"
+def pid_force(drive: ControlledDrive) -> str:
+    """Return the force of a PID controller; gains of position and velocity stand in the parameters of the bias."""
+    dynamics, gains, biases = (drive.parameters(kind) for kind in ("dyn", "gain", "bias"))
+    drive.limit_rate(dynamics[1])
     terms = [number(biases[0])] if biases[0] else []
-    terms += [times(-biases[1], nearest(error, plant.period) if plant.period else error)] if biases[1] else []
-    terms += [times(-biases[2], f"({plant.control('vel')} - {plant.rate})")] if biases[2] else []
-    terms += [plant.controls["ff"]] if "ff" in plant.controls else []
+    terms += [times(-biases[1], drive.error())] if biases[1] else []
+    terms += [times(-biases[2], f"({drive.control('vel')} - {drive.path.rate})")] if biases[2] else []
+    terms += [drive.controls["ff"]] if "ff" in drive.controls else []
     if gains[0] > 0.0:
-        terms.append(times(gains[0], plant.integral(dynamics[0])))
+        terms.append(times(gains[0], drive.integral(dynamics[0])))
     return total(terms)
 
 
-def motor_force(
-    plant: Plant,
-    dynamics: Sequence[float],
-    gains: Sequence[float],
-    biases: Sequence[float],
-    limited: Callable[[str], str],
-) -> str:
+def motor_force(drive: ControlledDrive, limited: Callable[[str], str]) -> str:
     """Return the force of a DC motor: the electric one within its limits, cogging and the friction of bristles."""
+    dynamics, gains, biases = (drive.parameters(kind) for kind in ("dyn", "gain", "bias"))
     winding = max(dynamics[0], 0.0)
     resistance, constant = gains[0], gains[1]
-    plant.limit_rate(dynamics[7])
-    integral = plant.integral(dynamics[8]) if gains[5] > 0.0 else ""
-    voltage = plant.define("voltage", _voltage(plant, gains, integral))
-    temperature = plant.state("temperature") if dynamics[2] > 0.0 else ""
-    friction = _friction(plant, dynamics, biases)
+    drive.limit_rate(dynamics[7])
+    integral = drive.integral(dynamics[8]) if gains[5] > 0.0 else ""
+    voltage = drive.define("voltage", _voltage(drive, gains, integral))
+    temperature = drive.state("temperature") if dynamics[2] > 0.0 else ""
+    friction = _friction(drive, dynamics, biases)
     heated = number(resistance)
     if temperature:
         rise = f"({temperature} + {number(dynamics[4] - gains[3])})"
-        heated = plant.define("resistance", f"{heated} * (1.0 + {number(gains[2])} * {rise})")
-    back = times(constant, plant.rate)
+        heated = drive.define("resistance", f"{heated} * (1.0 + {number(gains[2])} * {rise})")
+    back = times(constant, drive.path.rate)
     if winding:
-        current = plant.state("current")
+        current = drive.state("current")
         rate = f"((({voltage} - {back}) / {heated} - {current}) / {number(winding)})"
-        plant.set_rate(current, clipped(rate, -dynamics[1], dynamics[1]) if dynamics[1] > 0.0 else rate)
+        drive.set_rate(current, clipped(rate, -dynamics[1], dynamics[1]) if dynamics[1] > 0.0 else rate)
     else:
-        current = plant.define("current", f"({voltage} - {back}) / {heated}")
+        current = drive.define("current", f"({voltage} - {back}) / {heated}")
     if temperature:
         cooling = f"{temperature} / {number(dynamics[2])}"
-        plant.set_rate(temperature, f"({heated} * {current}**2 - {cooling}) / {number(dynamics[3])}")
+        drive.set_rate(temperature, f"({heated} * {current}**2 - {cooling}) / {number(dynamics[3])}")
     terms = [limited(times(constant, current))]
     if biases[0]:
-        terms.append(f"{number(biases[0])} * sin({number(biases[1])} * {plant.length} + {number(biases[2])})")
+        terms.append(f"{number(biases[0])} * sin({number(biases[1])} * {drive.path.length} + {number(biases[2])})")
     return total([*terms, *friction])
 
 
-def _friction(plant: Plant, dynamics: Sequence[float], biases: Sequence[float]) -> list[str]:
+def _friction(drive: ControlledDrive, dynamics: Sequence[float], biases: Sequence[float]) -> list[str]:
     """Add the deflection of the bristles of LuGre's friction, and return their force; none without stiffness."""
     stiffness, damping = dynamics[5], dynamics[6]
     if stiffness <= 0.0:
         return []
-    deflection = plant.state("bristle")
-    pace = plant.define("pace", plant.rate)
+    deflection = drive.state("bristle")
+    pace = drive.define("pace", drive.path.rate)
     kinetic, static, stribeck = biases[3:6]
     level = number(kinetic)  # without a velocity of Stribeck the level at rest holds at rest alone
     if stribeck > 0.0:
         level = f"({level} + {number(static - kinetic)} * exp(-({pace} / {number(stribeck)})**2))"
-    rate = plant.define("bristle_rate", f"{pace} - {number(stiffness)} * abs({pace}) / {level} * {deflection}")
-    plant.set_rate(deflection, rate)
+    rate = drive.define("bristle_rate", f"{pace} - {number(stiffness)} * abs({pace}) / {level} * {deflection}")
+    drive.set_rate(deflection, rate)
     return [f"(-({times(stiffness, deflection)} + {times(damping, rate)}))"]
 
 
-def _voltage(plant: Plant, gains: Sequence[float], integral: str) -> str:
+def _voltage(drive: ControlledDrive, gains: Sequence[float], integral: str) -> str:
     """Return the voltage at the terminals: of the controller, within its supply, and from outside."""
     terms = []
-    if any(word in plant.controls for word in ("pos", "vel", "ff")):
-        torques = [times(gains[4], f"({plant.control('pos')} - {plant.length})")] if gains[4] else []
-        torques += [times(gains[6], f"({plant.control('vel')} - {plant.rate})")] if gains[6] else []
+    if any(word in drive.controls for word in ("pos", "vel", "ff")):
+        torques = [times(gains[4], f"({drive.control('pos')} - {drive.path.length})")] if gains[4] else []
+        torques += [times(gains[6], f"({drive.control('vel')} - {drive.path.rate})")] if gains[6] else []
         torques += [times(gains[5], integral)] if integral else []
-        torques += [plant.controls["ff"]] if "ff" in plant.controls else []
-        own = f"({number(gains[0] / gains[1])} * {total(torques)} + {times(gains[1], plant.rate)})"
+        torques += [drive.controls["ff"]] if "ff" in drive.controls else []
+        own = f"({number(gains[0] / gains[1])} * {total(torques)} + {times(gains[1], drive.path.rate)})"
         terms.append(clipped(own, -gains[7], gains[7]) if gains[7] > 0.0 else own)
-    if "voltage" in plant.controls:
-        terms.append(plant.controls["voltage"])
+    if "voltage" in drive.controls:
+        terms.append(drive.controls["voltage"])
     return total(terms)

@@ -110,17 +110,21 @@ class Draft(SceneDraft):
 
     def define(self, wanted: str, formula: str) -> str:
         """Return the name of a definition, which is added."""
-        name = self.name("signal", "", wanted)
-        self.section("definitions")[name] = {"formula": formula}
-        return name
+        return self.add("definitions", "signal", wanted, {"formula": formula})
+
+    def define_each(self, wanted: str, formulas: Sequence[str], letters: str = "xyz") -> list[str]:
+        """Return the names of the components of a vector or a quaternion, which are added as definitions."""
+        return [self.define(f"{wanted}_{x}", formula) for x, formula in zip(letters, formulas, strict=True)]
 
     def point(self, wanted: str, place: LinkPlace) -> str:
         """Return the name of a point at the origin of a frame, which is added once for each wanted name."""
         if wanted not in self.frame_origins:
-            name = self.name("point", "", wanted)
-            self.section("points")[name] = {"body": place.body, "position": place.position.tolist()}
-            self.frame_origins[wanted] = name
+            self.frame_origins[wanted] = self.add_point(wanted, place)
         return self.frame_origins[wanted]
+
+    def add_point(self, wanted: str, place: LinkPlace) -> str:
+        """Return the name of a point at the origin of a frame, which is added."""
+        return self.add("points", "point", wanted, {"body": place.body, "position": place.position.tolist()})
 
     def frame_points(self, wanted: str, place: LinkPlace) -> tuple[str, list[str]]:
         """Return the names of points at the origin of a frame, and 1 m along its axes."""

@@ -44,20 +44,14 @@ def _motion(draft: Draft, written: str, place: LinkPlace) -> tuple[list[str], li
     flow = [f"(velocity.{center}[{i}] - {number(wind[i])})" if wind[i] else f"velocity.{center}[{i}]" for i in range(3)]
     spin = [f"angular_velocity.{place.body}[{i}]" for i in range(3)]
     axes = [draft.along(center, end) for end in ends]
-    return (
-        [draft.define(f"{written}_speed_{k}", dot(axis, flow)) for k, axis in zip("xyz", axes, strict=True)],
-        [draft.define(f"{written}_spin_{k}", dot(axis, spin)) for k, axis in zip("xyz", axes, strict=True)],
-    )
+    speeds = draft.define_each(f"{written}_speed", [dot(axis, flow) for axis in axes])
+    return speeds, draft.define_each(f"{written}_spin", [dot(axis, spin) for axis in axes])
 
 
 def _add(draft: Draft, written: str, place: LinkPlace, forces: list[str], torques: list[str]) -> None:
-    draft.section("forces")[draft.name("force", "", f"{written}_drag")] = {
-        "body": place.body,
-        "point": place.position.tolist(),
-        "axes": "body",
-        "force": _turned(place.orientation, forces),
-        "torque": _turned(place.orientation, torques),
-    }
+    load = {"force": _turned(place.orientation, forces), "torque": _turned(place.orientation, torques)}
+    at = {"body": place.body, "point": place.position.tolist(), "axes": "body"}
+    draft.add("forces", "force", f"{written}_drag", at | load)
 
 
 def _add_drag(draft: Draft, body: int) -> None:
@@ -121,7 +115,7 @@ def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
     slowing = own("slowing", f"{number(8.0 * pi * mean**3 * viscosity)} + {number(density * most)} * {_norm(moments)}")
     normal = [times(share**2, x) for share, x in zip(shares, v, strict=True)]
     lift = own("lift", f"{number(kutta * density * widest)} / ({narrow} * {speed})")
-    circulation = [own(f"circulation_{k}", f"{lift} * {part}") for k, part in zip("xyz", cross(normal, v), strict=True)]
+    circulation = draft.define_each(f"{written}_circulation", [f"{lift} * {part}" for part in cross(normal, v)])
     momentum = [times(float(m), x) for m, x in zip(mass, v, strict=True)]
     spin = [times(float(m), x) for m, x in zip(inertia, w, strict=True)]
     whirl = magnus * density * 4.0 / 3.0 * pi * float(np.prod(axes))
@@ -133,13 +127,8 @@ def _add_ellipsoid(draft: Draft, body: int, geom: int) -> None:
         total([pushed, turned, f"(-{slowing} * {x})"])
         for pushed, turned, x in zip(cross(momentum, v), cross(spin, w), w, strict=True)
     ]
-    _add(
-        draft,
-        written,
-        place,
-        [own(f"force_{k}", part) for k, part in zip("xyz", forces, strict=True)],
-        [own(f"torque_{k}", part) for k, part in zip("xyz", torques, strict=True)],
-    )
+    forces, torques = draft.define_each(f"{written}_force", forces), draft.define_each(f"{written}_torque", torques)
+    _add(draft, written, place, forces, torques)
 
 
 def _semi_axes(draft: Draft, geom: int) -> Array:
@@ -168,7 +157,7 @@ def _sum(parts: Sequence[tuple[float, str]]) -> str:
 
 def _turned(orientation: Array, components: list[str]) -> list[str]:
     """Return the components of a vector of formulas in the axes of the body."""
-    rows = []
-    for row in orientation:
-        rows.append(total([f"{number(float(x))} * ({part})" for x, part in zip(row, components, strict=True) if x]))
-    return rows
+    return [
+        total([f"{number(float(x))} * ({part})" for x, part in zip(row, components, strict=True) if x])
+        for row in orientation
+    ]

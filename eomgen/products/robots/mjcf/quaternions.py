@@ -19,10 +19,8 @@ _PRODUCT = (
 
 def product(draft: Draft, wanted: str, first: Sequence[str], second: Sequence[str]) -> list[str]:
     """Return the names of the components of the product of two quaternions, which are defined."""
-    return [
-        draft.define(f"{wanted}_{letter}", total([f"{sign}.0 * {first[i]} * {second[j]}" for sign, i, j in terms]))
-        for letter, terms in zip("wxyz", _PRODUCT, strict=True)
-    ]
+    sums = [total([f"{sign}.0 * {first[i]} * {second[j]}" for sign, i, j in terms]) for terms in _PRODUCT]
+    return draft.define_each(wanted, sums, "wxyz")
 
 
 def inverse(quaternion: Sequence[str]) -> list[str]:
@@ -36,7 +34,7 @@ def exponential(draft: Draft, wanted: str, vector: Sequence[str]) -> list[str]:
     angle = draft.define(f"{wanted}_angle", f"sqrt(max({square}, {_SMALLEST}))")
     factor = draft.define(f"{wanted}_factor", f"sin(0.5 * {angle}) / {angle}")
     real = draft.define(f"{wanted}_w", f"cos(0.5 * {angle})")
-    return [real, *(draft.define(f"{wanted}_{a}", f"{factor} * {x}") for a, x in zip("xyz", vector, strict=True))]
+    return [real, *draft.define_each(wanted, [f"{factor} * {x}" for x in vector])]
 
 
 def logarithm(draft: Draft, wanted: str, quaternion: Sequence[str]) -> list[str]:
@@ -44,10 +42,9 @@ def logarithm(draft: Draft, wanted: str, quaternion: Sequence[str]) -> list[str]
     w, *vector = quaternion
     square = total([f"{part}**2" for part in vector])
     size = draft.define(f"{wanted}_size", f"sqrt(max({square}, {_SMALLEST}))")
-    factor = draft.define(
-        f"{wanted}_factor", f"2.0 * atan2({size}, abs({w})) / {size} * (1.0 if {w} >= 0.0 else (-1.0))"
-    )
-    return [draft.define(f"{wanted}_{axis}", f"{factor} * {x}") for axis, x in zip("xyz", vector, strict=True)]
+    sign = f"(1.0 if {w} >= 0.0 else (-1.0))"
+    factor = draft.define(f"{wanted}_factor", f"2.0 * atan2({size}, abs({w})) / {size} * {sign}")
+    return draft.define_each(wanted, [f"{factor} * {x}" for x in vector])
 
 
 def turned_back(quaternion: Sequence[str], vector: Sequence[float]) -> list[str]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.data import dataclass
+from eomgen.products.robots.leftovers import Place
 from eomgen.products.robots.mjcf import quaternions
 from eomgen.products.robots.mjcf.draft import Draft, cross, dot, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
@@ -39,37 +40,63 @@ class Transmission:
     period: float = 0.0
 
 
-@dataclass
 class Drive:
-    """The actuator whose transmission is asked for.
+    """An actuator, with the parts that it adds to the scene.
+
+    Parameters
+    ----------
+    name, index : of the actuator, in the scene and in the compiled model
+    place : for messages
+    efforts : terms of the efforts of hinges and slides, which are added by the caller
 
     Attributes
     ----------
-    name, index : of the actuator, in the scene and in the compiled model
     gear : six numbers
-    efforts : terms of the efforts of hinges and slides, which are added by the caller
+    path : its transmission
+    controls : terms by the words of ``controllers.SIGNALS``; one control has an empty word
+    states : number of its internal states so far
     """
 
-    draft: Draft
-    name: str
-    index: int
-    gear: list[float]
-    efforts: dict[int, list[str]]
+    def __init__(self, draft: Draft, name: str, index: int, place: Place, efforts: dict[int, list[str]]) -> None:
+        self.draft, self.model, self.efforts = draft, draft.model, efforts
+        self.name, self.index, self.place = name, index, place
+        # before 4.0 every actuator has one output
+        self.output = int(self.model.actuator_outadr[index]) if hasattr(self.model, "actuator_outadr") else index
+        self.gear = [float(value) for value in self.model.actuator_gear[self.output]]
+        self.path = Transmission("0.0", "0.0", lambda force: None)
+        self.controls: dict[str, str] = {}
+        self.states = 0
 
-    def names(self, word: str, formulas: Sequence[str]) -> list[str]:
-        """Return the names of the components of a vector, which are defined."""
-        return [
-            self.draft.define(f"{self.name}_{word}_{axis}", text) for axis, text in zip("xyz", formulas, strict=True)
+    def refuse(self, fault: str, hint: str = "a motor, and a controller in a scene that includes the file") -> None:
+        self.draft.refuse(self.place, f"actuator {self.name}", fault, hint)
+
+    def is_of(self, kind: str, *names: str) -> bool:
+        """Return whether a property of the actuator, as ``gain``, has one of some values, if MuJoCo has these."""
+        values = getattr(self.draft.mujoco, f"mjt{kind.capitalize()}")
+        known = [getattr(values, f"mj{kind.upper()}_{name}", None) for name in names]
+        return int(getattr(self.model, f"actuator_{kind}type")[self.index]) in [
+            int(one) for one in known if one is not None
         ]
+
+    def define(self, word: str, formula: str) -> str:
+        """Return the name of a definition, which is added."""
+        return self.draft.define(f"{self.name}_{word}", formula)
+
+    def define_each(self, word: str, formulas: Sequence[str], letters: str = "xyz") -> list[str]:
+        """Return the names of the components of a vector or a quaternion, which are added as definitions."""
+        return self.draft.define_each(f"{self.name}_{word}", formulas, letters)
 
     def add_load(self, body: str, word: str, **entry: Any) -> None:
         """Add forces and torques to a body that is not the base."""
         if body != BASE:
-            own = self.draft.name("force", "", f"{self.name}_{word}")
-            self.draft.section("forces")[own] = {"body": body, **entry}
+            self.draft.add("forces", "force", f"{self.name}_{word}", {"body": body, **entry})
 
     def targets(self) -> list[int]:
-        return [int(number_of_target) for number_of_target in self.draft.model.actuator_trnid[self.index]]
+        return [int(number_of_target) for number_of_target in self.model.actuator_trnid[self.index]]
+
+    def parameters(self, kind: str) -> list[float]:
+        """Return the parameters of the dynamics ``dyn``, the ``gain`` or the ``bias``."""
+        return [float(value) for value in getattr(self.model, f"actuator_{kind}prm")[self.index]]
 
     @property
     def turns(self) -> bool:
@@ -110,7 +137,7 @@ def _on_tendon(drive: Drive, tendon: int) -> Transmission:
     length = draft.tendons[tendon]
 
     def load(force: str) -> None:
-        own = draft.define(f"{drive.name}_force", force)
+        own = drive.define("force", force)
         if tendon in draft.branches:
             draft.pulls[tendon].append(times(-gear, own))
             return
@@ -124,9 +151,8 @@ def _add_efforts(drive: Drive, joint: str, force: str, parts: Sequence[str], fir
     """Add the efforts of a force on the coordinates of a joint from the first one on."""
     for index, part in enumerate(parts, first):
         if part not in ("0.0", ""):
-            own = drive.draft.name("effort", "", f"{drive.name}_{'xyz'[index % 3]}")
             effort = {"joint": joint, "index": index, "effort": f"{part} * ({force})"}
-            drive.draft.section("efforts")[own] = effort
+            drive.draft.add("efforts", "effort", f"{drive.name}_{'xyz'[index % 3]}", effort)
 
 
 def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
@@ -135,9 +161,9 @@ def _on_ball(drive: Drive, joint: int, in_parent: bool) -> Transmission:
     vector = quaternions.logarithm(draft, f"{drive.name}_turn", quaternion)
     axis = [number(value) if value else "" for value in gear]
     if in_parent:
-        axis = drive.names("axis", quaternions.turned_back(quaternion, gear))
+        axis = drive.define_each("axis", quaternions.turned_back(quaternion, gear))
     # the rotation vector has the same components in the axes of both bodies
-    length = draft.define(f"{drive.name}_length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a]))
+    length = drive.define("length", total([f"{a} * {x}" for a, x in zip(axis, vector, strict=True) if a]))
     rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
     return Transmission(
         length,
@@ -153,7 +179,7 @@ def _on_free(drive: Drive, joint: int, in_parent: bool) -> Transmission:
     child = draft.data["joints"][name]["child"]
     axis = [number(value) if value else "" for value in turns]
     if in_parent and drive.turns:
-        axis = drive.names("axis", quaternions.turned_back([f"q.{name}[{i}]" for i in range(4)], turns))
+        axis = drive.define_each("axis", quaternions.turned_back([f"q.{name}[{i}]" for i in range(4)], turns))
     rates = [f"{a} * v.{name}[{i}]" for i, a in enumerate(axis) if a]
     if any(pushes):
         center = draft.point(f"{name}_origin", LinkPlace(child, np.eye(3), np.zeros(3)))
@@ -207,7 +233,7 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
     origin, ends = draft.frame_points(words[1], places[1])
     common = _common_body(draft, site, reference)
     if any(drive.gear[:3]):
-        offset = drive.names("offset", draft.along(origin, center))
+        offset = drive.define_each("offset", draft.along(origin, center))
         axis = _in_world(drive, "direction", origin, ends, drive.gear[:3])
         lengths.append(dot(offset, axis))
         relative = [f"(velocity.{center}[{i}] - velocity.{origin}[{i}])" for i in range(3)]
@@ -245,26 +271,25 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
             add(force)
 
     period = 0.0 if any(drive.gear[:3]) else 2.0 * pi * float(np.linalg.norm(drive.gear[3:]))
-    return Transmission(draft.define(f"{drive.name}_length", total(lengths)), total(rates), load, period)
+    return Transmission(drive.define("length", total(lengths)), total(rates), load, period)
 
 
 def _relative_turn(drive: Drive, axes: Sequence[Sequence[str]], others: Sequence[Sequence[str]]) -> list[str]:
     """Return the names of the rotation vector from axes to others, by less than half a turn, in both axes."""
     cosines = [[dot(axis, other) for other in others] for axis in axes]
     pairs = ((2, 1), (0, 2), (1, 0))
-    sines = drive.names("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
-    size = drive.draft.define(f"{drive.name}_size", f"sqrt(max({dot(sines, sines)}, 1e-32))")
+    sines = drive.define_each("sine", [f"0.5 * ({cosines[i][j]} - {cosines[j][i]})" for i, j in pairs])
+    size = drive.define("size", f"sqrt(max({dot(sines, sines)}, 1e-32))")
     cosine = f"0.5 * ({total([cosines[i][i] for i in range(3)])} - 1.0)"
-    factor = drive.draft.define(f"{drive.name}_factor", f"atan2({size}, {cosine}) / {size}")
-    return drive.names("turn", [f"{factor} * {sine}" for sine in sines])
+    factor = drive.define("factor", f"atan2({size}, {cosine}) / {size}")
+    return drive.define_each("turn", [f"{factor} * {sine}" for sine in sines])
 
 
 def _in_world(drive: Drive, word: str, origin: str, ends: Sequence[str], vector: Sequence[float]) -> list[str]:
     """Return the names of the components in the world of a constant vector in the axes of a frame."""
     axes = [drive.draft.along(origin, end) for end in ends]
-    return drive.names(
-        word, [total([times(c, axis[i]) for c, axis in zip(vector, axes, strict=True) if c]) for i in range(3)]
-    )
+    parts = [total([times(c, axis[i]) for c, axis in zip(vector, axes, strict=True) if c]) for i in range(3)]
+    return drive.define_each(word, parts)
 
 
 def _chain(draft: Draft, body: int) -> list[int]:
@@ -315,14 +340,14 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
     center = draft.point(f"site_{draft.written('site', crank) or crank}", places[0])
     origin, ends = draft.frame_points(f"site_{draft.written('site', slider) or slider}", places[1])
     rod, gear = float(model.actuator_cranklength[drive.index]), drive.gear[0]
-    offset = drive.names("offset", draft.along(origin, center))
-    axis = drive.names("slide", draft.along(origin, ends[2]))
-    along = draft.define(f"{drive.name}_along", dot(offset, axis))
-    square = draft.define(f"{drive.name}_square", f"{along}**2 + {number(rod**2)} - {dot(offset, offset)}")
-    root = draft.define(f"{drive.name}_root", f"sqrt({square} if {square} > 0.0 else 1.0)")
-    length = draft.define(f"{drive.name}_length", times(gear, f"({along} - ({root} if {square} > 0.0 else 0.0))"))
-    share = draft.define(f"{drive.name}_share", f"(1.0 - {along} / {root} if {square} > 0.0 else 1.0)")
-    push = drive.names(
+    offset = drive.define_each("offset", draft.along(origin, center))
+    axis = drive.define_each("slide", draft.along(origin, ends[2]))
+    along = drive.define("along", dot(offset, axis))
+    square = drive.define("square", f"{along}**2 + {number(rod**2)} - {dot(offset, offset)}")
+    root = drive.define("root", f"sqrt({square} if {square} > 0.0 else 1.0)")
+    length = drive.define("length", times(gear, f"({along} - ({root} if {square} > 0.0 else 0.0))"))
+    share = drive.define("share", f"(1.0 - {along} / {root} if {square} > 0.0 else 1.0)")
+    push = drive.define_each(
         "direction",
         [f"{share} * {a} + ({x} / {root} if {square} > 0.0 else 0.0)" for a, x in zip(axis, offset, strict=True)],
     )
