@@ -23,14 +23,13 @@ def convert_equalities(draft: Draft) -> None:
         draft.lines[f"constraints.{name}"] = str(place)
         if not model.eq_active0[index]:
             draft.leave_out(place, f"not modelled: the equality {name}, which the file makes inactive [W0154]")
-        elif kind == kinds.mjEQ_CONNECT:
-            _connect(draft, index, name)
-        elif kind == kinds.mjEQ_WELD:
-            _weld(draft, index, name)
+        elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+            _join(draft, index, name, welded=kind == kinds.mjEQ_WELD)
         elif kind == kinds.mjEQ_JOINT:
             variables = [f"q.{draft.joints[joint]}" for joint in _objects(draft, index)]
             turning = int(model.jnt_type[_objects(draft, index)[0]]) == HINGE
-            _couple(draft, index, name, variables, _reference_angles(draft, index), "rad" if turning else "m")
+            zeros = [float(model.qpos0[model.jnt_qposadr[joint]]) for joint in _objects(draft, index)]
+            _couple(draft, index, name, variables, zeros, "rad" if turning else "m")
         elif kind == kinds.mjEQ_TENDON and all(tendon in draft.tendon_joints for tendon in _objects(draft, index)):
             lengths = [draft.tendons[tendon] for tendon in _objects(draft, index)]
             zeros = [float(model.tendon_length0[tendon]) for tendon in _objects(draft, index)]
@@ -38,9 +37,8 @@ def convert_equalities(draft: Draft) -> None:
             turning = all(int(model.jnt_type[joint]) == HINGE for joint in joints)
             _couple(draft, index, name, lengths, zeros, "rad" if turning else "m")
         else:
-            fault = (
-                f"an equality of {'a spatial tendon' if word == 'tendon' else f'type {word}'} is not supported [E1927]"
-            )
+            kind_of = "a spatial tendon" if word == "tendon" else f"type {word}"
+            fault = f"an equality of {kind_of} is not supported [E1927]"
             draft.refuse(place, f"constraints.{name}", fault, 'connect, weld or joint; or active="false"')
 
 
@@ -50,49 +48,27 @@ def _objects(draft: Draft, index: int) -> list[int]:
     return [number for number in both if number >= 0]
 
 
-def _of_sites(draft: Draft, index: int) -> bool:
-    return int(draft.model.eq_objtype[index]) == int(draft.mujoco.mjtObj.mjOBJ_SITE)
-
-
 def site_place(draft: Draft, site: int) -> LinkPlace:
     """Return the pose of a site."""
     body = draft.places[int(draft.model.site_bodyid[site])]
     return body.of(np.array(draft.model.site_pos[site]), draft.model.site_quat[site])
 
 
-def _connect(draft: Draft, index: int, name: str) -> None:
-    model = draft.model
-    first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
-    if _of_sites(draft, index):
-        places = [site_place(draft, first), site_place(draft, second)]
-    else:
-        anchors = np.array(model.eq_data[index][:6]).reshape(2, 3)
-        places = [draft.places[body].of(anchor) for body, anchor in zip((first, second), anchors, strict=True)]
-    _constrain(draft, name, "spherical", places)
-
-
-def _weld(draft: Draft, index: int, name: str) -> None:
-    model = draft.model
-    first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
-    if _of_sites(draft, index):
-        places = [site_place(draft, first), site_place(draft, second)]
-    else:
-        anchor, relative = np.array(model.eq_data[index][:3]), np.array(model.eq_data[index][3:10])
-        places = [draft.places[first].of(relative[:3], relative[3:]), draft.places[second].of(anchor)]
-    _constrain(draft, name, "fixed", places)
-
-
-def _constrain(draft: Draft, name: str, kind: str, places: list[LinkPlace]) -> None:
+def _join(draft: Draft, index: int, name: str, *, welded: bool) -> None:
     """Add a constraint between two frames; none within one body, which MuJoCo's forces do not move either."""
+    model = draft.model
+    first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+    anchor, other, quaternion = (np.array(model.eq_data[index][part]) for part in (slice(3), slice(3, 6), slice(6, 10)))
+    if int(model.eq_objtype[index]) == int(draft.mujoco.mjtObj.mjOBJ_SITE):
+        places = [site_place(draft, first), site_place(draft, second)]
+    elif welded:
+        places = [draft.places[first].of(other, quaternion), draft.places[second].of(anchor)]
+    else:
+        places = [draft.places[first].of(anchor), draft.places[second].of(other)]
     if places[0].body == places[1].body:
         draft.notes.append(f"the equality {name} is left out: both ends are on one body [W0270]")
         return
-    draft.constrain(name, kind, places)
-
-
-def _reference_angles(draft: Draft, index: int) -> list[float]:
-    model = draft.model
-    return [float(model.qpos0[model.jnt_qposadr[joint]]) for joint in _objects(draft, index)]
+    draft.constrain(name, "fixed" if welded else "spherical", places)
 
 
 def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: list[float], unit: str) -> None:

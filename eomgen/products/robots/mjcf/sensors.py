@@ -6,13 +6,16 @@ accelerometer measures them.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from eomgen.base.messages import listed
 from eomgen.products.robots.mjcf.draft import Draft, clipped, times, total
 from eomgen.products.robots.mjcf.equalities import site_place
+from eomgen.products.robots.mjcf.tree import bodies_above
 from eomgen.products.robots.scene_draft import LinkPlace, number
 from eomgen.system.description import BASE
 
@@ -66,103 +69,82 @@ def _joint(letter: str, size: int) -> _Components:
     return components
 
 
-def _tendon(suffix: str) -> _Components:
+def _found(parts: Callable[[Draft], Mapping[int, Any]], component: Callable[[Any], str]) -> _Components:
+    """Return the component that a sensor has of its object among parts of the scene."""
+
     def components(draft: Draft, index: int) -> list[str] | None:
-        tendon = draft.tendons.get(_object(draft, index))
-        return None if tendon is None else [f"{tendon}{suffix}"]
+        found = parts(draft).get(_object(draft, index))
+        return [component(found)] if found else None
 
     return components
 
 
-def _actuator_motion(part: int) -> _Components:
-    def components(draft: Draft, index: int) -> list[str] | None:
-        motion = draft.actuator_motions.get(_object(draft, index))
-        return [motion[part]] if motion else None
+class _Frame(NamedTuple):
+    """Names of the points at the origin of a frame and 1 m along its axes, and its pose."""
 
-    return components
-
-
-def _actuator_force(draft: Draft, index: int) -> list[str] | None:
-    force = draft.actuator_forces.get(_object(draft, index))
-    return [force] if force else None
+    center: str
+    ends: Sequence[str]
+    place: LinkPlace
 
 
-def _frame(draft: Draft, index: int) -> tuple[str, LinkPlace] | None:
-    """Return a name for the frame of a sensor, and its pose; None for other objects than frames."""
-    model, kinds, number_of_object = draft.model, draft.mujoco.mjtObj, _object(draft, index)
+def _frame(draft: Draft, index: int) -> _Frame | None:
+    """Return the frame of a sensor; None for other objects than frames."""
+    model, kinds, target = draft.model, draft.mujoco.mjtObj, _object(draft, index)
     kind = int(model.sensor_objtype[index])
     if kind == kinds.mjOBJ_SITE:
-        return f"site_{draft.written('site', number_of_object) or number_of_object}", site_place(
-            draft, number_of_object
-        )
-    rows: dict[int, tuple[str, int, Sequence[float], Sequence[float] | None]] = {}
-    if kind in (kinds.mjOBJ_BODY, kinds.mjOBJ_XBODY):
-        inertial = kind == kinds.mjOBJ_BODY
-        position = model.body_ipos[number_of_object] if inertial else (0.0, 0.0, 0.0)
-        rows[kind] = (
-            "inertial" if inertial else "body",
-            number_of_object,
-            position,
-            model.body_iquat[number_of_object] if inertial else None,
-        )
+        name, place = f"site_{draft.written('site', target) or target}", site_place(draft, target)
+    elif kind == kinds.mjOBJ_XBODY:
+        name, place = f"body_{target}", draft.places[target].of(np.zeros(3))
+    elif kind == kinds.mjOBJ_BODY:
+        name, place = f"inertial_{target}", _inertial_place(draft, target)
     elif kind == kinds.mjOBJ_GEOM:
-        body = int(model.geom_bodyid[number_of_object])
-        rows[kind] = "geom", body, model.geom_pos[number_of_object], model.geom_quat[number_of_object]
-    if kind not in rows:
+        carrier = draft.places[int(model.geom_bodyid[target])]
+        name, place = f"geom_{target}", carrier.of(np.array(model.geom_pos[target]), model.geom_quat[target])
+    else:
         return None
-    word, body, position, quaternion = rows[kind]
-    place = draft.places[body].of(np.array(position), None if quaternion is None else np.array(quaternion))
-    return f"{word}_{number_of_object}", place
+    return _Frame(*draft.frame_points(name, place), place)
 
 
-def _of_frame(vector: Callable[[Draft, str, LinkPlace], Sequence[str]], *, local: bool) -> _Components:
+def _inertial_place(draft: Draft, body: int) -> LinkPlace:
+    return draft.places[body].of(np.array(draft.model.body_ipos[body]), draft.model.body_iquat[body])
+
+
+def _of_frame(vector: Callable[[Draft, _Frame], Sequence[str]], *, local: bool) -> _Components:
     """Return the components of a vector at a frame, in world axes or in the axes of the frame."""
 
     def components(draft: Draft, index: int) -> list[str] | None:
         frame = _frame(draft, index)
         if frame is None:
             return None
-        center, axes = draft.frame_points(*frame)
-        world = vector(draft, center, frame[1])
+        world = vector(draft, frame)
         if not local:
             return list(world)
-        return [
-            total([f"{a} * {part}" for a, part in zip(draft.along(center, end), world, strict=True)]) for end in axes
-        ]
+        axes = [draft.along(frame.center, end) for end in frame.ends]
+        return [total([f"{a} * {part}" for a, part in zip(axis, world, strict=True)]) for axis in axes]
 
     return components
 
 
-def _position(draft: Draft, center: str, place: LinkPlace) -> list[str]:
-    return [f"position.{center}[{i}]" for i in range(3)]
+def _motion(word: str) -> Callable[[Draft, _Frame], list[str]]:
+    return lambda draft, frame: [f"{word}.{frame.center}[{i}]" for i in range(3)]
 
 
-def _velocity(draft: Draft, center: str, place: LinkPlace) -> list[str]:
-    return [f"velocity.{center}[{i}]" for i in range(3)]
+def _angular_velocity(draft: Draft, frame: _Frame) -> list[str]:
+    body = frame.place.body
+    return ["0.0"] * 3 if body == BASE else [f"angular_velocity.{body}[{i}]" for i in range(3)]
 
 
-def _angular_velocity(draft: Draft, center: str, place: LinkPlace) -> list[str]:
-    return ["0.0"] * 3 if place.body == BASE else [f"angular_velocity.{place.body}[{i}]" for i in range(3)]
-
-
-def _acceleration(draft: Draft, center: str, place: LinkPlace) -> list[str]:
+def _acceleration(draft: Draft, frame: _Frame) -> list[str]:
     gravity = draft.data["gravity"]
-    return [f"(acceleration.{center}[{i}] - {number(gravity[i])})" for i in range(3)]
+    return [f"(acceleration.{frame.center}[{i}] - {number(gravity[i])})" for i in range(3)]
 
 
-def _magnetic(draft: Draft, center: str, place: LinkPlace) -> list[str]:
+def _magnetic(draft: Draft, frame: _Frame) -> list[str]:
     return [number(float(value)) for value in draft.model.opt.magnetic]
 
 
 def _axis(k: int) -> _Components:
-    def components(draft: Draft, index: int) -> list[str] | None:
-        frame = _frame(draft, index)
-        if frame is None:
-            return None
-        center, axes = draft.frame_points(*frame)
-        return draft.along(center, axes[k])
-
-    return components
+    return _of_frame(lambda draft, frame: draft.along(frame.center, frame.ends[k]), local=False)
 
 
 def _of_tree(word: str) -> _Components:
@@ -170,20 +152,12 @@ def _of_tree(word: str) -> _Components:
 
     def components(draft: Draft, index: int) -> list[str] | None:
         model, root = draft.model, _object(draft, index)
-        inside = []
-        for body in range(1, model.nbody):
-            above = body
-            while above not in (0, root):
-                above = int(model.body_parentid[above])
-            if above == root and float(model.body_mass[body]) > 0.0:
-                inside.append(body)
+        massive = np.flatnonzero(model.body_mass > 0.0).tolist()
+        inside = [body for body in massive if body and root in (0, *bodies_above(model, body))]
         mass = float(np.sum(model.body_mass[inside]))
         if not mass:
             return None
-        centers = []
-        for body in inside:
-            place = draft.places[body].of(np.array(model.body_ipos[body]), np.array(model.body_iquat[body]))
-            centers.append(draft.point(f"inertial_{body}", place))
+        centers = [draft.point(f"inertial_{body}", _inertial_place(draft, body)) for body in inside]
         shares = [float(model.body_mass[body]) / mass for body in inside]
         return [
             draft.sum_of(word, [times(share, f"{word}.{c}[{i}]") for share, c in zip(shares, centers, strict=True)])
@@ -193,33 +167,29 @@ def _of_tree(word: str) -> _Components:
     return components
 
 
-def _formula(text: str) -> _Components:
-    return lambda draft, index: [text]
-
-
 _KINDS: dict[str, _Components] = {
     "JOINTPOS": _joint("q", 1),
     "JOINTVEL": _joint("v", 1),
     "BALLQUAT": _joint("q", 4),
     "BALLANGVEL": _joint("v", 3),
-    "TENDONPOS": _tendon(""),
-    "TENDONVEL": _tendon("_rate"),
-    "ACTUATORPOS": _actuator_motion(0),
-    "ACTUATORVEL": _actuator_motion(1),
-    "ACTUATORFRC": _actuator_force,
-    "FRAMEPOS": _of_frame(_position, local=False),
+    "TENDONPOS": _found(lambda draft: draft.tendons, str),
+    "TENDONVEL": _found(lambda draft: draft.tendons, "{}_rate".format),
+    "ACTUATORPOS": _found(lambda draft: draft.actuator_motions, itemgetter(0)),
+    "ACTUATORVEL": _found(lambda draft: draft.actuator_motions, itemgetter(1)),
+    "ACTUATORFRC": _found(lambda draft: draft.actuator_forces, str),
+    "FRAMEPOS": _of_frame(_motion("position"), local=False),
     "FRAMEXAXIS": _axis(0),
     "FRAMEYAXIS": _axis(1),
     "FRAMEZAXIS": _axis(2),
-    "FRAMELINVEL": _of_frame(_velocity, local=False),
+    "FRAMELINVEL": _of_frame(_motion("velocity"), local=False),
     "FRAMEANGVEL": _of_frame(_angular_velocity, local=False),
     "FRAMELINACC": _of_frame(_acceleration, local=False),
     "ACCELEROMETER": _of_frame(_acceleration, local=True),
-    "VELOCIMETER": _of_frame(_velocity, local=True),
+    "VELOCIMETER": _of_frame(_motion("velocity"), local=True),
     "GYRO": _of_frame(_angular_velocity, local=True),
     "MAGNETOMETER": _of_frame(_magnetic, local=True),
     "SUBTREECOM": _of_tree("position"),
     "SUBTREELINVEL": _of_tree("velocity"),
-    "CLOCK": _formula("t"),
-    "E_KINETIC": _formula("energy.kinetic"),
+    "CLOCK": lambda draft, index: ["t"],
+    "E_KINETIC": lambda draft, index: ["energy.kinetic"],
 }

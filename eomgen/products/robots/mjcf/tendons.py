@@ -43,29 +43,33 @@ def convert_tendons(draft: Draft) -> None:
                     place, f"not modelled: the spatial tendon {written or index + 1}, which has no force [W0156]"
                 )
             continue
-        name = draft.name("signal", "", f"length_of_{written or f'tendon_{index + 1}'}")
-        draft.taken["signal"].add(f"{name}_rate")
-        draft.tendons[index] = name
+        draft.tendons[index] = _name(draft, index, written)
         draft.tendon_joints[index] = [(int(model.wrap_objid[k]), float(model.wrap_prm[k])) for k in wraps]
-        for own, letter in ((name, "q"), (f"{name}_rate", "v")):
-            terms = [times(c, f"{letter}.{draft.joints[joint]}") for joint, c in draft.tendon_joints[index]]
-            draft.section("definitions")[own] = {"formula": total(terms)}
-            draft.lines[f"definitions.{own}"] = str(place)
-        _forces(draft, index, name)
+        joints = [(draft.joints[joint], coefficient) for joint, coefficient in draft.tendon_joints[index]]
+        _add_measures(draft, index, ("q", "v"), joints)
 
 
-def _forces(draft: Draft, index: int, name: str) -> None:
+def _name(draft: Draft, index: int, written: str) -> str:
+    """Return a name for the length of a tendon; the rate has the same one with an ending."""
+    name = draft.name("signal", "", f"length_of_{written or f'tendon_{index + 1}'}")
+    draft.taken["signal"].add(f"{name}_rate")
+    return name
+
+
+def _add_measures(draft: Draft, index: int, words: tuple[str, str], parts: Sequence[tuple[str, float]]) -> None:
+    """Add length and rate of a tendon as definitions, sums of parts with factors, and the forces of the tendon."""
     model, place = draft.model, draft.place("tendon", index, draft.model.ntendon)
+    name = draft.tendons[index]
+    for own, word in zip((name, f"{name}_rate"), words, strict=True):
+        terms = [times(factor, f"{word}.{part}") for part, factor in parts]
+        draft.section("definitions")[own] = {"formula": total(terms)}
+        draft.lines[f"definitions.{own}"] = str(place)
     if not add_armature(draft, index, float(model.tendon_armature[index])):
         fault = "armature of a tendon along several joints is not supported [E1928]"
         draft.refuse(place, f"tendon {name}", fault, "armature of its joints")
     if model.tendon_springyield[index]:
-        draft.refuse(
-            place,
-            f"tendon {name}",
-            "springyield makes the spring plastic, and no scene has such springs [E1929]",
-            "springyield 0",
-        )
+        fault = "springyield makes the spring plastic, and no scene has such springs [E1929]"
+        draft.refuse(place, f"tendon {name}", fault, "springyield 0")
     if model.tendon_frictionloss[index] and not draft.disabled("FRICTIONLOSS"):
         draft.left_out("dry friction of tendons (frictionloss)", name)
     if model.tendon_limited[index] and not draft.disabled("LIMIT"):
@@ -91,11 +95,8 @@ def add_tension(draft: Draft, index: int, terms: list[str]) -> None:
         name = draft.tendons[index]
         tension = draft.define(name.replace("length_of_", "tension_of_", 1), total(terms))
         for joint, coefficient in draft.tendon_joints[index]:
-            own = draft.name("effort", "", f"{tension}_on_{draft.joints[joint]}")
-            draft.section("efforts")[own] = {
-                "joint": draft.joints[joint],
-                "effort": f"-({times(coefficient, tension)})",
-            }
+            effort = {"joint": draft.joints[joint], "effort": f"-({times(coefficient, tension)})"}
+            draft.add("efforts", "effort", f"{tension}_on_{draft.joints[joint]}", effort)
 
 
 def add_armature(draft: Draft, index: int, armature: float) -> bool:
@@ -121,8 +122,7 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
     place = draft.place("tendon", index, model.ntendon)
     first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
     title = written or f"tendon_{index + 1}"
-    name = draft.name("signal", "", f"length_of_{title}")
-    draft.taken["signal"].add(f"{name}_rate")
+    name = _name(draft, index, written)
     branches: list[tuple[dict[str, Any], float]] = []
     divisor = 1.0
     entry: dict[str, Any] = {"points": []}
@@ -141,26 +141,19 @@ def _spatial(draft: Draft, index: int, written: str) -> None:
     kept = [(entry, divisor) for entry, divisor in branches if len(entry["points"]) > 1]
     draft.branches[index] = []
     for number_of_branch, (entry, divisor) in enumerate(kept, 1):
-        own = draft.name("tendon", "", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}")
-        draft.section("tendons")[own] = entry
+        own = draft.add("tendons", "tendon", title if len(kept) == 1 else f"{title}_branch_{number_of_branch}", entry)
         draft.lines[f"tendons.{own}"] = str(place)
         draft.branches[index].append((own, divisor))
     draft.tendons[index] = name
-    for own, word in ((name, "path_length"), (f"{name}_rate", "path_rate")):
-        terms = [times(1.0 / divisor, f"{word}.{branch}") for branch, divisor in draft.branches[index]]
-        draft.section("definitions")[own] = {"formula": total(terms)}
-        draft.lines[f"definitions.{own}"] = str(place)
-    _forces(draft, index, name)
+    parts = [(branch, 1.0 / divisor) for branch, divisor in draft.branches[index]]
+    _add_measures(draft, index, ("path_length", "path_rate"), parts)
 
 
 def _point(draft: Draft, site: int, passed: Sequence[str] = ()) -> str:
     """Return the name of a point at a site, which is added; of a site that a path has passed, a point of its own."""
     if site not in draft.points or draft.points[site] in passed:
         written = draft.written("site", site) or f"site_{site + 1}"
-        name = draft.name("point", "", f"at_{written}")
-        at = site_place(draft, site)
-        draft.section("points")[name] = {"body": at.body, "position": at.position.tolist()}
-        draft.points[site] = name
+        draft.points[site] = draft.add_point(f"at_{written}", site_place(draft, site))
     return draft.points[site]
 
 
@@ -195,7 +188,6 @@ def add_pulls(draft: Draft) -> None:
         terms = draft.pulls[index]
         if not terms:
             continue
-        tension = draft.name("signal", "", draft.tendons[index].replace("length_of_", "tension_of_", 1))
-        draft.section("definitions")[tension] = {"formula": total(terms)}
+        tension = draft.define(draft.tendons[index].replace("length_of_", "tension_of_", 1), total(terms))
         for branch, divisor in branches:
             draft.section("tendons")[branch]["force"] = times(1.0 / divisor, tension)

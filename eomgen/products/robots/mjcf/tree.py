@@ -230,10 +230,8 @@ def add_forces(scene: Draft) -> None:
         for word, (variable, values, power) in terms.items():
             if any(values[1:]):
                 effort = polynomial(variable, [0.0, *values[1:]], power)
-                scene.section("efforts")[scene.name("effort", "", f"{name}_{word}")] = {
-                    "joint": name,
-                    "effort": f"-{effort}" if effort.startswith("(") else f"-({effort})",
-                }
+                effort = f"-{effort}" if effort.startswith("(") else f"-({effort})"
+                scene.add("efforts", "effort", f"{name}_{word}", {"joint": name, "effort": effort})
         if model.jnt_springyield[joint] and any(stiffness):
             fault = "springyield makes the spring plastic, and no scene has such springs [E1929]"
             refuse(fault, "springyield 0")
@@ -241,12 +239,11 @@ def add_forces(scene: Draft) -> None:
         name = scene.places[int(target)].body
         if not scene.data["bodies"][name].get("mass"):
             scene.data["bodies"][name] |= {"mass": 1.0, "inertia": [1.0, 1.0, 1.0]}
-            scene.notes.append(
-                f"the mocap body {name} has no mass in the file; its 1 kg here loads its drives alone [W0164]"
-            )
+            note = f"the mocap body {name} has no mass in the file; its 1 kg here loads its drives alone [W0164]"
+            scene.notes.append(note)
     for body, (at, force) in _gravity_compensation(scene).items():
-        name = scene.name("force", "", f"gravity_compensation_{scene.written('body', body) or body}")
-        scene.section("forces")[name] = {"body": at.body, "point": at.position.tolist(), "force": force.tolist()}
+        entry = {"body": at.body, "point": at.position.tolist(), "force": force.tolist()}
+        scene.add("forces", "force", f"gravity_compensation_{scene.written('body', body) or body}", entry)
 
 
 def _add_bushing(scene: Draft, joint: int, entry: dict[str, Any], stiffness: float) -> None:
@@ -255,12 +252,10 @@ def _add_bushing(scene: Draft, joint: int, entry: dict[str, Any], stiffness: flo
     free = entry["type"] == "free"
     placed = LinkPlace(entry["parent"], np.array(entry["orientation"]), np.array(entry["position"]))
     at_rest = placed.of(np.array(rest[:3]), rest[3:7]) if free else placed.of(np.zeros(3), rest[:4])
-    scene.section("bushings")[scene.name("bushing", "", f"{scene.joints[joint]}_spring")] = {
-        "first": at_rest.end(),
-        "second": {"body": entry["child"], "axis": [0.0, 0.0, 1.0], "x_axis": [1.0, 0.0, 0.0]},
-        "rotational_stiffness": [stiffness] * 3,
-        **({"stiffness": [stiffness] * 3} if free else {}),
-    }
+    second = {"body": entry["child"], "axis": [0.0, 0.0, 1.0], "x_axis": [1.0, 0.0, 0.0]}
+    bushing = {"first": at_rest.end(), "second": second, "rotational_stiffness": [stiffness] * 3}
+    bushing |= {"stiffness": [stiffness] * 3} if free else {}
+    scene.add("bushings", "bushing", f"{scene.joints[joint]}_spring", bushing)
 
 
 def _gravity_compensation(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
@@ -268,15 +263,13 @@ def _gravity_compensation(draft: Draft) -> dict[int, tuple[LinkPlace, Array]]:
     model, gravity = draft.model, np.array(draft.data["gravity"])
     if draft.without_passive_forces or not gravity.any():
         return {}
-    parts = {body: float(model.body_gravcomp[body]) for body in range(1, model.nbody)}
-    return {
-        body: (
-            draft.places[body].of(np.array(model.body_ipos[body])),
-            -part * float(model.body_mass[body]) * gravity,
-        )
-        for body, part in parts.items()
-        if part and draft.places[body].body != BASE
-    }
+    result = {}
+    for body in range(1, model.nbody):
+        part, place = float(model.body_gravcomp[body]), draft.places[body]
+        if part and place.body != BASE:
+            force = -part * float(model.body_mass[body]) * gravity
+            result[body] = place.of(np.array(model.body_ipos[body])), force
+    return result
 
 
 def compensated_by(draft: Draft, joint: int) -> list[tuple[LinkPlace, Array]]:
