@@ -163,15 +163,7 @@ class Frames:
         here = (*path, *outer)
         model = self.models.get(here)
         world_here = last == WORLD_FRAME and not outer and (not path or attribute == "parent")
-        if model is not None and (
-            last in model.links
-            or last in model.frames
-            or last in model.joints
-            or last in model.models
-            or last in model.merged
-            or (last == MODEL_FRAME and here)
-            or world_here
-        ):
+        if model is not None and (model.has(last) or (last == MODEL_FRAME and here) or world_here):
             return True
         if attribute and (place, name) not in self._refused:
             fault = f"{attribute}: there is no frame {shown(name)} in {self._called(path)} [E1721]"

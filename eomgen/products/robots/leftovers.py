@@ -70,32 +70,30 @@ class Leftovers:
     def keep(self, element: Element, key: str, file: str, owner: str) -> None:
         """Keep the rest of an element; ``key`` is its row in the table."""
         known = self.table.get(key, {})
-        for attribute in element.unread_attributes:
-            status = known.get(f"@{attribute}")
-            if status == IDLE:
-                self.count(attribute)
-            elif status == NOTED:
-                self.noted.setdefault(attribute, []).append((Place(file, element.line), owner))
-            else:
-                meant = _meant(attribute, [name[1:] for name in known if name.startswith("@")])
-                kind = f"the attribute {shown(attribute)} of <{element.tag}>{meant}"
-                self.unread.setdefault(kind, []).append((Place(file, element.line), owner))
+        attributes = {name[1:]: status for name, status in known.items() if name.startswith("@")}
+        children = {name: status for name, status in known.items() if not name.startswith("@")}
+        here = Place(file, element.line), owner
+        for name in element.unread_attributes:
+            self._keep_part(name, attributes, f"the attribute {shown(name)} of <{element.tag}>", here)
         if element.has_text:
-            self.unread.setdefault(f"the text in <{element.tag}>", []).append((Place(file, element.line), owner))
+            self.unread.setdefault(f"the text in <{element.tag}>", []).append(here)
         read = {child.tag for child in element.read_children}
         for child in element.unread_children:
-            place, whose = Place(file, child.line), owner or child.get("name")
-            status = known.get(child.tag)
+            at = Place(file, child.line), owner or child.get("name")
             if child.tag in read:
-                self.unread.setdefault(f"a second <{child.tag}>", []).append((place, whose))
-            elif status == IDLE:
-                self.count(child.tag)
-            elif status == NOTED:
-                self.noted.setdefault(child.tag, []).append((place, whose))
+                self.unread.setdefault(f"a second <{child.tag}>", []).append(at)
             else:
-                meant = _meant(child.tag, [name for name in known if not name.startswith("@")])
-                kind = f"elements <{child.tag[:64]}> of <{element.tag}>{meant}"
-                self.unread.setdefault(kind, []).append((place, whose))
+                self._keep_part(child.tag, children, f"elements <{child.tag[:64]}> of <{element.tag}>", at)
+
+    def _keep_part(self, name: str, known: Mapping[str, str], kind: str, at: tuple[Place, str]) -> None:
+        """Keep a child or an attribute by its status among the known ones."""
+        status = known.get(name)
+        if status == IDLE:
+            self.count(name)
+        elif status == NOTED:
+            self.noted.setdefault(name, []).append(at)
+        else:
+            self.unread.setdefault(f"{kind}{_meant(name, [*known])}", []).append(at)
 
     def warnings(self) -> list[tuple[Place, str]]:
         """Return one note for each kind of part that is not read or not modelled, with its first place."""
@@ -114,13 +112,17 @@ class Leftovers:
             counts = [f"{count} {tag}" for tag, count in self.idle.items()]
             result.append(f"without a part in the equations of motion: {', '.join(counts)} [W0173]")
         if self.nearly_right:
-            angles = [f"{name} ({angle})" for name, angle in list(self.nearly_right.items())[:8]]
-            more = f" and {len(self.nearly_right) - 8} more" if len(self.nearly_right) > 8 else ""
+            angles = beginning([f"{name} ({angle})" for name, angle in self.nearly_right.items()])
             result.append(
-                f"angles near a right angle, but not exact, are kept in the poses of {', '.join(angles)}{more}: pi/2"
+                f"angles near a right angle, but not exact, are kept in the poses of {angles}: pi/2"
                 f" written in full, {math.pi / 2!r}, would be made exact and save operations [W0174]"
             )
         return result
+
+
+def beginning(texts: Sequence[str]) -> str:
+    """Return the first texts of a list, and the number of the others."""
+    return f"{', '.join(texts[:8])}{f' and {len(texts) - 8} more' if len(texts) > 8 else ''}"
 
 
 def _meant(name: str, known: Sequence[str]) -> str:

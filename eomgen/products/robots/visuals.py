@@ -38,6 +38,22 @@ SDF_SIZES: _Sizes = {
 }
 
 
+def read_numbers(
+    name: str, text: str, default: tuple[float, ...], refuse: Callable[[str, str], None], hint: str
+) -> tuple[float, ...]:
+    """Return as many finite numbers as the default has; the default for a fault, which ``refuse`` takes with a hint."""
+    words = text.split()
+    if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
+        count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
+        refuse(f"{name}: {count} needed here, not {shown(text)} [E1704]", hint)
+        return default
+    values = tuple(float(word) for word in words)
+    if not all(math.isfinite(value) for value in values):
+        refuse(f"{name}: {shown(text)} is too large [E1705]", "")
+        return default
+    return values
+
+
 class NotDrawnError(Exception):
     """A visual that pictures leave out, with the reason."""
 

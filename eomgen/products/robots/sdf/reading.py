@@ -35,22 +35,18 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element, read_xml
 from eomgen.scene.sources.source import read_text, shown_file
 
-#: Types of joints in scenes, of all types that have them.
-SCENE_TYPES = {
-    "revolute": "revolute",
-    "continuous": "revolute",
-    "prismatic": "prismatic",
-    "screw": "helical",
-    "universal": "universal",
-    "revolute2": "universal",
-    "ball": "spherical",
-    "fixed": "fixed",
+#: Types of joints: their types in scenes, empty for the one that has none, and their number of axes.
+TYPES: Mapping[str, tuple[str, int]] = {
+    "revolute": ("revolute", 1),
+    "continuous": ("revolute", 1),
+    "prismatic": ("prismatic", 1),
+    "screw": ("helical", 1),
+    "universal": ("universal", 2),
+    "revolute2": ("universal", 2),
+    "ball": ("spherical", 0),
+    "fixed": ("fixed", 0),
+    "gearbox": ("", 2),
 }
-#: Types of joints, with their number of axes.
-TYPES: Mapping[str, int] = {
-    "revolute": 1, "continuous": 1, "prismatic": 1, "screw": 1, "universal": 2, "revolute2": 2, "ball": 0, "fixed": 0,
-    "gearbox": 2,
-}  # fmt: skip  # a table
 #: The oldest minor version of SDF 1 that is read, and the first ones with axes in the frames of joints and with gravity
 #: as a part of the world.
 FIRST, _SINCE_JOINT_AXES, _SINCE_WORLD_GRAVITY = 4, 5, 6
@@ -281,7 +277,7 @@ class _FileReader:
         if child == WORLD_FRAME:
             values.refuse(element, f"the child of the joint {shown(name)} is the world [E1960]", "the world as parent")
         axes = tuple(axis for tag in ("axis", "axis2") if (axis := self.axis(element, tag)) is not None)
-        count = TYPES.get(kind, 0)
+        scene_type, count = TYPES.get(kind, ("", 0))
         if kind in TYPES and len(axes) < count:
             fault = f"the {kind} joint {shown(name)} has {len(axes)} of {count} axes [E1961]"
             values.refuse(element, fault, "<axis><xyz>0 0 1</xyz></axis>" if not axes else "<axis2> as well")
@@ -292,7 +288,7 @@ class _FileReader:
             name,
             self.place(element),
             values.pose(element, name),
-            SCENE_TYPES.get(kind, ""),
+            scene_type,
             kind,
             parent,
             child,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 
@@ -13,7 +14,7 @@ from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import WrittenPose
 from eomgen.products.robots.leftovers import Leftovers, Place
 from eomgen.products.robots.sdf.coverage import STATUSES
-from eomgen.products.robots.visuals import NEARLY, NUMBER, UNIT_LENGTH, off_right
+from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, off_right, read_numbers
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.xml import Element
 from eomgen.scene.rotations import SNAP, roll_pitch_yaw, snapped_rotation
@@ -94,17 +95,8 @@ class Values:
 
     def numbers(self, element: Element, name: str, text: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return as many finite numbers as the default has."""
-        words = text.split()
-        if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
-            count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
-            hint = "blanks between the numbers" if "," in text else ""
-            self.refuse(element, f"{name}: {count} needed here, not {shown(text)} [E1704]", hint)
-            return default
-        values = tuple(float(word) for word in words)
-        if not all(math.isfinite(value) for value in values):
-            self.refuse(element, f"{name}: {shown(text)} is too large [E1705]", "")
-            return default
-        return values
+        hint = "blanks between the numbers" if "," in text else ""
+        return read_numbers(name, text, default, partial(self.refuse, element), hint)
 
     def pose(self, element: Element, owner: str, *, framed: bool = True) -> WrittenPose:
         """Return the pose of an element; ``framed`` if it may name a frame."""

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from eomgen.base.data import dataclass
-from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual
 from eomgen.products.robots.leftovers import Leftovers
 from eomgen.products.robots.sdf.coverage import STATUSES
@@ -33,23 +31,30 @@ class VisualReader:
         self.home = home
         self.left_out: dict[str, list[str]] = {}
 
-    def notes(self) -> list[str]:
-        """Return notes on visuals that pictures do not show."""
-        return [
-            f"visuals that pictures leave out ({len(names)}: {listed(list(dict.fromkeys(names)))}): {reason} [W0175]"
-            for reason, names in self.left_out.items()
-        ]
-
     def of_link(
         self, link: str, element: Element, values: Values, folder: Path, packages: Mapping[str, Path]
     ) -> tuple[Visual, ...]:
-        """Return the visuals of a link that can be drawn."""
+        """Return the visuals of a link that can be drawn.
+
+        Parameters
+        ----------
+        folder : Path
+            Of the file that names the meshes.
+        packages : mapping
+            Folders of packages by name.
+        """
+
+        def path(address: str) -> str:
+            if "://" not in address and folder == self.home:
+                return address
+            return os.path.relpath(located(address, folder, packages), self.home)
+
         result = []
         for visual in element.named("visual"):
             # faults of visuals are notes, so they have a report of their own
             own = Values(values.file, Report(values.file, {}), Leftovers(STATUSES), values.minor)
             try:
-                drawn = _visual(visual, own, _Folders(self.home, folder, packages))
+                drawn = _visual(visual, own, path)
                 if own.report.noted:
                     _, problem = own.report.noted[0]
                     raise NotDrawnError(problem.what)
@@ -60,33 +65,18 @@ class VisualReader:
         return tuple(result)
 
 
-@dataclass(frozen=True)
-class _Folders:
-    """Folders of files of meshes: the folder of the file that names them, and folders of packages."""
-
-    home: Path
-    folder: Path
-    packages: Mapping[str, Path]
-
-    def path(self, address: str) -> str:
-        """Return the path of a mesh from the folder of the file that is converted."""
-        if "://" not in address and self.folder == self.home:
-            return address
-        return os.path.relpath(located(address, self.folder, self.packages), self.home)
-
-
-def _visual(element: Element, values: Values, folders: _Folders) -> Visual:
+def _visual(element: Element, values: Values, path: Callable[[str], str]) -> Visual:
     pose = values.pose(element, "")
-    entry = solid_of(element, values.vector, lambda mesh: _mesh(mesh, values, folders), SDF_SIZES)
+    entry = solid_of(element, values.vector, lambda mesh: _mesh(mesh, values, path), SDF_SIZES)
     return Visual(pose, entry | _color(element, values))
 
 
-def _mesh(element: Element, values: Values, folders: _Folders) -> tuple[str, tuple[float, ...]]:
+def _mesh(element: Element, values: Values, path: Callable[[str], str]) -> tuple[str, tuple[float, ...]]:
     address = values.text(element, "uri")
     if Path(address).suffix.lower() in ENDINGS:
         if is_remote(address):
             raise NotDrawnError("meshes lie in a network")
-        address = folders.path(address)
+        address = path(address)
     return address, values.vector(element, "scale", (1.0, 1.0, 1.0))
 
 

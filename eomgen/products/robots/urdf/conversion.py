@@ -159,7 +159,7 @@ def urdf_data(
         notes.append(NO_TRANSMISSION)
     if friction:
         notes += notes_of_friction(robot)
-    notes += [*notes_of_what_has_no_effect(robot, held), *robot.visuals.notes()]
+    notes += [*notes_of_what_has_no_effect(robot, held), *robot.notes_of_visuals]
     warnings = [*version_warnings(robot), *motors.warnings]
     return conversion.result(notes, [(Place(file, line), note) for line, note in warnings], strict=strict)
 

@@ -5,12 +5,13 @@ URDF does not give.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from eomgen.base.messages import listed, shown
 from eomgen.products.robots.draft import Axis
+from eomgen.products.robots.leftovers import beginning
 from eomgen.products.robots.urdf.reading import NEWEST, WITH_QUATERNIONS, Robot
 
 #: A range of a joint that ends beyond this, in rad, and a bit more for digits, may be meant in degrees.
@@ -57,14 +58,13 @@ def notes_of_names_and_angles(robot: Robot) -> list[str]:
     notes = []
     if robot.original:
         pairs = [f"{shown(written)} is {name}" for name, written in robot.original.items()]
-        notes.append(
-            f"names made legal: {', '.join(pairs[:8])}{f' and {len(pairs) - 8} more' if len(pairs) > 8 else ''} [W0184]"
-        )
+        notes.append(f"names made legal: {beginning(pairs)} [W0184]")
     if robot.several_turns:
         note = f"rpy of more than a turn at {listed(dict.fromkeys(robot.several_turns))}"
         notes.append(f"{note}: angles of URDF are in radians, and 90 degrees are {math.pi / 2!r} [W0185]")
     if robot.snapped:
-        notes.append(f"right angles made exact in the placement of {_joints(robot.snapped)} [W0186]")
+        joints = f"the joint{'s' * (len(robot.snapped) != 1)} {beginning(robot.snapped)}"
+        notes.append(f"right angles made exact in the placement of {joints} [W0186]")
     return notes
 
 
@@ -102,26 +102,17 @@ def notes_of_mimics(robot: Robot, locked: set[str], held: Mapping[str, float], l
     if resting:
         notes.append(f"joints held because their leaders are held: {listed(resting)} [W0189]")
     if leaders:
-        pairs = [f"{follower} follows {leader}" for follower, leader in list(leaders.items())[:8]]
-        more = f" and {len(leaders) - 8} more" if len(leaders) > 8 else ""
-        notes.append(f"joints that mimic others are not independent coordinates: {', '.join(pairs)}{more} [W0190]")
+        pairs = beginning([f"{follower} follows {leader}" for follower, leader in leaders.items()])
+        notes.append(f"joints that mimic others are not independent coordinates: {pairs} [W0190]")
     return notes
-
-
-def _joints(names: Sequence[str]) -> str:
-    return (
-        f"the joint{'s' * (len(names) != 1)}"
-        f" {', '.join(names[:8])}{f' and {len(names) - 8} more' if len(names) > 8 else ''}"
-    )
 
 
 def version_warnings(robot: Robot) -> list[tuple[int, str]]:
     """Return line and warning of parts that the version of the file does not have."""
     result = []
     if robot.minor > NEWEST:
-        result.append(
-            (1, f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]")
-        )
+        note = f"version 1.{robot.minor} of URDF is newer than 1.{NEWEST}: its new elements are not known [W0194]"
+        result.append((1, note))
     if robot.quaternions and robot.minor < WITH_QUATERNIONS:
         note = (
             f"quat_xyzw belongs to version 1.{WITH_QUATERNIONS} of URDF, and is read from this file of version"

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
@@ -20,8 +21,8 @@ from eomgen.base.messages import is_legal, legal_name, nearest, shown
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.draft import Axis, Joint, Link, Loop, Mimic, WrittenPose
 from eomgen.products.robots.leftovers import Leftovers, Place, read_table
-from eomgen.products.robots.urdf.visuals import VisualNotes, VisualReader
-from eomgen.products.robots.visuals import NEARLY, NUMBER, UNIT_LENGTH, NotDrawnError, off_right
+from eomgen.products.robots.urdf.visuals import VisualReader
+from eomgen.products.robots.visuals import NEARLY, UNIT_LENGTH, NotDrawnError, off_right, read_numbers
 from eomgen.scene.inertia import NOTHING, Inertia, tensor
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import Report
@@ -47,6 +48,8 @@ LOOP_TYPES = {
     "planar": "planar",
     "fixed": "fixed",
 }
+#: The same by the types of constraints.
+_CONSTRAINT_TYPES = {**LOOP_TYPES, "universal": "universal"}
 #: Drake's own joints, and their types; a universal joint turns about x, then y.
 _OF_DRAKE = "drake:joint"
 _SCREWS = ("screw",)
@@ -81,7 +84,7 @@ class Robot:
     geometry : how many elements of each kind there are
     quaternions : links and joints whose origin has one
     notes : on the file
-    visuals : notes on visuals
+    notes_of_visuals : on visuals that pictures do not show, or show in another way
     """
 
     name: str
@@ -98,7 +101,7 @@ class Robot:
     geometry: dict[str, int] = field(default_factory=dict)
     quaternions: list[tuple[int, str]] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
-    visuals: VisualNotes = field(default_factory=VisualNotes)
+    notes_of_visuals: list[str] = field(default_factory=list)
 
 
 def read_robot(root: Element, report: Report) -> Robot:
@@ -129,34 +132,35 @@ class _UrdfReader:
         self.out.name = legal_name(root.get("name") or "robot", ())
         self.out.minor = self.version(root)
         visuals = VisualReader(root, _drawn_numbers, _drawn_placement)
-        self.out.visuals = visuals.result
         links, joints, loops = (tuple(root.named(tag)) for tag in ("link", "joint", "loop_joint"))
         joints += tuple(root.named(_OF_DRAKE))
         constraints = tuple(root.named("constraint"))
         self.kept = {name for element in (*joints, *loops, *constraints) if is_legal(name := element.get("name"))}
         self.kept |= {name for element in links if is_legal(name := element.get("name"))}
         self.tell_left_over(root, "")
-        for element in links:
-            if name := self.name(element, "link", self.link_names):
-                link = self.link(name, element)
-                self.out.links[link_key(name)] = replace(link, visuals=visuals.link(name, element))
-                self.tell_left_over(element, name)
+        for name, element in self.each_named(links, "link", self.link_names):
+            link = self.link(name, element)
+            self.out.links[link_key(name)] = replace(link, visuals=visuals.link(name, element))
+        self.out.notes_of_visuals = visuals.notes()
         self.add_world(joints)
-        for element in joints:
-            if name := self.name(element, "joint", self.joint_names):
-                self.out.joints[name] = self.joint(name, element)
-                self.tell_left_over(element, name)
+        for name, element in self.each_named(joints, "joint", self.joint_names):
+            self.out.joints[name] = self.joint(name, element)
         self.used["loop_joint"] |= self.used["joint"]
-        for element in loops:
-            if name := self.name(element, "loop_joint", self.loop_names):
-                self.out.loops[name] = self.loop(name, element)
-                self.tell_left_over(element, name)
+        for name, element in self.each_named(loops, "loop_joint", self.loop_names):
+            self.out.loops[name] = self.loop(name, element)
         self.used["constraint"] |= self.used["loop_joint"]
-        for element in constraints:
-            if name := self.name(element, "constraint", self.loop_names):
-                self.out.loops[name] = self.constraint(name, element)
-                self.tell_left_over(element, name)
+        for name, element in self.each_named(constraints, "constraint", self.loop_names):
+            self.out.loops[name] = self.loop(name, element)
         return self.out
+
+    def each_named(
+        self, elements: Iterable[Element], kind: str, taken: dict[str, str]
+    ) -> Iterator[tuple[str, Element]]:
+        """Yield elements with their legal names; after each keep what is not read of it."""
+        for element in elements:
+            if name := self.name(element, kind, taken):
+                yield name, element
+                self.tell_left_over(element, name)
 
     def add_world(self, joints: Iterable[Element]) -> None:
         """Add the link ``world`` if a joint names it and the file has none."""
@@ -223,20 +227,10 @@ class _UrdfReader:
         if element is None or not element.has(attribute):
             return default
         written = element.get(attribute)
-        words = written.split()
-        if len(words) != len(default) or not all(NUMBER.fullmatch(word) for word in words):
-            count = f"{len(default)} numbers are" if len(default) > 1 else "a number is"
-            fault = f"{attribute}: {count} needed here, not {shown(written)} [E1704]"
-            hint = "numbers alone: the units of URDF are SI units" if re.search(r"\d\s*[A-Za-z]", written) else ""
-            if "," in written:
-                hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
-            self.report.add_at(element.line, key, fault, hint)
-            return default
-        values = tuple(float(word) for word in words)
-        if not all(math.isfinite(value) for value in values):
-            self.report.add_at(element.line, key, f"{attribute}: {shown(written)} is too large [E1705]", "")
-            return default
-        return values
+        hint = "numbers alone: the units of URDF are SI units" if re.search(r"\d\s*[A-Za-z]", written) else ""
+        if "," in written:
+            hint = f"blanks between the numbers: {shown(' '.join(written.replace(',', ' ').split()))[1:-1]}"
+        return read_numbers(attribute, written, default, partial(self.report.add_at, element.line, key), hint)
 
     def placement(self, element: Element, key: str, name: str) -> tuple[Array, Array, bool, str]:
         """Return orientation, position, whether right angles were snapped, and an angle that is nearly right but not
@@ -375,54 +369,35 @@ class _UrdfReader:
         return travel / (2.0 * math.pi)
 
     def loop(self, name: str, element: Element) -> Loop:
-        key, written = f"loop_joints.{name}", element.get("type")
-        if written not in LOOP_TYPES:
-            fault = f"the type {shown(written)} of a loop joint is not known [E1713]"
-            self.report.add_at(element.line, key, fault, nearest(written, LOOP_TYPES))
-        axis = self.numbers(element.first("axis"), "xyz", key, (1.0, 0.0, 0.0))
-        if not any(axis):
-            self.report.add_at(
-                element.line, key, "the axis of the loop joint has no direction [E1714]", '<axis xyz="0 0 1"/>'
-            )
-        links = tuple(self.end(element, tag, key, "loop joint") for tag in ("link1", "link2"))
-        origins = [element.first(tag) for tag in ("link1", "link2")]
-        return self.loop_between(name, element, key, LOOP_TYPES.get(written, ""), links, origins, [axis, axis])
-
-    def constraint(self, name: str, element: Element) -> Loop:
-        key, written = f"constraints.{name}", element.get("type")
-        types = {**LOOP_TYPES, "universal": "universal"}
+        """Return the loop of a <loop_joint>, or of a <constraint>: its ends have origins in their links, and axes in
+        the frames there, of a <loop_joint> the same axis in both."""
+        written, place = element.get("type"), Place(self.report.file, element.line)
+        if element.tag == "loop_joint":
+            key, title, types, ends = f"loop_joints.{name}", "loop joint", LOOP_TYPES, ("link1", "link2")
+            origins, axes = ends, ("axis", "axis")
+            unknown = f"the type {shown(written)} of a loop joint is not known [E1713]"
+        else:
+            key, title, types, ends = f"constraints.{name}", "constraint", _CONSTRAINT_TYPES, ("parent", "child")
+            origins, axes = ("parent_origin", "child_origin"), ("parent_axis", "child_axis")
+            unknown = f"the type {shown(written)} of a constraint is not known [E1715]"
         if written not in types:
-            fault = f"the type {shown(written)} of a constraint is not known [E1715]"
-            self.report.add_at(element.line, key, fault, nearest(written, types))
-        axes = []
-        for side in ("parent", "child"):
-            axes.append(self.numbers(element.first(f"{side}_axis"), "xyz", key, (1.0, 0.0, 0.0)))
-            if not any(axes[-1]):
-                fault = f"the {side}_axis of the constraint has no direction [E1716]"
-                self.report.add_at(element.line, key, fault, f'<{side}_axis xyz="0 0 1"/>')
-        links = tuple(self.end(element, tag, key, "constraint") for tag in ("parent", "child"))
-        origins = [element.first(f"{side}_origin") for side in ("parent", "child")]
-        return self.loop_between(name, element, key, types.get(written, ""), links, origins, axes)
-
-    def loop_between(
-        self,
-        name: str,
-        element: Element,
-        key: str,
-        kind: str,
-        links: Sequence[str],
-        origins: Sequence[Element | None],
-        axes: Sequence[Sequence[float]],
-    ) -> Loop:
-        """Return a loop whose ends have origins in their links, and axes in the frames there."""
-        place, poses = Place(self.report.file, element.line), []
-        for origin, axis, columns in zip(origins, axes, ((2, 0, 1), (1, 2, 0)), strict=True):
-            orientation, position, _ = self.origin(origin, key, element.get("name"))
-            along = unit_axis(axis)
+            self.report.add_at(element.line, key, unknown, nearest(written, types))
+        vectors = {}
+        for tag in dict.fromkeys(axes):
+            vectors[tag] = self.numbers(element.first(tag), "xyz", key, (1.0, 0.0, 0.0))
+            if not any(vectors[tag]):
+                fault = f"the {tag} of the constraint has no direction [E1716]"
+                fault = "the axis of the loop joint has no direction [E1714]" if tag == "axis" else fault
+                self.report.add_at(element.line, key, fault, f'<{tag} xyz="0 0 1"/>')
+        links = tuple(link_key(self.end(element, tag, key, title)) for tag in ends)
+        kind, poses = types.get(written, ""), []
+        for tag, axis, columns in zip(origins, axes, ((2, 0, 1), (1, 2, 0)), strict=True):
+            orientation, position, _ = self.origin(element.first(tag), key, element.get("name"))
+            along = unit_axis(vectors[axis])
             of_axis = np.array(frame_about(np.array([0.0, 0.0, 1.0]) if along is None else along))
             of_axis = of_axis[:, columns] if kind == "universal" else of_axis
             poses.append(WrittenPose(place, snapped_rotation(orientation) @ of_axis, position))
-        return Loop(name, place, kind, tuple(map(link_key, links)), tuple(poses))
+        return Loop(name, place, kind, links, tuple(poses))
 
     def end(self, element: Element, tag: str, key: str, title: str = "joint") -> str:
         """Return the name of a link that a joint connects; empty without one."""
@@ -444,20 +419,20 @@ def link_key(name: str) -> str:
     return f"link {name}"
 
 
-def _drawn_numbers(element: Element | None, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
+def _drawn_numbers(element: Element, attribute: str, default: tuple[float, ...]) -> tuple[float, ...]:
     """Return the numbers of an attribute of a visual. Raises NotDrawnError for a fault of the numbers."""
-    reader = _UrdfReader(Report("", {}))
-    return _without_fault(reader, reader.numbers(element, attribute, "", default))
+    return _without_fault(lambda reader: reader.numbers(element, attribute, "", default))
 
 
 def _drawn_placement(element: Element) -> tuple[Array, Array]:
     """Return orientation and position of a visual. Raises NotDrawnError for a fault of its origin."""
+    return _without_fault(lambda reader: reader.placement(element, "", "")[:2])
+
+
+def _without_fault(read: Callable[[_UrdfReader], Read]) -> Read:
+    """Return a value if its reader reports no fault, else raise NotDrawnError."""
     reader = _UrdfReader(Report("", {}))
-    return _without_fault(reader, reader.placement(element, "", ""))[:2]
-
-
-def _without_fault(reader: _UrdfReader, value: Read) -> Read:
-    """Return a value if the reader has reported no fault of it, else raise NotDrawnError."""
+    value = read(reader)
     if reader.report.noted:
         _, problem = reader.report.noted[0]
         raise NotDrawnError(str(problem).partition(": ")[2])  # without the line: equal faults are one note

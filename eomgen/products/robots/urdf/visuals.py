@@ -6,7 +6,6 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field
 from eomgen.base.messages import listed
 from eomgen.products.robots.draft import Visual, WrittenPose
 from eomgen.products.robots.leftovers import Place
@@ -17,33 +16,12 @@ from eomgen.scene.reading.xml import Element
 Placement = Callable[[Element], tuple[Array, Array]]
 
 
-@dataclass
-class VisualNotes:
-    """Notes on the visuals of all links.
-
-    Attributes
-    ----------
-    substituted : reasons for which collision geometry takes the place of visuals, with the links
-    left_out : reasons for which visuals without collision geometry in their place are left out, with the links
-    limited : colours with parts beyond 0 to 1, with the links
-    """
-
-    substituted: dict[str, list[str]] = field(default_factory=dict)
-    left_out: dict[str, list[str]] = field(default_factory=dict)
-    limited: dict[str, list[str]] = field(default_factory=dict)
-
-    def notes(self) -> list[str]:
-        """Return notes on visuals that pictures do not show, or show in another colour."""
-        result = []
-        for reasons, effect in (
-            (self.substituted, "pictures show collision geometry in place of visuals [W0200]"),
-            (self.left_out, "visuals that pictures leave out [W0175]"),
-            (self.limited, "colours that pictures limit to parts from 0 to 1 [W0201]"),
-        ):
-            for reason, links in reasons.items():
-                names = list(dict.fromkeys(links))
-                result.append(f"{effect} ({len(names)}: {listed(names)}): {reason}")
-        return result
+#: Notes by what pictures do with a visual: show collision geometry in its place, nothing, or another colour.
+_NOTES = {
+    "substituted": "pictures show collision geometry in place of visuals [W0200]",
+    "left out": "visuals that pictures leave out [W0175]",
+    "limited": "colours that pictures limit to parts from 0 to 1 [W0201]",
+}
 
 
 class VisualReader:
@@ -56,8 +34,18 @@ class VisualReader:
 
     def __init__(self, root: Element, numbers: Numbers, placement: Placement) -> None:
         self.numbers, self.placement = numbers, placement
-        self.result = VisualNotes()
         self.materials = {item.get("name"): item for item in root.named("material")}
+        #: Links by the reason, by the kind of note.
+        self.reasons: dict[str, dict[str, list[str]]] = {kind: {} for kind in _NOTES}
+
+    def notes(self) -> list[str]:
+        """Return notes on visuals that pictures do not show, or show in another colour."""
+        result = []
+        for kind, note in _NOTES.items():
+            for reason, links in self.reasons[kind].items():
+                names = list(dict.fromkeys(links))
+                result.append(f"{note} ({len(names)}: {listed(names)}): {reason}")
+        return result
 
     def link(self, name: str, element: Element) -> Sequence[Visual]:
         """Return the visuals of a link, or its collision geometry if no visual can be drawn."""
@@ -65,7 +53,7 @@ class VisualReader:
         drawn, reasons = self._drawn(name, visuals)
         instead = self._drawn(name, list(element.named("collision")))[0] if visuals and not drawn else []
         for reason in reasons:
-            (self.result.substituted if instead else self.result.left_out).setdefault(reason, []).append(name)
+            self.reasons["substituted" if instead else "left out"].setdefault(reason, []).append(name)
         return drawn or instead
 
     def _drawn(self, name: str, elements: Sequence[Element]) -> tuple[list[Visual], list[str]]:
@@ -97,5 +85,6 @@ class VisualReader:
         parts = self.numbers(color, "rgba", (0.5, 0.5, 0.5, 1.0))
         if any(not 0.0 <= part <= 1.0 for part in parts):
             written = " ".join(f"{part:g}" for part in parts)
-            self.result.limited.setdefault(f'rgba="{written}"; try: parts of 255 divided by 255', []).append(name)
+            reason = f'rgba="{written}"; try: parts of 255 divided by 255'
+            self.reasons["limited"].setdefault(reason, []).append(name)
         return color_of(parts)
