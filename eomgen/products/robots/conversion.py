@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.messages import legal_name, listed, nearest, shown
 from eomgen.products.robots.draft import MODEL_FRAME, WORLD_FRAME, Axis, Draft, Joint, Link, Loop, WrittenPose
-from eomgen.products.robots.followers import add_followers
+from eomgen.products.robots.followers import Followers
 from eomgen.products.robots.frames import WORLD_NODE, Frames, Node, Pose, pose_of
 from eomgen.products.robots.joints import (
     are_perpendicular,
@@ -173,9 +173,8 @@ class Conversion:
         place = Place(self.file, 1)
         if not self.frames.known(path, written, place, "") or written == WORLD_FRAME:
             every = [self.called((path, name)) for path, model in self.world.every() for name in model.names]
-            raise OptionError(
-                "weld", f"{self.file} has no link or frame {shown(written)} [E1940]", nearest(written, every)
-            )
+            fault = f"{self.file} has no link or frame {shown(written)} [E1940]"
+            raise OptionError("weld", fault, nearest(written, every))
         link = self.frames.link(path, written)
         joint = Joint(f"{written}_weld", place, WrittenPose(place), "fixed", "fixed", WORLD_FRAME, link[1])
         return Edge((path, joint.name), joint, WORLD_NODE, link, None)
@@ -190,7 +189,7 @@ class Conversion:
         self.add_masses()
         self.scene.report.raise_problems()
         steps = [step for walk in tree.walks.values() for step in walk]
-        following = add_followers(self.scene, self.frames, steps, gears, self.joint_names, self.places)
+        following = Followers(self.scene, self.frames, steps, self.joint_names, self.places).add(gears)
         for gear in gears:
             for axis in gear.joint.axes:
                 self.leave_dynamics(axis, self.called(gear.key), "gearboxes")
@@ -241,10 +240,8 @@ class Conversion:
             )
             notes.append(f"{many} fixed to and kept as {'a frame' if one else 'frames'}: {listed(self.merged)} [W0180]")
         if self.shifted:
-            notes.append(
-                f"links whose joints are not at their origins are frames of bodies NAME_body:"
-                f" {listed(self.shifted)} [W0170]"
-            )
+            note = "links whose joints are not at their origins are frames of bodies NAME_body"
+            notes.append(f"{note}: {listed(self.shifted)} [W0170]")
         return notes
 
     def place_links(self, tree: Tree) -> None:
@@ -296,7 +293,7 @@ class Conversion:
         if not link.pulled and link.inertia.mass and gravity.any() and place.body != BASE:
             at = place.of(np.array(link.inertia.center))
             force = {"body": at.body, "point": at.position.tolist(), "force": (-link.inertia.mass * gravity).tolist()}
-            self.scene.section("forces")[self.scene.name("force", "", f"no_gravity_{self.legal(node)}")] = force
+            self.scene.add("forces", "force", f"no_gravity_{self.legal(node)}", force)
 
     def legal(self, node: Node) -> str:
         """Return the name of a link, frame or joint in the scene, unless it is taken."""
@@ -319,15 +316,12 @@ class Conversion:
         if link.body:
             note = f"the link {link.name} is the body {name}, because {link.name} is the name of"
             self.scene.notes.append(f"{note} {_RESERVED[link.name]} [W0179]")
-        self.scene.data["bodies"][name] = {"mass": 0.0}
-        self.scene.lines[f"bodies.{name}"] = str(link.place)
+        self.scene.put("bodies", name, {"mass": 0.0}, link.place)
         return name
 
     def frame(self, node: Node, place: LinkPlace, line: Place) -> None:
         """Add a frame."""
-        name = self.named("body", node)
-        self.scene.data["frames"][name] = {"body": place.body, **place.pose}
-        self.scene.lines[f"frames.{name}"] = str(line)
+        self.scene.put("frames", self.named("body", node), {"body": place.body, **place.pose}, line)
 
     def rest(self, link: Node) -> None:
         """Put a link of a static model on the base."""
@@ -345,8 +339,7 @@ class Conversion:
         if pose.position.any() or not np.array_equal(pose.orientation, np.eye(3)):
             turned = quaternion_of_matrix(pose.orientation.tolist())
             entry["initial"] = {"position": pose.position.tolist(), "orientation": list(turned)}
-        self.scene.data["joints"][name] = entry
-        self.scene.lines[f"joints.{name}"] = str(self.links[link].place)
+        self.scene.put("joints", name, entry, self.links[link].place)
         self.free.append(self.called(link))
         self.add_part(link)
 
@@ -363,8 +356,8 @@ class Conversion:
         elif self.links[end].kept or (end[1] in self.draft.tunable and rest.body != BASE):
             body, name = self.body(end), self.named("joint", step.edge.key)
             self.places[end] = LinkPlace(body, np.eye(3), np.zeros(3))
-            self.scene.data["joints"][name] = {"type": "fixed", "parent": rest.body, "child": body, **rest.pose}
-            self.scene.lines[f"joints.{name}"] = str(joint.place)
+            fixed = {"type": "fixed", "parent": rest.body, "child": body, **rest.pose}
+            self.scene.put("joints", name, fixed, joint.place)
         else:
             self.places[end] = rest
             self.frame(end, rest, self.links[end].place)
@@ -416,12 +409,11 @@ class Conversion:
         """Add two revolute joints with a massless body between them, for axes that are not perpendicular."""
         middle = self.scene.name("body", "", f"{name}_between")
         self.scene.data["bodies"][middle] = {"mass": 0.0}
-        first = {"type": "revolute", "parent": placed.body, "child": middle, "axis": axes[0].tolist()}
-        first |= placed.pose
-        second = {"type": "revolute", "parent": middle, "child": entry["child"], "axis": axes[1].tolist()}
-        for part, own, axis in ((first, name, written[0]), (second, f"{name}_second", written[1])):
-            own = own if part is first else self.scene.name("joint", "", own)  # noqa: PLW2901
-            self.add_forces(own, None, part, [axis])
+        names, ends = (name, self.scene.name("joint", "", f"{name}_second")), (placed.body, middle, entry["child"])
+        for own, parent, child, axis, dynamics in zip(names, ends, ends[1:], axes, written, strict=False):
+            part = {"type": "revolute", "parent": parent, "child": child, "axis": axis.tolist()}
+            part |= placed.pose if own == name else {}
+            self.add_forces(own, None, part, [dynamics])
             self.scene.data["joints"][own] = part
         note = f"axes of {name} are not perpendicular: revolute joints {name} and {name}_second take its place [W0165]"
         self.scene.notes.append(note)
@@ -518,7 +510,7 @@ class Conversion:
         if damping and kind in ("revolute", "prismatic"):
             along = "rotational_damping" if kind == "revolute" else "damping"
             bushing = {"first": dict(frames[0]), "second": dict(frames[1]), along: [0.0, 0.0, damping]}
-            self.scene.section("bushings")[self.scene.name("force", "", f"{name}_damper")] = bushing
+            self.scene.add("bushings", "force", f"{name}_damper", bushing)
         elif any(axis.damping for axis in (*joint.axes, *([joint.around] if joint.around else ()))):
             fault = (
                 f"the damper of the {joint.written} joint {shown(joint.name)}, which closes a loop, is not"
@@ -534,11 +526,10 @@ class Conversion:
     def resist_turning(self, joint: Joint, axis: Axis, name: str) -> None:
         """Add the damper of a joint without axes, equal in all directions; note its spring, friction and limits."""
         if axis.damping:
-            efforts = self.scene.section("efforts")
             for index in range(joint.components):
-                formula = f"-{number(axis.damping)} * v.{name}[{index}]"
-                entry = {"joint": name, "index": index, "effort": formula}
-                efforts[self.scene.name("effort", "", f"{name}_damper_{index}")] = entry
+                effort = f"-{number(axis.damping)} * v.{name}[{index}]"
+                entry = {"joint": name, "index": index, "effort": effort}
+                self.scene.add("efforts", "effort", f"{name}_damper_{index}", entry)
         self.leave_dynamics(axis, name, f"{joint.written} joints", damped=True)
 
     def leave_dynamics(self, axis: Axis, name: str, kind: str, *, damped: bool = False) -> None:

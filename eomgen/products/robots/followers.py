@@ -17,16 +17,8 @@ from eomgen.products.robots.tree import Edge, Step
 _PARALLEL = 1.0 - 1e-9
 
 
-def add_followers(
-    draft: SceneDraft,
-    frames: Frames,
-    steps: Sequence[Step],
-    gears: Sequence[Edge],
-    names: Mapping[Node, str],
-    places: Mapping[Node, LinkPlace],
-) -> set[str]:
-    """Let joints mimic others, and add gearboxes as constraints; return the joints that have no coordinate of their
-    own.
+class Followers:
+    """Joints that follow others.
 
     Parameters
     ----------
@@ -37,28 +29,29 @@ def add_followers(
     places : mapping
         Of links.
     """
-    moving = {step.edge.key: step for step in steps if not step.edge.fixed}
-    followers = _Followers(draft, frames, moving, names, places)
-    for step in moving.values():
-        for index, axis in enumerate(step.edge.joint.axes):
-            if axis.mimic is not None:
-                followers.mimic(step, index, axis.mimic)
-    for gear in gears:
-        followers.gear(gear)
-    return followers.following
 
-
-class _Followers:
     def __init__(
         self,
         draft: SceneDraft,
         frames: Frames,
-        moving: Mapping[Node, Step],
+        steps: Sequence[Step],
         names: Mapping[Node, str],
         places: Mapping[Node, LinkPlace],
     ) -> None:
-        self.draft, self.frames, self.moving, self.names, self.places = draft, frames, moving, names, places
+        self.draft, self.frames, self.names, self.places = draft, frames, names, places
+        self.moving = {step.edge.key: step for step in steps if not step.edge.fixed}
         self.following: set[str] = set()
+
+    def add(self, gears: Sequence[Edge]) -> set[str]:
+        """Let joints mimic others, and add gearboxes as constraints; return the joints that have no coordinate of their
+        own."""
+        for step in self.moving.values():
+            for index, axis in enumerate(step.edge.joint.axes):
+                if axis.mimic is not None:
+                    self.mimic(step, index, axis.mimic)
+        for gear in gears:
+            self.gear(gear)
+        return self.following
 
     def coordinate(self, step: Step, index: int) -> str:
         """Return the coordinate of an axis in formulas."""
@@ -79,11 +72,8 @@ class _Followers:
         merged = model.merged.get(last, "") if model is not None else ""
         key = ((*path, *outer, *((merged,) if merged else ())), last)
         place = f"joints.{self.names[step.edge.key]}"
-        if (
-            model is None
-            or not self.frames.known(path, mimic.joint, mimic.place, "")
-            or (last not in self.frames.models[key[0]].joints)
-        ):
+        known = model is not None and self.frames.known(path, mimic.joint, mimic.place, "")
+        if not known or last not in self.frames.models[key[0]].joints:
             fault = f"there is no joint {shown(mimic.joint)} to mimic [E1688]"
             self.draft.refuse(mimic.place, place, fault, nearest(mimic.joint, self.frames.models[path].joints))
             return
@@ -110,9 +100,8 @@ class _Followers:
 
     def constrain(self, wanted: str, equation: str, place: Place) -> None:
         """Add an equation of coordinates."""
-        name = self.draft.name("constraint", "", wanted)
-        self.draft.section("constraints")[name] = {"type": "formula", "equation": equation, "unit": "rad"}
-        self.draft.lines[f"constraints.{name}"] = str(place)
+        entry = {"type": "formula", "equation": equation, "unit": "rad"}
+        self.draft.put("constraints", self.draft.name("constraint", "", wanted), entry, place)
 
     def gear(self, edge: Edge) -> None:
         """Add the equation of a gearbox: theta_2 = - ratio theta_1."""
@@ -134,9 +123,7 @@ class _Followers:
                 self.draft.refuse(joint.place, f"joints.{name}", fault, "a revolute joint with a parallel axis")
                 return
             angles.append(angle)
-        ratio = gear.ratio
-        equation = f"{angles[1]} + {number(ratio)} * ({angles[0]})"
-        self.constrain(name, equation, joint.place)
+        self.constrain(name, f"{angles[1]} + {number(gear.ratio)} * ({angles[0]})", joint.place)
 
     def angle(self, reference: str, body: str, axis: Array) -> str | None:
         """Return the angle of a body against another about an axis; None without a revolute joint along the axis."""

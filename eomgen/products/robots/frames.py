@@ -239,9 +239,8 @@ class Frames:
             part[first].place for part in (owner.frames, owner.joints, owner.links, owner.models) if first in part
         )
         names = listed([name for _, name in [*circle, node]])
-        self._refuse(
-            place, attribute, f"{attribute}: the frames name one another in a circle: {names} [E1724]", "another one"
-        )
+        fault = f"{attribute}: the frames name one another in a circle: {names} [E1724]"
+        self._refuse(place, attribute, fault, "another one")
         return False
 
     def _refuse(self, place: Place, about: str, fault: str, hint: str) -> None:

@@ -177,6 +177,11 @@ class SceneDraft:
         self.section(section)[name] = entry
         return name
 
+    def put(self, section: str, name: str, entry: dict[str, Any], place: Place) -> None:
+        """Add an entry with the place in the file to a section."""
+        self.section(section)[name] = entry
+        self.lines[f"{section}.{name}"] = str(place)
+
     def carry_mass(self, entry: dict[str, Any]) -> None:
         """Add a body with the mass properties of all that rests on the base, for a base that may move."""
         if self.included and entry["mass"]:

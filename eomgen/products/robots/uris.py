@@ -23,13 +23,11 @@ def package_folders(packages: Sequence[str]) -> dict[str, Path]:
     for text in [packages] if isinstance(packages, str) else packages:
         name, equals, folder = text.partition("=")
         if not name or not equals or not folder:
-            raise OptionError(
-                "packages", f"packages: {shown(text)} is not NAME=FOLDER [E1977]", 'packages=["robot=../robot"]'
-            )
+            fault = f"packages: {shown(text)} is not NAME=FOLDER [E1977]"
+            raise OptionError("packages", fault, 'packages=["robot=../robot"]')
         if not Path(folder).expanduser().is_dir():
-            raise OptionError(
-                "packages", f"packages: there is no folder {shown(folder)} [E1978]", "the folder of the package"
-            )
+            fault = f"packages: there is no folder {shown(folder)} [E1978]"
+            raise OptionError("packages", fault, "the folder of the package")
         result[name] = Path(folder).expanduser()
     return result
 

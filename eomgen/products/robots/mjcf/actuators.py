@@ -114,9 +114,8 @@ class _Actuator(ControlledDrive):
                 add_tension(draft, target, [polynomial(f"{draft.tendons[target]}_rate", damping, odd_power)])
         elif self.is_of("trn", "JOINT", "JOINTINPARENT"):
             if int(model.jnt_type[target]) not in (HINGE, SLIDE):
-                self.refuse(
-                    "armature or damping on a ball or free joint is not supported [E1914]", "damping of the joint"
-                )
+                fault = "armature or damping on a ball or free joint is not supported [E1914]"
+                self.refuse(fault, "damping of the joint")
                 return
             name = draft.joints[target]
             if armature:
@@ -158,8 +157,7 @@ class _Actuator(ControlledDrive):
         if draft.key >= 0:
             value = float(model.key_ctrl[draft.key][address])
             entry |= {"formula": value} if value else {}
-        draft.section("inputs")[name] = entry
-        draft.lines[f"inputs.{name}"] = str(self.place)
+        draft.put("inputs", name, entry, self.place)
         if model.actuator_ctrllimited[address] and not draft.disabled("CLAMPCTRL"):
             return clipped(name, *map(float, model.actuator_ctrlrange[address]))
         return name

@@ -123,14 +123,12 @@ def _keyframe(draft: Draft, wanted: str, file: str) -> int:
     names = [draft.written("key", index) or str(index) for index in range(count)]
     if not wanted:
         if count:
-            draft.notes.append(
-                f"the start is the configuration of the file; keyframe=... is one of {listed(names)} [W0162]"
-            )
+            note = "the start is the configuration of the file"
+            draft.notes.append(f"{note}; keyframe=... is one of {listed(names)} [W0162]")
         return -1
     if wanted not in names:
-        raise OptionError(
-            "keyframe", f"{file} has no keyframe {shown(wanted)} [E1925]", nearest(wanted, names) or "no keyframe"
-        )
+        fault = f"{file} has no keyframe {shown(wanted)} [E1925]"
+        raise OptionError("keyframe", fault, nearest(wanted, names) or "no keyframe")
     return names.index(wanted)
 
 

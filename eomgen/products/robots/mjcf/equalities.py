@@ -78,8 +78,5 @@ def _couple(draft: Draft, index: int, name: str, variables: list[str], zeros: li
     if len(variables) == 2 and any(coefficients[1:]):
         other = variables[1] if zeros[1] == 0.0 else f"({variables[1]} - {number(zeros[1])})"
         right += f" + {polynomial(other, coefficients[1:], plain_power)}"
-    draft.section("constraints")[name] = {
-        "type": "formula",
-        "equation": f"{variables[0]} - ({right})",
-        "unit": unit,
-    }
+    entry = {"type": "formula", "equation": f"{variables[0]} - ({right})", "unit": unit}
+    draft.section("constraints")[name] = entry

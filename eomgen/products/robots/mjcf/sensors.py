@@ -39,8 +39,8 @@ def convert_sensors(draft: Draft) -> None:
         if bound > 0.0 and int(model.sensor_datatype[index]) == int(draft.mujoco.mjtDataType.mjDATATYPE_REAL):
             components = [clipped(component, -bound, bound) for component in components]
         name = draft.name("output", written, f"sensor_{index + 1}")
-        draft.section("outputs")[name] = {"formula": components if len(components) > 1 else components[0]}
-        draft.lines[f"outputs.{name}"] = str(draft.place("sensor", index, model.nsensor))
+        formula = components if len(components) > 1 else components[0]
+        draft.put("outputs", name, {"formula": formula}, draft.place("sensor", index, model.nsensor))
     if absent:
         place = draft.place("sensor", 0, model.nsensor)
         draft.leave_out(place, f"not modelled: sensors ({len(absent)}: {listed(absent)}) [W0155]")

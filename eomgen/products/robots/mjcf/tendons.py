@@ -62,8 +62,7 @@ def _add_measures(draft: Draft, index: int, words: tuple[str, str], parts: Seque
     name = draft.tendons[index]
     for own, word in zip((name, f"{name}_rate"), words, strict=True):
         terms = [times(factor, f"{word}.{part}") for part, factor in parts]
-        draft.section("definitions")[own] = {"formula": total(terms)}
-        draft.lines[f"definitions.{own}"] = str(place)
+        draft.put("definitions", own, {"formula": total(terms)}, place)
     if not add_armature(draft, index, float(model.tendon_armature[index])):
         fault = "armature of a tendon along several joints is not supported [E1928]"
         draft.refuse(place, f"tendon {name}", fault, "armature of its joints")

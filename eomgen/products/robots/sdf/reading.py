@@ -130,9 +130,8 @@ class _FileReader:
         written = root.get("version")
         match = _VERSION.fullmatch(written)
         if match is None or not FIRST <= int(match[1]) <= NEWEST:
-            fault = (
-                f"version {shown(written)} of SDF is not read [E1950]" if written else "<sdf> has no version [E1951]"
-            )
+            fault = f"version {shown(written)} of SDF is not read [E1950]"
+            fault = fault if written else "<sdf> has no version [E1951]"
             self.values.refuse(root, fault, f'version="1.{FIRST}" to version="1.{NEWEST}"')
             return None
         return int(match[1])
@@ -159,9 +158,8 @@ class _FileReader:
         elif name == WORLD_FRAME or (name.startswith("__") and name.endswith("__")):
             self.values.refuse(element, f"the name {shown(name)} is reserved in SDF [E1952]", "another name")
         elif "::" in name and self.values.minor >= SINCE_FRAMES:
-            self.values.refuse(
-                element, f"the name {shown(name)} has ::, which leads into a model [E1953]", "another name"
-            )
+            fault = f"the name {shown(name)} has ::, which leads into a model [E1953]"
+            self.values.refuse(element, fault, "another name")
         elif model.has(name):
             fault = f"the name {shown(name)} is there twice: links, joints, frames and models share their names [E1954]"
             self.values.refuse(element, fault, "another name")
@@ -201,9 +199,8 @@ class _FileReader:
         if result.static:  # inertias of static links are not used
             del self.reader.defaulted[before:]
         if not result.links and not result.models and not result.static:
-            self.values.refuse(
-                element, f"the model {shown(name)} has no link [E1955]", "one link, or <static>true</static>"
-            )
+            fault = f"the model {shown(name)} has no link [E1955]"
+            self.values.refuse(element, fault, "one link, or <static>true</static>")
         return result
 
     def frame(self, element: Element) -> Frame:
@@ -330,9 +327,8 @@ class _FileReader:
         else:
             travel = 1.0 / (2.0 * math.pi)
         if travel == 0.0:
-            values.refuse(
-                element, "the thread pitch of a screw joint is not 0 [E1962]", "a revolute or a prismatic joint"
-            )
+            fault = "the thread pitch of a screw joint is not 0 [E1962]"
+            values.refuse(element, fault, "a revolute or a prismatic joint")
         return travel
 
     def is_cut(self, element: Element, owner: str) -> bool:
@@ -448,9 +444,8 @@ class _FileReader:
             values.refuse(element, "the include has no <uri> [E1965]", "<uri>model.sdf</uri>")
             return None
         if is_remote(address):
-            values.refuse(
-                element, f"{shown(address)} lies in a network, and only local files are read [E1966]", "a local path"
-            )
+            fault = f"{shown(address)} lies in a network, and only local files are read [E1966]"
+            values.refuse(element, fault, "a local path")
             return None
         path = located(address, self.folder, self.reader.packages)
         path = _file_of_model(path) if is_there(path) and path.is_dir() else path
@@ -476,9 +471,8 @@ class _FileReader:
         models = list(root.named("model"))
         self.reader.leftovers.keep(root, "sdf", file, "")
         if len(models) != 1:
-            reading.values.refuse(
-                root, f"an included file has one model, and this one has {len(models)} [E1967]", "one model"
-            )
+            fault = f"an included file has one model, and this one has {len(models)} [E1967]"
+            reading.values.refuse(root, fault, "one model")
             return None
         return reading.model(models[0])
 

@@ -111,9 +111,8 @@ class Values:
                 self.refuse(child, fault, "relative_to alone")
             naming, frame = "frame", child.get("frame")
         if frame and not framed:
-            self.refuse(
-                child, f"pose: the pose of <{element.tag}> has no {naming} [E1725]", "the pose in the link's frame"
-            )
+            fault = f"pose: the pose of <{element.tag}> has no {naming} [E1725]"
+            self.refuse(child, fault, "the pose in the link's frame")
         kind = child.get("rotation_format", "euler_rpy")
         degrees = self.flag_of(child, "degrees")
         if kind not in ("euler_rpy", "quat_xyzw"):
@@ -132,9 +131,8 @@ class Values:
         x, y, z, w = values
         length = math.hypot(x, y, z, w)
         if not abs(length - 1.0) <= UNIT_LENGTH:
-            self.refuse(
-                element, f"pose: the quaternion has the length {length:.6g}, and a rotation has 1 [E1728]", "x y z w"
-            )
+            fault = f"pose: the quaternion has the length {length:.6g}, and a rotation has 1 [E1728]"
+            self.refuse(element, fault, "x y z w")
             return np.eye(3)
         return snapped_rotation(rotation_matrix(np.array([w, x, y, z]) / length))
 

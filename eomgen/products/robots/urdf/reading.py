@@ -66,6 +66,8 @@ _WITH_OPEN_RANGES, _CLOSED, _OPEN = 2, (0.0, 0.0, 0.0), (-math.inf, math.inf, ma
 _OTHER_LIMITS = ("velocity", "acceleration", "deceleration", "jerk")
 #: Elements to be seen and touched, which have no part in the equations of motion.
 _GEOMETRY = ("visual", "collision", "material")
+#: Elements whose unread parts are kept with their own names, or not at all.
+_WITH_OWNERS = ("link", "joint", _OF_DRAKE, "loop_joint", "constraint", *_GEOMETRY)
 
 
 @dataclass
@@ -176,9 +178,8 @@ class _UrdfReader:
         written = root.get("version", "1.0")
         version = _VERSION.fullmatch(written)
         if version is None:
-            self.report.add_at(
-                root.line, "", f"version: {shown(written)} is not a version of URDF [E1699]", 'version="1.0"'
-            )
+            fault = f"version: {shown(written)} is not a version of URDF [E1699]"
+            self.report.add_at(root.line, "", fault, 'version="1.0"')
         elif int(version[1]) != 1:
             hint = f"a file of version 1.0 to 1.{NEWEST}"
             self.report.add_at(root.line, "", f"version {shown(written)} of URDF is not known [E1700]", hint)
@@ -210,14 +211,7 @@ class _UrdfReader:
                 element.get(attribute)
         self.out.leftovers.keep(element, element.tag, self.report.file, owner)
         for child in element.read_children:
-            if element.tag == "transmission" or child.tag not in (
-                "link",
-                "joint",
-                _OF_DRAKE,
-                "loop_joint",
-                "constraint",
-                *_GEOMETRY,
-            ):
+            if element.tag == "transmission" or child.tag not in _WITH_OWNERS:
                 self.tell_left_over(child, owner or child.get("name"))
 
     def numbers(
@@ -261,9 +255,8 @@ class _UrdfReader:
         x, y, z, w = self.numbers(origin, "quat_xyzw", key, (0.0, 0.0, 0.0, 1.0))
         length = math.hypot(x, y, z, w)
         if not abs(length - 1.0) <= UNIT_LENGTH:
-            fault = (
-                f"quat_xyzw: {shown(origin.get('quat_xyzw'))} has the length {length:.6g}, and a rotation has 1 [E1708]"
-            )
+            written = shown(origin.get("quat_xyzw"))
+            fault = f"quat_xyzw: {written} has the length {length:.6g}, and a rotation has 1 [E1708]"
             self.report.add_at(origin.line, key, fault, "x, y, z and w of a unit quaternion")
             return None
         self.out.quaternions.append((origin.line, name))
@@ -280,9 +273,8 @@ class _UrdfReader:
             return self.bare_link(name, element.line)
         (mass,) = self.required(inertial, "mass", ("value",), key)
         if mass < 0.0:
-            self.report.add_at(
-                inertial.line, key, f"the mass {mass:.6g} is negative [E1709]", "a positive number of kg"
-            )
+            fault = f"the mass {mass:.6g} is negative [E1709]"
+            self.report.add_at(inertial.line, key, fault, "a positive number of kg")
         entries = self.required(inertial, "inertia", ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), key)
         orientation, center, _, _ = self.placement(inertial, key, name)
         inertia = Inertia(mass, np.zeros(3), tensor(entries)).moved(orientation, center)
@@ -292,9 +284,8 @@ class _UrdfReader:
         """Return numbers that mass properties need; zeros if missing, which is reported."""
         element = inertial.first(tag)
         if element is None:
-            self.report.add_at(
-                inertial.line, key, f"<inertial> has no <{tag}> [E1710]", f"<{tag} .../> or no <inertial>"
-            )
+            fault = f"<inertial> has no <{tag}> [E1710]"
+            self.report.add_at(inertial.line, key, fault, f"<{tag} .../> or no <inertial>")
             return [0.0] * len(attributes)
         for missing in [attribute for attribute in attributes if not element.has(attribute)]:
             self.report.add_at(element.line, key, f"<{tag}> has no {missing} [E1711]", f'<{tag} {missing}="...">')
@@ -305,9 +296,8 @@ class _UrdfReader:
         written = element.get("type")
         types = _TYPES_OF_DRAKE if element.tag == _OF_DRAKE else JOINT_TYPES
         if written not in types:
-            self.report.add_at(
-                element.line, key, f"the joint type {shown(written)} is not known [E1712]", nearest(written, types)
-            )
+            fault = f"the joint type {shown(written)} is not known [E1712]"
+            self.report.add_at(element.line, key, fault, nearest(written, types))
         orientation, position, was_snapped, nearly = self.placement(element, key, name)
         if nearly:
             self.out.leftovers.nearly_right[name] = nearly
