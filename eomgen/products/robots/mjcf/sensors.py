@@ -69,12 +69,12 @@ def _joint(letter: str, size: int) -> _Components:
     return components
 
 
-def _found(parts: Callable[[Draft], Mapping[int, Any]], component: Callable[[Any], str]) -> _Components:
+def _part(parts: Callable[[Draft], Mapping[int, Any]], component: Callable[[Any], str]) -> _Components:
     """Return the component that a sensor has of its object among parts of the scene."""
 
     def components(draft: Draft, index: int) -> list[str] | None:
-        found = parts(draft).get(_object(draft, index))
-        return [component(found)] if found else None
+        part = parts(draft).get(_object(draft, index))
+        return [component(part)] if part else None
 
     return components
 
@@ -172,11 +172,11 @@ _KINDS: dict[str, _Components] = {
     "JOINTVEL": _joint("v", 1),
     "BALLQUAT": _joint("q", 4),
     "BALLANGVEL": _joint("v", 3),
-    "TENDONPOS": _found(lambda draft: draft.tendons, str),
-    "TENDONVEL": _found(lambda draft: draft.tendons, "{}_rate".format),
-    "ACTUATORPOS": _found(lambda draft: draft.actuator_motions, itemgetter(0)),
-    "ACTUATORVEL": _found(lambda draft: draft.actuator_motions, itemgetter(1)),
-    "ACTUATORFRC": _found(lambda draft: draft.actuator_forces, str),
+    "TENDONPOS": _part(lambda draft: draft.tendons, str),
+    "TENDONVEL": _part(lambda draft: draft.tendons, "{}_rate".format),
+    "ACTUATORPOS": _part(lambda draft: draft.actuator_motions, itemgetter(0)),
+    "ACTUATORVEL": _part(lambda draft: draft.actuator_motions, itemgetter(1)),
+    "ACTUATORFRC": _part(lambda draft: draft.actuator_forces, str),
     "FRAMEPOS": _of_frame(_motion("position"), local=False),
     "FRAMEXAXIS": _axis(0),
     "FRAMEYAXIS": _axis(1),

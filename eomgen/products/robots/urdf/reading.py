@@ -158,7 +158,7 @@ class _UrdfReader:
     def each_named(
         self, elements: Iterable[Element], kind: str, taken: dict[str, str]
     ) -> Iterator[tuple[str, Element]]:
-        """Yield elements with their legal names; after each keep what is not read of it."""
+        """Yield elements with their legal names; after each keep its unread parts."""
         for element in elements:
             if name := self.name(element, kind, taken):
                 yield name, element

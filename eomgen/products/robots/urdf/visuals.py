@@ -16,7 +16,7 @@ from eomgen.scene.reading.xml import Element
 Placement = Callable[[Element], tuple[Array, Array]]
 
 
-#: Notes by what pictures do with a visual: show collision geometry in its place, nothing, or another colour.
+#: Notes on visuals that pictures replace, leave out or show in another colour.
 _NOTES = {
     "substituted": "pictures show collision geometry in place of visuals [W0200]",
     "left out": "visuals that pictures leave out [W0175]",
