@@ -6,8 +6,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from types import SimpleNamespace
-from typing import cast
 
 import numpy as np
 import pytest
@@ -16,7 +14,6 @@ from eomgen.compiled.coordinates import coordinate_names
 from eomgen.lie.product import update
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
-from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification import check as checking
 from eomgen.products.studies.verification.claims.claim import (
     FEW,
@@ -59,15 +56,15 @@ def claims_of(scene: str) -> tuple[tuple[Claim, ...], CheckedStates]:
         "p": directions(parameters, np.where(values != 0.0, 0.5 * np.abs(values), 1.0), rng),
     }
     space = Space(
-        system.nv,
-        system.holonomic,
-        system.bodies,
+        system,
+        engine,
+        SCENES[scene](),
+        describe(SCENES[scene]()),
         along | {"a": along["v"], "q": along["v"]},
         directions(names, np.ones(system.nv), rng, FEW),
         {"v": tuple(names), "z": tuple(z_names), "lam": tuple(rows)},
     )
-    model = SimpleNamespace(scene=SCENES[scene](), description=describe(SCENES[scene]()))
-    return tuple(checking._claims(space, engine, system, cast(Model, model))), _states(system, engine, values, rng)
+    return tuple(checking._claims(space)), _states(system, engine, values, rng)
 
 
 def _states(system: System, engine: Engine, parameters: Array, rng: np.random.Generator) -> CheckedStates:

@@ -33,9 +33,7 @@ def form_of(block: str, size: int) -> Claim:
     def source(engine: Engine, state: Blocks) -> Array:
         return engine("f", state)["y"]
 
-    return Claim(
-        "f", "", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)}
-    )
+    return Claim("f", "", lambda engine, state: column(source(engine, state)), source, lambda _: {block: np.eye(size)})
 
 
 def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:
@@ -131,7 +129,6 @@ def test_what_cancels_along_a_direction_is_known_as_well_as_what_it_is_of(
     claim = Claim(
         "f",
         "",
-        "",
         lambda engine, state: np.zeros((2, 2, 4)),
         lambda engine, state: engine("f", state)["y"],
         lambda _: {"v": np.eye(4)},
@@ -145,7 +142,7 @@ def test_what_cancels_along_a_direction_is_known_as_well_as_what_it_is_of(
 def test_numbers_that_no_formula_explains_are_failures_of_their_first_entry(entries: list[tuple[int, int]]) -> None:
     finite = np.ones((3, 3, 2), bool)
     finite[(1, *np.transpose(entries))] = False
-    claim = Claim("f", "", "", lambda engine, state: state["q"], rows=("a", "b", "c"), columns=("x", "y"))
+    claim = Claim("f", "", lambda engine, state: state["q"], rows=("a", "b", "c"), columns=("x", "y"))
     quiet = SimpleNamespace(singular=lambda state: [])
     names, remarks = ("first", "second", "third"), checking.Remarks()
     (failure,) = checking._not_numbers(claim, cast(Any, quiet), {"q": np.zeros((3, 1))}, names, finite, remarks)

@@ -76,9 +76,8 @@ def judged(
         names = tuple(names[k] for k in np.flatnonzero(inside))
     if not names:
         return replace(report, remarks=remarks.texts)
-    operations = NonSmoothOperations(
-        system, (*claim.functions, "base") if "base" in system.functions else claim.functions
-    )
+    base = ("base",) if "base" in system.functions else ()
+    operations = NonSmoothOperations(system, (*claim.differentiated, *base))
     value = claim.value(engine, state)
     finite = np.array(np.isfinite(value))
     value = np.where(finite, value, 0.0)
@@ -289,8 +288,8 @@ def check(
     model = pipeline.build(described, terms, profile=profile, real="double")
     engine, tape = compiled(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
-    result, space = draw(model, engine, states, rng)
-    claims = _chosen(_claims(space, engine, system, model), only)
+    result, space = draw(model, system, engine, states, rng)
+    claims = _chosen(_claims(space), only)
     reports: list[FormReport] = []
     try:
         for claim in claims:
@@ -343,23 +342,27 @@ def _costly(size: int) -> set[str]:
     return {term.name for term in _CHECKED if size > CLOSED and ("rigid" in term.exists or term.differentiated)}
 
 
-def _claims(space: Space, engine: Engine, system: System, model: Model) -> list[Claim]:
-    return [
-        *motion_claims(space, engine, model.scene),
-        *partial_claims(space, engine, system),
-        *constraint_claims(space, engine),
-        *packed_claims(space, engine, system),
-        *body_claims(space, engine),
-        *frame_claims(space, engine, system, model.scene),
-        *beam_claims(space, engine, system, model.scene),
-        *section_claims(space, engine, system, model.scene),
-        *rate_claims(space, engine),
-        *linear_claims(space, engine, system, model.description),
-        *parameter_claims(space, engine, system, model.description),
-        *second_claims(space, engine, system, model.description),
-        *argument_claims(space, engine, system),
-        *event_claims(space, engine, system),
-    ]
+#: Claims by family.
+_FAMILIES: Sequence[tuple[str, Callable[[Space], list[Claim]]]] = (
+    ("separated terms and energies", motion_claims),
+    ("partials", partial_claims),
+    ("constraints", constraint_claims),
+    ("partials", packed_claims),
+    ("bodies", body_claims),
+    ("frames", frame_claims),
+    ("beams", beam_claims),
+    ("bodies", section_claims),
+    ("rates", rate_claims),
+    ("linear model", linear_claims),
+    ("parameters", parameter_claims),
+    ("parameters", second_claims),
+    ("partials", argument_claims),
+    ("events", event_claims),
+)
+
+
+def _claims(space: Space) -> list[Claim]:
+    return [replace(claim, family=family) for family, claims_of in _FAMILIES for claim in claims_of(space)]
 
 
 def _chosen(claims: Sequence[Claim], only: Sequence[str]) -> list[Claim]:

@@ -11,6 +11,7 @@ from eomgen.errors import EomgenError, Message, NumericalError
 from eomgen.lie.product import update
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification.claims.claim import FEW, Array, Engine, Space, directions
+from eomgen.system.system import System
 
 #: Random states are this far from the initial one: in rad and rad/s, and in this part of the scene's size for travels.
 #: Beams deform less, by amounts that are small compared with their length.
@@ -35,12 +36,13 @@ class CheckedStates:
     notes: tuple[str, ...]
 
 
-def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> tuple[CheckedStates, Space]:
+def draw(
+    model: Model, system: System, engine: Engine, count: int, rng: np.random.Generator
+) -> tuple[CheckedStates, Space]:
     """Return states, beginning with the initial state, and the space of the states."""
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
-    length = _length(model)
-    scales = _scales(model, motion, length)
+    scales = _scales(model, motion, _length(model))
     completed = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, completed, strict=True) if state is not None]
     outside = [name for name, state in zip(names, completed, strict=True) if state is None]
@@ -60,9 +62,9 @@ def draw(model: Model, engine: Engine, count: int, rng: np.random.Generator) -> 
             f" ones [W0088]"
         )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
-    return CheckedStates(blocks, tuple(name for name, _ in kept), tuple(map(Message, notes))), _space(
-        model, {**scales, "a": np.abs(blocks["a"]).max(axis=0) if kept else scales["v"]}, length, rng
-    )
+    scales["a"] = np.abs(blocks["a"]).max(axis=0) if kept else scales["v"]
+    states = CheckedStates(blocks, tuple(name for name, _ in kept), tuple(map(Message, notes)))
+    return states, _space(model, system, engine, scales, rng)
 
 
 def _motion(model: Model, count: int, notes: list[str]) -> tuple[list[dict[str, Array]], list[str]]:
@@ -176,25 +178,15 @@ def _completed(
     return there if "base" in functions else {name: array for name, array in there.items() if name != "base"}
 
 
-def _space(model: Model, scales: dict[str, Array], length: float, rng: np.random.Generator) -> Space:
-    _, v_names = coordinate_names(model.factors)
-    components = {"v": tuple(v_names), "z": tuple(model.z_names), "lam": tuple(model.multipliers)}
+def _space(model: Model, system: System, engine: Engine, scales: dict[str, Array], rng: np.random.Generator) -> Space:
+    names = {"v": tuple(coordinate_names(model.factors)[1]), "z": tuple(model.z_names), "lam": tuple(model.multipliers)}
     along = {
-        "v": directions(components["v"], scales["v"], rng),
-        "z": directions(components["z"], scales["z"], rng),
-        "lam": directions(components["lam"], np.ones(len(model.multipliers)), rng),
+        "v": directions(names["v"], scales["v"], rng),
+        "z": directions(names["z"], scales["z"], rng),
+        "lam": directions(names["lam"], np.ones(len(model.multipliers)), rng),
     }
-    along["q"] = along["v"]
     values = np.abs(model.parameter_array())
     along["p"] = directions(tuple(model.parameters), np.where(values > 0.0, PART * values, 1.0), rng)
-    few = directions(components["v"], scales["v"], rng, FEW)
-    along["a"] = directions(components["v"], np.maximum(scales["v"], scales["a"]), rng)  # linear: no step is too large
-    return Space(
-        nv=model.nv,
-        holonomic=model.functions.sizes["holonomic"],
-        bodies=model.bodies,
-        along=along,
-        few=few,
-        rows=components,
-        length=length,
-    )
+    few = directions(names["v"], scales["v"], rng, FEW)
+    along["a"] = directions(names["v"], np.maximum(scales["v"], scales["a"]), rng)  # linear: no step is too large
+    return Space(system, engine, model.scene, model.description, along | {"q": along["v"]}, few, names)

@@ -25,22 +25,21 @@ from eomgen.products.studies.verification.claims.claim import (
     Blocks,
     Claim,
     Engine,
+    Output,
     Space,
+    Value,
     column,
     moved,
     on_tape,
     spread,
 )
 from eomgen.scene.bodies.cosserat import BeamElement, BeamSection, Cosserat, Rows
-from eomgen.scene.bodies.model import Beam, Body
+from eomgen.scene.bodies.model import Beam
 from eomgen.scene.forces.cosserat_beams import CosseratBeam
 from eomgen.scene.forces.distributed_loads import DistributedLoad
-from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.scene import Scene
 from eomgen.solvers.quadrature import gauss_legendre
 from eomgen.system.system import System
-
-FAMILY = "beams"
 
 
 @dataclass(frozen=True)
@@ -58,15 +57,16 @@ class _Change:
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
 
 
-def beam_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
+def beam_claims(space: Space) -> list[Claim]:
     """Return the claims of the term ``elastic``.
 
     The part of shortening in the partials of the elastic rows is K_geo for straight beams with coordinates at rest,
     without the part of distributed loads: such loads push along the axis, and K_geo includes only forces at the end.
     """
-    if "elastic" not in engine or "inverse_dynamics" not in engine or not isinstance(scene, Scene):
+    scene = space.scene
+    if not space.has("elastic", "inverse_dynamics") or not isinstance(scene, Scene):
         return []
-    own, factors = on_tape(system), _elastic(system, scene)
+    own, factors = on_tape(space.system), _elastic(space.system, scene)
     soft = _Change(own, _with(scene, _softened), "equations without stiffness")
     elements = tuple(item for item in scene.elements if item.section != "distributed_loads")
     bare = replace(scene, elements=elements)
@@ -125,14 +125,14 @@ def _claim(
     def second(engine: Engine, state: Blocks) -> Array:
         if kept is None:
             return change.along(at(state), block, along.T)
-        result = np.zeros((*state["q"].shape[:-1], space.nv, space.nv))
-        result[..., kept[:, np.newaxis], kept] = change.along(at(state), block, np.eye(space.nv)[kept])[..., kept, :]
+        nv = space.system.nv
+        result = np.zeros((*state["q"].shape[:-1], nv, nv))
+        result[..., kept[:, np.newaxis], kept] = change.along(at(state), block, np.eye(nv)[kept])[..., kept, :]
         return np.asarray(result @ along)
 
     return Claim(
         f"elastic.{name}",
         meaning,
-        FAMILY,
         lambda engine, state: np.asarray(engine("elastic", at(state))[name] @ along),
         second=second,
         second_name=change.name,
@@ -141,23 +141,23 @@ def _claim(
     )
 
 
-_SECTIONS = "bodies"
 #: Nodes and weights of Gauss's rule on 0 to 1: exact to rounding for elements that turn by less than half a turn.
 _PLACES, _WEIGHTS = (numbers[0] for numbers in gauss_legendre(np.array([0.0, 1.0]), 16))
 _LOADS = ("moment x", "moment y", "moment z", "force x", "force y", "force z")
 _NOTHING: Rows = ((ZERO,) * 6,) * 6
 
 
-def section_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
-    """Return the claims of the term ``section_loads``, as far as ``engine`` has the needed terms."""
-    if "section_loads" not in engine or "poses" not in engine or not isinstance(scene, Scene):
+def section_claims(space: Space) -> list[Claim]:
+    """Return the claims of the term ``section_loads``, as far as the model has the needed terms."""
+    scene = space.scene
+    if not space.has("section_loads", "poses") or not isinstance(scene, Scene):
         return []
     beams = _BeamElements.of(space, scene)
-    claims = [_balance(beams), _mean(beams), _strains(beams, system)]
-    if {"jacobians", "force"} <= set(engine.functions):
-        claims.append(_jumps(space, beams, engine, system, scene))
-    if {"jacobians", "residual"} <= set(engine.functions):
-        claims.append(_halves(space, beams, system, scene))
+    claims = [_balance(beams), _mean(beams), _strains(beams, space.system)]
+    if space.has("jacobians", "force"):
+        claims.append(_jumps(space, beams, scene))
+    if space.has("jacobians", "residual"):
+        claims.append(_halves(space, beams, scene))
     return claims
 
 
@@ -172,7 +172,7 @@ class _BeamElements:
     @classmethod
     def of(cls, space: Space, scene: Scene) -> _BeamElements:
         beams = tuple(item.beam for item in scene.elements if isinstance(item, CosseratBeam))
-        number = {name: place for place, name in enumerate(space.bodies)}
+        number = {name: place for place, name in enumerate(space.system.bodies)}
         first = tuple(number[node] for beam in beams for node in beam.nodes[:-1])
         second = tuple(number[node] for beam in beams for node in beam.nodes[1:])
         return cls(beams, first, second)
@@ -184,6 +184,19 @@ class _BeamElements:
     def rows(self, names: Sequence[str]) -> tuple[str, ...]:
         elements = [f"element {number} of {beam.name}" for beam in self.beams for number in range(1, beam.elements + 1)]
         return tuple(f"{name} of {element}" for element in elements for name in names)
+
+    def on_nodes(self, first: Value, second: Value) -> Value:
+        """Return the generalized forces of wrenches at both ends of elements, (..., elements, 6)."""
+
+        def value(engine: Engine, state: Blocks) -> Array:
+            J = engine("jacobians", state)["J"]
+            ends = ((self.first, first), (self.second, second))
+            parts = [
+                np.einsum("...kij,...ki->...j", J[..., list(nodes), :, :], of(engine, state)) for nodes, of in ends
+            ]
+            return column(parts[0] + parts[1])
+
+        return value
 
     def twists(self, engine: Engine, state: Blocks) -> Array:
         """Return the logarithm of the second node's pose in the first, (..., elements, 6)."""
@@ -202,38 +215,39 @@ def _flat(values: Array) -> Array:
     return column(values.reshape(*values.shape[:-2], -1))
 
 
-def _ends(engine: Engine, state: Blocks) -> tuple[Array, Array]:
-    ends = engine("section_loads", state)["load_at_ends"]
-    return ends[..., 0, :], ends[..., 1, :]
+_ENDS, _LOAD = Output("section_loads", "load_at_ends"), Output("section_loads", "load")
+_FIRST, _SECOND = _ENDS[..., 0, :], _ENDS[..., 1, :]
+
+
+def _largest_load(engine: Engine, state: Blocks) -> Array:
+    return np.asarray(np.max(np.abs(_ENDS(engine, state)), axis=(-3, -2, -1)))
 
 
 def _balance(beams: _BeamElements) -> Claim:
     return Claim(
         "section_loads.load_at_ends",
         "equilibrium of each element",
-        _SECTIONS,
-        lambda engine, state: _flat(_ends(engine, state)[1]),
-        second=lambda engine, state: _flat(_moved(beams.twists(engine, state), _ends(engine, state)[0])),
+        lambda engine, state: _flat(_SECOND(engine, state)),
+        second=lambda engine, state: _flat(_moved(beams.twists(engine, state), _FIRST(engine, state))),
         second_name="poses",
-        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        size=_largest_load,
         rows=beams.rows(_LOADS),
     )
 
 
 def _mean(beams: _BeamElements) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
-        twists, first = beams.twists(engine, state), _ends(engine, state)[0]
+        twists, first = beams.twists(engine, state), _FIRST(engine, state)
         along = [weight * _moved(place * twists, first) for place, weight in zip(_PLACES, _WEIGHTS, strict=True)]
         return _flat(np.sum(along, axis=0))
 
     return Claim(
         "section_loads.load",
         "mean along each element",
-        _SECTIONS,
-        lambda engine, state: _flat(engine("section_loads", state)["load"]),
+        lambda engine, state: _flat(_LOAD(engine, state)),
         second=second,
         second_name="poses",
-        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        size=_largest_load,
         rows=beams.rows(_LOADS),
     )
 
@@ -261,28 +275,20 @@ def _strains(beams: _BeamElements, system: System) -> Claim:
     return Claim(
         "section_loads.strain",
         "stiffness times strain",
-        _SECTIONS,
         value,
-        second=lambda engine, state: _flat(engine("section_loads", still(state))["load"]),
+        second=lambda engine, state: _flat(_LOAD(engine, still(state))),
         second_name="load at rest",
-        size=lambda engine, state: np.max(np.abs(engine("section_loads", still(state))["load"]), axis=(-2, -1)),
+        size=lambda engine, state: np.max(np.abs(_LOAD(engine, still(state))), axis=(-2, -1)),
         rows=beams.rows(_LOADS),
     )
 
 
-def _jumps(space: Space, beams: _BeamElements, engine: Engine, system: System, scene: Scene) -> Claim:
+def _jumps(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
     """Forces of sections on the nodes, by virtual work, are the part of the beams in the generalized forces."""
     without = on_tape(pipeline.derive(_without_stiffness(scene), ["force"]))
-    own = on_tape(system)
+    own = on_tape(space.system)
     names = tuple(f"{beam.name}: no " for beam in beams.beams)
     of_beams = np.array([name.startswith(names) for name in space.rows.get("lam", ())], dtype=float)
-
-    def value(engine: Engine, state: Blocks) -> Array:
-        J = engine("jacobians", state)["J"]
-        first, second = _ends(engine, state)
-        on_first = np.einsum("...kij,...ki->...j", J[..., list(beams.first), :, :], first)
-        on_second = np.einsum("...kij,...ki->...j", J[..., list(beams.second), :, :], second)
-        return column(on_first - on_second)
 
     def second(engine: Engine, state: Blocks) -> Array:
         result = own("force", state)["Q"] - without("force", state)["Q"]
@@ -295,33 +301,22 @@ def _jumps(space: Space, beams: _BeamElements, engine: Engine, system: System, s
     return Claim(
         "section_loads.load_at_ends, at nodes",
         "virtual work on the nodes",
-        _SECTIONS,
-        value,
+        beams.on_nodes(_FIRST, -1.0 * _SECOND),
         second=second,
         second_name="equations without stiffness",
-        size=lambda engine, state: np.max(np.abs(engine("section_loads", state)["load_at_ends"]), axis=(-3, -2, -1)),
+        size=_largest_load,
         rows=space.rows["v"],
     )
 
 
-def _halves(space: Space, beams: _BeamElements, system: System, scene: Scene) -> Claim:
+def _halves(space: Space, beams: _BeamElements, scene: Scene) -> Claim:
     """Doubled distributed loads, weight and inertia of elements increase the residual by the loads on halves."""
     twice = on_tape(pipeline.derive(_with_twice_the_loads(scene), ["residual"]))
-    own = on_tape(system)
-
-    def value(engine: Engine, state: Blocks) -> Array:
-        J, halves = engine("jacobians", state)["J"], engine("section_loads", state)["load_on_halves"]
-        first, second = (
-            np.einsum("...kij,...ki->...j", J[..., list(nodes), :, :], halves[..., end, :])
-            for end, nodes in enumerate((beams.first, beams.second))
-        )
-        return column(first + second)
-
+    own, halves = on_tape(space.system), Output("section_loads", "load_on_halves")
     return Claim(
         "section_loads.load_on_halves",
         "virtual work on the nodes",
-        _SECTIONS,
-        value,
+        beams.on_nodes(halves[..., 0, :], halves[..., 1, :]),
         second=lambda engine, state: column(own("residual", state)["r"] - twice("residual", state)["r"]),
         second_name="equations with twice the loads",
         size=lambda engine, state: np.max(np.abs(own("residual", state)["r"]), axis=-1),
@@ -331,27 +326,22 @@ def _halves(space: Space, beams: _BeamElements, system: System, scene: Scene) ->
 
 def _with_twice_the_loads(scene: Scene) -> Scene:
     """Return a scene whose geometrically exact beams have twice the mass and twice the distributed loads."""
-    elements: list[ForceElement] = []
-    heavier: dict[str, Body] = {}
-    for item in scene.elements:
-        if isinstance(item, CosseratBeam):
-            parts = tuple(
-                replace(
-                    part,
-                    section=_twice_the_mass(part.section),
-                    halves=tuple(map(_twice_the_mass, part.halves)),
-                )
-                for part in item.beam.parts
-            )
-            beam = replace(item.beam, parts=parts)
-            heavier |= {body.name: body for body in beam.bodies()}
-            item = replace(item, beam=beam)  # noqa: PLW2901 - the changed one is kept
-        elif isinstance(item, DistributedLoad) and item.nodes:
-            nodes = tuple(replace(load, halves=(2 * load.halves[0], 2 * load.halves[1])) for load in item.nodes)
-            item = replace(item, nodes=nodes)  # noqa: PLW2901 - likewise
-        elements.append(item)
-    bodies = tuple(heavier.get(body.name, body) for body in scene.bodies)
-    return replace(scene, elements=tuple(elements), bodies=bodies)
+
+    def heavier(part: BeamElement) -> BeamElement:
+        return replace(part, section=_twice_the_mass(part.section), halves=tuple(map(_twice_the_mass, part.halves)))
+
+    heavy = _with_elements(scene, heavier)
+    beams = [item.beam for item in heavy.elements if isinstance(item, CosseratBeam)]
+    nodes = {body.name: body for beam in beams for body in beam.bodies()}
+    elements = tuple(
+        replace(
+            item, nodes=tuple(replace(load, halves=(2 * load.halves[0], 2 * load.halves[1])) for load in item.nodes)
+        )
+        if isinstance(item, DistributedLoad) and item.nodes
+        else item
+        for item in heavy.elements
+    )
+    return replace(heavy, elements=elements, bodies=tuple(nodes.get(body.name, body) for body in scene.bodies))
 
 
 def _twice_the_mass(section: BeamSection) -> BeamSection:
@@ -367,13 +357,18 @@ def _twice_the_mass(section: BeamSection) -> BeamSection:
 
 
 def _without_stiffness(scene: Scene) -> Scene:
-    elements: list[ForceElement] = []
-    for item in scene.elements:
-        if isinstance(item, CosseratBeam):
-            parts = tuple(
-                replace(part, section=replace(part.section, stiffness=_NOTHING, damping=_NOTHING), moments=None)
-                for part in item.beam.parts
-            )
-            item = replace(item, beam=replace(item.beam, parts=parts))  # noqa: PLW2901 - the changed one is kept
-        elements.append(item)
-    return replace(scene, elements=tuple(elements))
+    def slack(part: BeamElement) -> BeamElement:
+        return replace(part, section=replace(part.section, stiffness=_NOTHING, damping=_NOTHING), moments=None)
+
+    return _with_elements(scene, slack)
+
+
+def _with_elements(scene: Scene, changed: Callable[[BeamElement], BeamElement]) -> Scene:
+    """Return a scene with other elements of the geometrically exact beams."""
+    elements = tuple(
+        replace(item, beam=replace(item.beam, parts=tuple(map(changed, item.beam.parts))))
+        if isinstance(item, CosseratBeam)
+        else item
+        for item in scene.elements
+    )
+    return replace(scene, elements=elements)

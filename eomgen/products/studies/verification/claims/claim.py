@@ -21,6 +21,7 @@ from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, update
 from eomgen.pipeline.model import Model
 from eomgen.symbolic.evaluate import evaluate as evaluate_tape
+from eomgen.system.description import Description
 from eomgen.system.system import System
 
 Array = NDArray[Any]
@@ -160,27 +161,82 @@ def directions(names: Sequence[str], scales: Array, rng: np.random.Generator, li
 
 @dataclass(frozen=True)
 class Space:
-    """The space of a scene's states: names, scales and directions of the blocks, and names of rows for messages.
+    """The space of a scene's states, for claims: the model, and names, scales and directions of the blocks.
 
     Attributes
     ----------
+    system : System
+    engine : Engine
+        The compiled functions.
+    scene : Scene, or the document of another front end
+    description : Description
     along : mapping from q, v, a, z, lam, p to Directions
     few : a selection of directions of v, for checks with a cost in the square of their number
-    rows : mapping from ``v``, ``z``, ``lam``, ... to names
-    length : float
-        Size of the scene in m, the scale of travels.
+    rows : mapping from ``v``, ``z``, ``lam`` to names
     """
 
-    nv: int
-    holonomic: int
-    bodies: tuple[str, ...]
+    system: System
+    engine: Engine
+    scene: object
+    description: Description
     along: Mapping[str, Directions]
     few: Directions
     rows: Mapping[str, tuple[str, ...]]
-    length: float = 1.0
+
+    def has(self, *functions: str) -> bool:
+        """Return whether the model has all these functions."""
+        return all(function in self.engine for function in functions)
 
 
 Value = Callable[[Engine, Blocks], Array]
+#: Directions of differentiation at states: by block the rates, (..., count, size).
+Rates = Callable[[Blocks], dict[str, Array]]
+
+
+def column(values: Array) -> Array:
+    """Return vectors (..., rows) as matrices of one column."""
+    return values[..., np.newaxis]
+
+
+class Output:
+    """A value of claims: one output of a function, (..., *shape).
+
+    ``Output("mass", "M")[..., 0]`` is a part of the output, ``Output("mass", "M") @ W`` the output times a matrix.
+    """
+
+    def __init__(self, function: str, entry: str, value: Value | None = None) -> None:
+        self.function, self.entry = function, entry
+        self._value: Value = value or (lambda engine, state: engine(function, state)[entry])
+
+    def __call__(self, engine: Engine, state: Blocks) -> Array:
+        return self._value(engine, state)
+
+    def __getitem__(self, part: Any) -> Output:
+        return self._changed(lambda values: values[part])
+
+    def __matmul__(self, matrix: Array) -> Output:
+        return self._changed(lambda values: values @ matrix)
+
+    def __rmul__(self, factor: float) -> Output:
+        return self._changed(lambda values: factor * values)
+
+    @property
+    def column(self) -> Output:
+        """The output, a vector, as a matrix of one column."""
+        return self._changed(column)
+
+    @property
+    def flat(self) -> Output:
+        """All entries of the output in one vector."""
+
+        def value(engine: Engine, state: Blocks) -> Array:
+            batch = np.broadcast_shapes(*(state[block].shape[:-1] for block in engine.functions[self.function]))
+            return self(engine, state).reshape(*batch, -1)
+
+        return Output(self.function, self.entry, value)
+
+    def _changed(self, change: Callable[[Array], Array]) -> Output:
+        return Output(self.function, self.entry, lambda engine, state: change(self(engine, state)))
 
 
 @dataclass(frozen=True)
@@ -189,8 +245,8 @@ class Claim:
 
     Attributes
     ----------
-    name, meaning, family : str
-        ``partials.K``, ``d residual / dq``, and the panel of the figure.
+    name, meaning : str
+        ``partials.K``, ``d residual / dq``.
     value : callable
         The closed form, (..., rows, columns), from an engine and states.
     source : callable, optional
@@ -203,89 +259,86 @@ class Claim:
         The same numbers by another derivation, which ``second_name`` names.
     size : callable, optional
         Natural magnitude (...) of the compared values, if sums may cancel.
-    functions : names of the functions that the source needs
+    functions : names of the functions that the source needs; of an ``Output`` its function by default
     sided : whether two exact derivations may take different sides of a kink, as second derivatives of ``min(x, x)`` do
+    family : the panel of the figure
     """
 
     name: str
     meaning: str
-    family: str
     value: Value
     source: Value | None = None
-    directions: Callable[[Blocks], dict[str, Array]] | None = None
+    directions: Rates | None = None
     combine: Callable[[Engine, Blocks, Array], Array] | None = None
     second: Value | None = None
     second_name: str = ""
-    size: Callable[[Engine, Blocks], Array] | None = None
+    size: Value | None = None
     rows: tuple[str, ...] = ()
     columns: tuple[str, ...] = ()
     functions: tuple[str, ...] = field(default=())
     sided: bool = False
+    family: str = ""
 
-
-def output(function: str, name: str) -> Value:
-    """Return a function that gives one output of a function as a vector."""
-    return lambda engine, state: engine(function, state)[name]
-
-
-def column(values: Array) -> Array:
-    """Return vectors (..., rows) as matrices of one column."""
-    return values[..., np.newaxis]
+    @property
+    def differentiated(self) -> tuple[str, ...]:
+        """Functions whose operations decide whether the source is smooth."""
+        return (self.source.function,) if not self.functions and isinstance(self.source, Output) else self.functions
 
 
 def jacobian(
     space: Space,
-    family: str,
-    function: str,
-    entry: str,
-    source: tuple[str, str],
+    value: Value,
+    source: Value,
     block: str,
     rows: Sequence[str],
     *,
-    of: str = "",
+    name: str = "",
+    meaning: str = "",
     second: Value | None = None,
     second_name: str = "",
     size: Value | None = None,
+    functions: tuple[str, ...] = (),
 ) -> Claim:
-    """Return the claim of a matrix of partials of ``source`` (function, output) in a block, left-trivialised in q.
+    """Return the claim that ``value`` (..., rows, n) has the partials of ``source`` in a block, left-trivialised in q.
 
-    ``of`` names the source in messages; the output of the source by default.
+    Outputs have names: ``partials.K`` is ``d r / dq``.
     """
     along = space.along[block]
-    matrix = along.matrix
 
-    def value(engine: Engine, state: Blocks) -> Array:
-        return np.asarray(engine(function, state)[entry] @ matrix)
-
-    def of_second(engine: Engine, state: Blocks) -> Array:
-        return np.asarray(second(engine, state) @ matrix) if second is not None else np.zeros(0)
+    def directed(of: Value) -> Value:
+        return lambda engine, state: np.asarray(of(engine, state) @ along.matrix)
 
     return Claim(
-        f"{function}.{entry}",
-        f"d {of or source[1]} / d{block}",
-        family,
-        value,
-        source=output(*source),
-        directions=lambda _: {block: matrix.T},
-        second=of_second if second is not None else None,
+        name or (f"{value.function}.{value.entry}" if isinstance(value, Output) else ""),
+        meaning or (f"d {source.entry} / d{block}" if isinstance(source, Output) else ""),
+        directed(value),
+        source=source,
+        directions=fixed({block: along.matrix.T}),
+        second=None if second is None else directed(second),
         second_name=second_name,
         rows=tuple(rows),
         columns=along.names,
-        functions=(source[0],),
+        functions=functions,
         size=size,
     )
 
 
-def along_motion(*blocks: tuple[str, str]) -> Callable[[Blocks], dict[str, Array]]:
-    """Return the direction of the motion in the given blocks, each given with the block of its rate, and in time."""
+#: Each block with the block of its rate along a motion.
+_RATES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
+
+
+def along_motion(engine: Engine, *blocks: str) -> Rates:
+    """Return the direction of the motion in the given blocks, as far as a state has them, and in time."""
 
     def directions(state: Blocks) -> dict[str, Array]:
-        rates = {block: state[rate][..., np.newaxis, :] for block, rate in blocks}
-        return rates | {"t": np.ones((1, 1))} if "t" in state else rates
+        rates = {block: state[_RATES[block]] for block in blocks if _RATES.get(block) in state}
+        if "z" in blocks and "z" in state:
+            rates["z"] = engine("internal_rate", state)["zdot"]
+        return {block: rate[..., np.newaxis, :] for block, rate in rates.items()} | {"t": np.ones((1, 1))}
 
     return directions
 
 
-def fixed(rates: dict[str, Array]) -> Callable[[Blocks], dict[str, Array]]:
+def fixed(rates: dict[str, Array]) -> Rates:
     """Return directions that are the same at all states."""
     return lambda _: rates

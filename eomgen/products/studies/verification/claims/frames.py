@@ -18,16 +18,17 @@ from eomgen.products.studies.verification.claims.claim import (
     Blocks,
     Claim,
     Engine,
+    Output,
     Space,
     along_motion,
     column,
     fixed,
+    jacobian,
 )
 from eomgen.scene.scene import Scene
 from eomgen.system.system import System
 from eomgen.system.terms import REFERENCES
 
-FAMILY = "frames"
 _AXES = ("x", "y", "z")
 _POSE = tuple(f"quaternion {part}" for part in "wxyz") + tuple(f"position {axis}" for axis in _AXES)
 _TWIST = tuple(f"{part} {axis}" for part in ("omega", "velocity") for axis in _AXES)
@@ -36,91 +37,71 @@ _CANCELLING = 1e-3
 _MOMENTUM = tuple(f"{part} {axis}" for part in ("angular", "linear") for axis in _AXES)
 
 
-def frame_claims(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
-    """Return the claims of the terms that ``engine`` has."""
+def frame_claims(space: Space) -> list[Claim]:
+    """Return the claims of the terms that the model has."""
     claims = []
     for reference, (ending, _) in REFERENCES.items():
-        rows = tuple(f"{part} of {frame}" for frame in system.frames for part in _TWIST)
-        if f"frame_jacobians{ending}" in engine and "frame_poses" in engine:
-            claims.append(_jacobians(space, system, reference))
-        if f"frame_jacobian_rates{ending}" in engine:
-            names = f"frame_jacobians{ending}", f"frame_jacobian_rates{ending}", f"frame_drifts{ending}"
-            claims += _in_time(engine, "J", *names, rows)
-    if {"frame_mobilities", "frame_jacobians_aligned", "mass"} <= set(engine.functions):
-        claims.append(_mobilities(system))
-    return claims + _of_all(space, engine, system, scene)
+        names = f"frame_jacobians{ending}", f"frame_jacobian_rates{ending}", f"frame_drifts{ending}"
+        if space.has(names[0], "frame_poses"):
+            claims.append(_jacobians(space, reference))
+        if space.has(names[1]):
+            claims += _in_time(space, "J", *names, _named(space.system.frames, _TWIST))
+    if space.has("frame_mobilities", "frame_jacobians_aligned", "mass"):
+        claims.append(_mobilities(space))
+    return claims + _of_all(space)
 
 
-def _of_all(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
+def _named(names: Sequence[str], parts: Sequence[str]) -> tuple[str, ...]:
+    return tuple(f"{part} of {name}" for name in names for part in parts)
+
+
+#: The centre of mass with its Jacobian.
+_CENTER, _CENTER_JACOBIAN = Output("center_of_mass", "c"), Output("center_of_mass_jacobian", "J")
+
+
+def _of_all(space: Space) -> list[Claim]:
     """Return the claims of the centre of mass and of the momentum."""
     claims = []
-    W = space.along["q"].matrix
-    if {"center_of_mass", "center_of_mass_jacobian"} <= set(engine.functions):
-        claims.append(
-            Claim(
-                "center_of_mass_jacobian.J",
-                "d c / dq",
-                FAMILY,
-                lambda engine, state: np.asarray(engine("center_of_mass_jacobian", state)["J"] @ W),
-                source=lambda engine, state: engine("center_of_mass", state)["c"],
-                directions=fixed({"q": W.T}),
-                rows=_AXES,
-                columns=space.along["q"].names,
-                functions=("center_of_mass",),
-            )
-        )
+    if space.has("center_of_mass", "center_of_mass_jacobian"):
+        claims.append(jacobian(space, _CENTER_JACOBIAN, _CENTER, "q", _AXES))
     for entry, matrix, drift, rows in (
         ("J", "center_of_mass_jacobian", "center_of_mass_drift", _AXES),
         ("A", "centroidal_momentum", "centroidal_drift", _MOMENTUM),
     ):
-        if {matrix, f"{matrix}_rate"} <= set(engine.functions):
-            claims += _in_time(engine, entry, matrix, f"{matrix}_rate", drift, rows)
-    if "centroidal_momentum" in engine:
-        claims += _momentum(space, engine, system, scene)
+        if space.has(matrix, f"{matrix}_rate"):
+            claims += _in_time(space, entry, matrix, f"{matrix}_rate", drift, rows)
+    if space.has("centroidal_momentum"):
+        claims += _momentum(space)
     return claims
 
 
-def _in_time(engine: Engine, entry: str, matrix: str, rate: str, drift: str, rows: tuple[str, ...]) -> list[Claim]:
+def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows: tuple[str, ...]) -> list[Claim]:
     """Return the claims of dJ/dt along the motion, and of dJ/dt v, the derivative of J v at constant v."""
-    out = f"{entry}_dot"
+    J, J_dot = Output(matrix, entry), Output(rate, f"{entry}_dot")
+    motion = along_motion(space.engine, "q")
 
-    def product(engine: Engine, state: Blocks) -> Array:
-        values = engine(matrix, state)[entry] @ _shaped(state["v"], engine(matrix, state)[entry])
-        return np.asarray(values.reshape(*state["q"].shape[:-1], -1))
-
-    def rate_times_velocity(engine: Engine, state: Blocks) -> Array:
-        values = engine(rate, state)[out]
-        return column((values @ _shaped(state["v"], values)).reshape(*state["q"].shape[:-1], -1))
+    def times_velocity(matrices: Array, v: Array) -> Array:
+        return np.asarray((matrices @ _shaped(v, matrices)).reshape(*v.shape[:-1], -1))
 
     def sizes(engine: Engine, state: Blocks) -> Array:
         speeds = np.abs(state["v"])
         result, still = (
-            (values @ _shaped(speeds, values)).reshape(len(speeds), -1).max(axis=-1)
-            for values in (np.abs(engine(rate, state)[out]), np.abs(engine(matrix, state)[entry]))
+            times_velocity(np.abs(of(engine, state)), speeds).reshape(len(speeds), -1).max(axis=-1) for of in (J_dot, J)
         )
         return np.asarray(np.maximum(result, _CANCELLING * still * speeds.max(axis=-1)))
 
     claims = [
-        Claim(
-            f"{rate}.{out}",
-            f"d {entry} / dt",
-            FAMILY,
-            lambda engine, state: column(_flat(engine, state, rate, out)),
-            source=lambda engine, state: _flat(engine, state, matrix, entry),
-            directions=along_motion(("q", "v")),
-            functions=(matrix,),
-        )
+        Claim(f"{rate}.{entry}_dot", f"d {entry} / dt", J_dot.flat.column, source=J.flat, directions=motion),
     ]
-    if drift in engine:
+    if space.has(drift):
         claims.append(
             Claim(
                 f"{drift}.drift",
                 f"d ({entry} v) / dt, v constant",
-                FAMILY,
-                lambda engine, state: column(_flat(engine, state, drift, "drift")),
-                source=product,
-                directions=along_motion(("q", "v")),
-                second=rate_times_velocity,
+                Output(drift, "drift").flat.column,
+                source=lambda engine, state: times_velocity(J(engine, state), state["v"]),
+                directions=motion,
+                second=lambda engine, state: column(times_velocity(J_dot(engine, state), state["v"])),
                 second_name=rate,
                 size=sizes,
                 rows=rows,
@@ -130,39 +111,38 @@ def _in_time(engine: Engine, entry: str, matrix: str, rate: str, drift: str, row
     return claims
 
 
-def _flat(engine: Engine, state: Blocks, function: str, output: str) -> Array:
-    """Return an output as vectors, (..., n)."""
-    return engine(function, state)[output].reshape(*state["q"].shape[:-1], -1)
-
-
 def _shaped(v: Array, matrices: Array) -> Array:
     """Return velocities as columns, with as many axes as matrices (..., rows, nv) have."""
     return v.reshape(*v.shape[:-1], *(1,) * (matrices.ndim - v.ndim - 1), v.shape[-1], 1)
 
 
-def _jacobians(space: Space, system: System, reference: str) -> Claim:
+def _jacobians(space: Space, reference: str) -> Claim:
     """Return the claim that J w is the twist of the pose along w, the base held."""
-    W, term, count = space.along["q"].matrix, f"frame_jacobians{REFERENCES[reference][0]}", len(system.frames)
-    factors = tuple(Factor("SE3", frame, 7 * k, 7, 6 * k, 6) for k, frame in enumerate(system.frames))
+    frames, count = space.system.frames, len(space.system.frames)
+    W, J = space.along["q"].matrix, Output(f"frame_jacobians{REFERENCES[reference][0]}", "J")
+    factors = _poses_of(frames)
 
     def value(engine: Engine, state: Blocks) -> Array:
         pose = engine("frame_poses", state)["frame_pose"][..., np.newaxis, :, :]
-        twists = np.moveaxis(engine(term, state)["J"] @ W, -1, -3)  # (..., columns, frames, 6)
+        twists = np.moveaxis(J(engine, state) @ W, -1, -3)  # (..., columns, frames, 6)
         own = _in_own_axes(pose, twists, reference)
         flat = pose.reshape(*pose.shape[:-2], 7 * count), own.reshape(*own.shape[:-2], 6 * count)
         return np.swapaxes(configuration_rate(factors, *flat), -1, -2)
 
     return Claim(
-        f"{term}.J",
+        f"{J.function}.J",
         "d pose / dq",
-        FAMILY,
         value,
-        source=lambda engine, state: _flat(engine, state, "frame_poses", "frame_pose"),
+        source=Output("frame_poses", "frame_pose").flat,
         directions=fixed({"q": W.T}),
-        rows=tuple(f"{part} of {frame}" for frame in system.frames for part in _POSE),
+        rows=_named(frames, _POSE),
         columns=space.along["q"].names,
-        functions=("frame_poses",),
     )
+
+
+def _poses_of(names: Sequence[str]) -> tuple[Factor, ...]:
+    """Return the configuration space of poses."""
+    return tuple(Factor("SE3", name, 7 * k, 7, 6 * k, 6) for k, name in enumerate(names))
 
 
 def _in_own_axes(pose: Array, twist: Array, reference: str) -> Array:
@@ -176,58 +156,55 @@ def _in_own_axes(pose: Array, twist: Array, reference: str) -> Array:
     return np.concatenate([rotated(back, omega), rotated(back, velocity)], axis=-1)
 
 
-def _mobilities(system: System) -> Claim:
+def _mobilities(space: Space) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         J, M = engine("frame_jacobians_aligned", state)["J"], engine("mass", state)["M"][..., np.newaxis, :, :]
         return column((J @ np.linalg.solve(M, np.swapaxes(J, -1, -2))).reshape(*state["q"].shape[:-1], -1))
 
-    pairs = [f"{left}, {right}" for left in _TWIST for right in _TWIST]
     return Claim(
         "frame_mobilities.mobility",
         "J M^-1 J^T",
-        FAMILY,
-        lambda engine, state: column(_flat(engine, state, "frame_mobilities", "mobility")),
+        Output("frame_mobilities", "mobility").flat.column,
         second=second,
         second_name="by M",
-        rows=tuple(f"{pair} of {frame}" for frame in system.frames for pair in pairs),
+        rows=_named(space.system.frames, [f"{left}, {right}" for left in _TWIST for right in _TWIST]),
     )
 
 
-def _momentum(space: Space, engine: Engine, system: System, scene: object) -> list[Claim]:
+def _momentum(space: Space) -> list[Claim]:
     """Return the claims of A: linear rows by the Jacobian of the centre of mass; all by the sum over rigid bodies."""
-    W = space.along["q"].matrix
+    scene, A = space.scene, Output("centroidal_momentum", "A")
+    W, names = space.along["q"].matrix, space.along["q"].names
     claims = []
 
     def linear(engine: Engine, state: Blocks) -> Array:
         mass = engine("center_of_mass", state)["m"][..., np.newaxis]
-        return np.asarray(mass * (engine("center_of_mass_jacobian", state)["J"] @ W))
+        return np.asarray(mass * (_CENTER_JACOBIAN(engine, state) @ W))
 
-    if {"center_of_mass", "center_of_mass_jacobian"} <= set(engine.functions):
+    if space.has("center_of_mass", "center_of_mass_jacobian"):
         claims.append(
             Claim(
                 "centroidal_momentum.A, linear",
                 "m J of the centre of mass",
-                FAMILY,
-                lambda engine, state: np.asarray(engine("centroidal_momentum", state)["A"][..., 3:, :] @ W),
+                A[..., 3:, :] @ W,
                 second=linear,
                 second_name="center_of_mass_jacobian",
                 rows=_MOMENTUM[3:],
-                columns=space.along["q"].names,
+                columns=names,
             )
         )
     rigid = isinstance(scene, Scene) and all(body.beam is None for body in scene.bodies)
-    if isinstance(scene, Scene) and rigid and {"poses", "jacobians"} <= set(engine.functions):
-        bodies = _RigidBodies(system, scene, space.bodies)
+    if isinstance(scene, Scene) and rigid and space.has("poses", "jacobians"):
+        bodies = _RigidBodies(space.system, scene, space.system.bodies)
         claims.append(
             Claim(
                 "centroidal_momentum.A",
                 "sum over bodies",
-                FAMILY,
-                lambda engine, state: np.asarray(engine("centroidal_momentum", state)["A"] @ W),
+                A @ W,
                 second=lambda engine, state: bodies.momentum(engine, state) @ W,
                 second_name="poses and jacobians",
                 rows=_MOMENTUM,
-                columns=space.along["q"].names,
+                columns=names,
             )
         )
     return claims
@@ -281,44 +258,30 @@ class _RigidBodies:
         return np.stack([np.broadcast_to(evaluate_batch(item, value_of), batch) for item in formulas], axis=-1)
 
 
-_BODIES = "bodies"
+_BODY_POSE, _BODY_TWIST = Output("poses", "pose").flat, Output("twists", "twist").flat
 
 
-def body_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the claims of the terms that ``engine`` has."""
-    there = set(engine.functions)
-    claims = [_twists(space)] if {"poses", "twists"} <= there else []
-    if {"twists", "accelerations"} <= there:
+def body_claims(space: Space) -> list[Claim]:
+    """Return the claims of the terms that the model has."""
+    claims = [_twists(space)] if space.has("poses", "twists") else []
+    if space.has("twists", "accelerations"):
         claims.append(_accelerations(space))
-    if {"twists", "jacobians"} <= there:
+    if space.has("twists", "jacobians"):
         claims.append(_body_jacobians(space))
     return claims
 
 
-def _joined(values: Array) -> Array:
-    return values.reshape(*values.shape[:-2], -1)
-
-
-def _named(space: Space, parts: tuple[str, ...]) -> tuple[str, ...]:
-    return tuple(f"{part} of {body}" for body in space.bodies for part in parts)
-
-
 def _twists(space: Space) -> Claim:
-    factors = tuple(Factor("SE3", body, 7 * k, 7, 6 * k, 6) for k, body in enumerate(space.bodies))
-
-    def value(engine: Engine, state: Blocks) -> Array:
-        poses, twists = _joined(engine("poses", state)["pose"]), _joined(engine("twists", state)["twist"])
-        return column(configuration_rate(factors, poses, twists))
-
+    factors = _poses_of(space.system.bodies)
     return Claim(
         "twists",
         "d pose / dt",
-        _BODIES,
-        value,
-        source=lambda engine, state: _joined(engine("poses", state)["pose"]),
-        directions=along_motion(("q", "v")),
-        rows=_named(space, _POSE),
-        functions=("poses",),
+        lambda engine, state: column(
+            configuration_rate(factors, _BODY_POSE(engine, state), _BODY_TWIST(engine, state))
+        ),
+        source=_BODY_POSE,
+        directions=along_motion(space.engine, "q"),
+        rows=_named(space.system.bodies, _POSE),
     )
 
 
@@ -326,39 +289,25 @@ def _accelerations(space: Space) -> Claim:
     def combine(engine: Engine, state: Blocks, G: Array) -> Array:
         """Return rates of components as accelerations: the origin's gains omega x velocity, in body axes."""
         twist = engine("twists", state)["twist"]
-        rates = G[..., 0].reshape(twist.shape)
         turning = np.zeros_like(twist)
         turning[..., 3:] = np.cross(twist[..., :3], twist[..., 3:])
-        return column(_joined(rates + turning))
+        return np.asarray(G + turning.reshape(G.shape))
 
     return Claim(
         "accelerations",
         "d twist / dt",
-        _BODIES,
-        lambda engine, state: column(_joined(engine("accelerations", state)["acceleration"])),
-        source=lambda engine, state: _joined(engine("twists", state)["twist"]),
-        directions=along_motion(("q", "v"), ("v", "a")),
+        Output("accelerations", "acceleration").flat.column,
+        source=_BODY_TWIST,
+        directions=along_motion(space.engine, "q", "v"),
         combine=combine,
-        rows=_named(space, _TWIST),
-        functions=("twists",),
+        rows=_named(space.system.bodies, _TWIST),
     )
 
 
 def _body_jacobians(space: Space) -> Claim:
-    along = space.along["v"]
-
     def value(engine: Engine, state: Blocks) -> Array:
-        J = engine("jacobians", state)["J"] @ along.matrix
+        J = engine("jacobians", state)["J"]
         return np.asarray(J.reshape(*J.shape[:-3], -1, J.shape[-1]))
 
-    return Claim(
-        "jacobians",
-        "d twist / dv",
-        _BODIES,
-        value,
-        source=lambda engine, state: _joined(engine("twists", state)["twist"]),
-        directions=lambda _: {"v": along.matrix.T},
-        rows=_named(space, _TWIST),
-        columns=along.names,
-        functions=("twists",),
-    )
+    rows = _named(space.system.bodies, _TWIST)
+    return jacobian(space, value, _BODY_TWIST, "v", rows, name="jacobians")

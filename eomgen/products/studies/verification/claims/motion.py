@@ -10,48 +10,63 @@ import numpy as np
 
 from eomgen.compiled.coordinates import configuration_rate
 from eomgen.lie.product import Factor, bracket_matrix
-from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, Space, Value, column, spread
+from eomgen.products.studies.verification.claims.claim import (
+    Array,
+    Blocks,
+    Claim,
+    Engine,
+    Output,
+    Space,
+    Value,
+    along_motion,
+    column,
+    fixed,
+    spread,
+)
 from eomgen.scene.scene import Scene
 from eomgen.solvers.regular_inertia import regular_inertia
 
-FAMILY = "separated terms and energies"
 _POSE = (Factor("SE3", "pose", 0, 7, 0, 6),)
 
 
-def motion_claims(space: Space, engine: Engine, scene: object) -> list[Claim]:
-    """Return the claims of the terms that ``engine`` has.
+def motion_claims(space: Space) -> list[Claim]:
+    """Return the claims of the terms that the model has.
 
     Water that moves with hulls has the inertia of Morison's equation, the added mass times the acceleration of each
     place, which no kinetic energy gives: then inertia is not asked to follow from M.
     """
-    there = set(engine.functions)
+    scene, blocks = space.scene, ("coupling", "force")
     by_energy = not (isinstance(scene, Scene) and any(element.adds_mass_to for element in scene.elements))
     claims: list[Claim] = []
-    if {"mass", "energy"} <= there:
-        claims.append(_mass(space, engine))
-    if "mass" in there:
-        claims.append(_definite(constrained="constraint_jacobian" in there))
-    if by_energy and {"mass", "coupling"} <= there:
+    if space.has("mass", "energy"):
+        claims.append(_mass(space))
+    if space.has("mass"):
+        claims.append(_definite(constrained=space.has("constraint_jacobian")))
+    if by_energy and space.has("mass", "coupling"):
         claims.append(_coupling(space))
-    if by_energy and {"mass", "coupling", "base_motion", "energy"} <= there:
+    if by_energy and space.has("mass", "coupling", "base_motion", "energy"):
         claims.append(_inertia(space, "base_motion.b", "M a + h + b by T", _by_blocks))
-    if {"inverse_dynamics", "coupling", "force", "energy"} <= there and "mass" not in there:
+    if space.has("inverse_dynamics", *blocks, "energy") and not space.has("mass"):
         if by_energy:
             claims.append(_inertia(space, "inverse_dynamics.tau", "tau + Q by T", _by_recursion))
-        claims.append(_without_acceleration(space))
-    if {"mass", "coupling", "force", "inverse_dynamics"} <= there:
-        claims.append(_sum_of_blocks(space))
-    if {"coupling", "force", "inverse_dynamics", "residual"} <= there:
-        claims.append(_reactions(space))
-    if {"mass", "coupling", "force", "forward_dynamics"} <= there:
+        claims.append(
+            _by_blocks_of_tau(space, "coupling.h", "h + b - Q = tau at a = 0", _rest, _tau_at_rest, "inverse_dynamics")
+        )
+    if space.has("mass", *blocks, "inverse_dynamics"):
+        tau = Output("inverse_dynamics", "tau").column
+        claims.append(_by_blocks_of_tau(space, "inverse_dynamics.tau", "tau = M a + h + b - Q", tau, _sum))
+    if space.has(*blocks, "inverse_dynamics", "residual"):
+        r = Output("residual", "r").column
+        claims.append(_by_blocks_of_tau(space, "residual.r", "r = tau + B^T lam", r, _tau_with_reactions))
+    if space.has("mass", *blocks, "forward_dynamics"):
         claims.append(_forward(space))
-    if {"inverse_dynamics", "force", "forward_dynamics"} <= there and "mass" not in there:
+    if space.has("inverse_dynamics", "force", "forward_dynamics") and not space.has("mass"):
         claims.append(_there_and_back(space))
-    if {"energy", "coupling", "force", "residual", "inverse_dynamics"} <= there:
-        claims.append(_balance(engine))
-    if {"momenta", "force", "energy"} <= there:
+    if space.has("energy", *blocks, "residual", "inverse_dynamics"):
+        claims.append(_balance(space))
+    if space.has("momenta", "force", "energy"):
         claims += [_momentum(space), _momentum_rate(space)]
-    if "base" in there:
+    if space.has("base"):
         claims.append(_base())
     return claims
 
@@ -68,24 +83,19 @@ def times(matrix: Array, vector: Array) -> Array:
     return np.asarray((matrix @ vector[..., np.newaxis])[..., 0])
 
 
-def _mass(space: Space, engine: Engine) -> Claim:
-    few = space.few.matrix
+def _mass(space: Space) -> Claim:
+    few, also = space.few.matrix, space.has("partials")
 
-    def value(engine: Engine, state: Blocks) -> Array:
-        return np.asarray(few.T @ engine("mass", state)["M"] @ few)
+    def projected(of: Output) -> Value:
+        return lambda engine, state: np.asarray(few.T @ of(engine, state) @ few)
 
-    def of_partials(engine: Engine, state: Blocks) -> Array:
-        return np.asarray(few.T @ engine("partials", state)["M"] @ few)
-
-    also = "partials" in engine
     return Claim(
         "mass.M",
         "d2 T / dv2",
-        FAMILY,
-        value,
+        projected(Output("mass", "M")),
         source=lambda engine, state: momentum(engine, state, few.T),
-        directions=lambda _: {"v": few.T},
-        second=of_partials if also else None,
+        directions=fixed({"v": few.T}),
+        second=projected(Output("partials", "M")) if also else None,
         second_name="partials" if also else "",
         rows=space.few.names,
         columns=space.few.names,
@@ -104,15 +114,11 @@ def _definite(*, constrained: bool) -> Claim:
         least = np.linalg.eigvalsh(scaled)[..., 0]
         return column(np.stack([skew, np.where(least > 0.0, 0.0, 1.0 - least)], axis=-1))
 
-    def nothing(engine: Engine, state: Blocks) -> Array:
-        return np.zeros((*state["q"].shape[:-1], 2, 1))
-
     return Claim(
         "mass.M, definite",
         "symmetric, positive definite",
-        FAMILY,
         value,
-        second=nothing,
+        second=lambda _, state: np.zeros((*state["q"].shape[:-1], 2, 1)),
         second_name="eigenvalues",
         size=lambda _, state: np.ones(state["q"].shape[:-1]),
         rows=("M - M^T", "1 - smallest eigenvalue of M"),
@@ -139,8 +145,7 @@ def _coupling(space: Space) -> Claim:
     return Claim(
         "coupling.h",
         "by d M / dq",
-        FAMILY,
-        lambda engine, state: column(engine("coupling", state)["h"] @ W),
+        (Output("coupling", "h") @ W).column,
         source=source,
         directions=along,
         combine=combine,
@@ -179,29 +184,12 @@ def _inertia(space: Space, name: str, meaning: str, of: Value) -> Claim:
     return Claim(
         name,
         meaning,
-        FAMILY,
         lambda engine, state: column(of(engine, state) @ few),
         source=source,
         directions=along,
         combine=combine,
         rows=space.few.names,
         functions=("energy",),
-    )
-
-
-def _without_acceleration(space: Space) -> Claim:
-    def second(engine: Engine, state: Blocks) -> Array:
-        return column(engine("inverse_dynamics", {**state, "a": np.zeros_like(state["a"])})["tau"])
-
-    return Claim(
-        "coupling.h",
-        "h + b - Q = tau at a = 0",
-        FAMILY,
-        lambda engine, state: column(np.sum(_parts(engine, state)[1:], axis=0)),
-        second=second,
-        second_name="inverse_dynamics",
-        size=lambda engine, state: _largest(_parts(engine, state)),
-        rows=space.rows["v"],
     )
 
 
@@ -224,77 +212,72 @@ def _largest(values: list[Array]) -> Array:
     return np.asarray(np.max([np.max(np.abs(value), axis=-1) for value in values], axis=0))
 
 
-def _sum_of_blocks(space: Space) -> Claim:
+def _by_blocks_of_tau(
+    space: Space, name: str, meaning: str, value: Value, second: Value, second_name: str = "sum of blocks"
+) -> Claim:
+    """Return the claim of forces by two derivations, which may cancel as M a, h, b and -Q may."""
     return Claim(
-        "inverse_dynamics.tau",
-        "tau = M a + h + b - Q",
-        FAMILY,
-        lambda engine, state: column(engine("inverse_dynamics", state)["tau"]),
-        second=lambda engine, state: column(np.sum(_parts(engine, state), axis=0)),
-        second_name="sum of blocks",
-        size=lambda engine, state: _largest(_parts(engine, state)),
-        rows=space.rows["v"],
-    )
-
-
-def _reactions(space: Space) -> Claim:
-    def second(engine: Engine, state: Blocks) -> Array:
-        tau = engine("inverse_dynamics", state)["tau"]
-        if "constraint_jacobian" in engine:
-            tau = tau + times(np.swapaxes(engine("constraint_jacobian", state)["B"], -1, -2), state["lam"])
-        return column(tau)
-
-    return Claim(
-        "residual.r",
-        "r = tau + B^T lam",
-        FAMILY,
-        lambda engine, state: column(engine("residual", state)["r"]),
+        name,
+        meaning,
+        value,
         second=second,
-        second_name="sum of blocks",
+        second_name=second_name,
         size=lambda engine, state: _largest(_parts(engine, state)),
         rows=space.rows["v"],
     )
+
+
+def _sum(engine: Engine, state: Blocks) -> Array:
+    """Return M a + h + b - Q."""
+    return column(np.sum(_parts(engine, state), axis=0))
+
+
+def _rest(engine: Engine, state: Blocks) -> Array:
+    """Return h + b - Q."""
+    return column(np.sum(_parts(engine, state)[1:], axis=0))
+
+
+def _tau_at_rest(engine: Engine, state: Blocks) -> Array:
+    return column(engine("inverse_dynamics", {**state, "a": np.zeros_like(state["a"])})["tau"])
+
+
+def _tau_with_reactions(engine: Engine, state: Blocks) -> Array:
+    tau = engine("inverse_dynamics", state)["tau"]
+    if "constraint_jacobian" in engine:
+        tau = tau + times(np.swapaxes(engine("constraint_jacobian", state)["B"], -1, -2), state["lam"])
+    return column(tau)
+
+
+def _free(engine: Engine, state: Blocks) -> dict[str, Array]:
+    """Return the state with the free acceleration."""
+    return {**state, "a": engine("forward_dynamics", state)["vdot"]}
 
 
 def _forward(space: Space) -> Claim:
     """Products with M instead of its inverse: the comparison is as well conditioned as the blocks."""
-
-    def at(engine: Engine, state: Blocks) -> dict[str, Array]:
-        return {**state, "a": engine("forward_dynamics", state)["vdot"]}
-
-    def value(engine: Engine, state: Blocks) -> Array:
-        return column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"]))
-
     return Claim(
         "forward_dynamics.vdot",
         "M vdot = Q - h - b",
-        FAMILY,
-        value,
-        second=lambda engine, state: column(-np.sum(_parts(engine, state)[1:], axis=0)),
+        lambda engine, state: column(times(engine("mass", state)["M"], engine("forward_dynamics", state)["vdot"])),
+        second=lambda engine, state: -_rest(engine, state),
         second_name="sum of blocks",
-        size=lambda engine, state: _largest(_parts(engine, at(engine, state))),
+        size=lambda engine, state: _largest(_parts(engine, _free(engine, state))),
         rows=space.rows["v"],
     )
 
 
 def _there_and_back(space: Space) -> Claim:
-    def value(engine: Engine, state: Blocks) -> Array:
-        there = {**state, "a": engine("forward_dynamics", state)["vdot"]}
-        return column(engine("inverse_dynamics", there)["tau"])
-
-    return Claim(
+    return _by_blocks_of_tau(
+        space,
         "forward_dynamics.vdot",
         "tau at vdot = 0",
-        FAMILY,
-        value,
-        second=lambda engine, state: np.zeros((*state["v"].shape, 1)),
-        second_name="inverse_dynamics",
-        size=lambda engine, state: _largest(_parts(engine, state)),
-        rows=space.rows["v"],
+        lambda engine, state: column(engine("inverse_dynamics", _free(engine, state))["tau"]),
+        lambda _, state: np.zeros((*state["v"].shape, 1)),
+        "inverse_dynamics",
     )
 
 
-def _balance(engine: Engine) -> Claim:
+def _balance(space: Space) -> Claim:
     """d(T + V)/dt = power + power of base and drivers + v r - lam w, r and w residuals of motion and constraints."""
 
     def value(engine: Engine, state: Blocks) -> Array:
@@ -304,14 +287,6 @@ def _balance(engine: Engine) -> Claim:
             powers = powers - np.sum(state["lam"] * engine("constraint_velocity", state)["w"], axis=-1)
         return column(column(powers))
 
-    def along(state: Blocks) -> dict[str, Array]:
-        rates = {"q": column(state["v"]), "v": column(state["a"])}
-        if "z" in state:
-            rates["z"] = column(engine("internal_rate", state)["zdot"])
-        if "t" in state:
-            rates["t"] = column(np.ones_like(state["t"]))
-        return {block: np.swapaxes(rate, -1, -2) for block, rate in rates.items()}
-
     def size(engine: Engine, state: Blocks) -> Array:
         v, powers = state["v"], engine("energy", state)["energy"][..., 2:]
         works = [np.sum(np.abs(v * load), axis=-1) for load in _parts(engine, state)]
@@ -320,19 +295,17 @@ def _balance(engine: Engine) -> Claim:
     return Claim(
         "energy",
         "d(T + V) / dt = powers",
-        FAMILY,
         value,
-        source=lambda engine, state: engine("energy", state)["energy"][..., :2],
-        directions=along,
+        source=Output("energy", "energy")[..., :2],
+        directions=along_motion(space.engine, "q", "v", "z"),
         combine=lambda engine, state, G: np.sum(G, axis=-2, keepdims=True),
         size=size,
         rows=("T + V",),
-        functions=("energy",),
     )
 
 
-def _kinetic(engine: Engine, state: Blocks) -> Array:
-    return engine("energy", state)["energy"][..., :1]
+#: The kinetic energy.
+_KINETIC = Output("energy", "energy")[..., :1]
 
 
 def _momentum(space: Space) -> Claim:
@@ -340,37 +313,25 @@ def _momentum(space: Space) -> Claim:
     return Claim(
         "momenta.momentum",
         "dT / dv",
-        FAMILY,
-        lambda engine, state: (engine("momenta", state)["momentum"] @ along.matrix)[..., np.newaxis, :],
-        source=_kinetic,
-        directions=lambda _: {"v": along.matrix.T},
+        (Output("momenta", "momentum") @ along.matrix)[..., np.newaxis, :],
+        source=_KINETIC,
+        directions=fixed({"v": along.matrix.T}),
         rows=("T",),
         columns=along.names,
-        functions=("energy",),
     )
 
 
 def _momentum_rate(space: Space) -> Claim:
-    along = space.along["q"]
-
-    def value(engine: Engine, state: Blocks) -> Array:
-        of_kinetic = engine("momenta", state)["momentum_rate"] - engine("force", state)["Q"]
-        return np.asarray((of_kinetic @ along.matrix)[..., np.newaxis, :])
-
-    def size(engine: Engine, state: Blocks) -> Array:
-        return _largest([engine("momenta", state)["momentum_rate"], engine("force", state)["Q"]])
-
+    along, rate, force = space.along["q"], Output("momenta", "momentum_rate"), Output("force", "Q")
     return Claim(
         "momenta.momentum_rate",
         "dT / dq + Q",
-        FAMILY,
-        value,
-        source=_kinetic,
-        directions=lambda _: {"q": along.matrix.T},
-        size=size,
+        lambda engine, state: (rate(engine, state) - force(engine, state))[..., np.newaxis, :] @ along.matrix,
+        source=_KINETIC,
+        directions=fixed({"q": along.matrix.T}),
+        size=lambda engine, state: _largest([rate(engine, state), force(engine, state)]),
         rows=("T",),
         columns=along.names,
-        functions=("energy",),
     )
 
 
@@ -389,10 +350,8 @@ def _base() -> Claim:
     return Claim(
         "base",
         "d pose, d twist / dt",
-        FAMILY,
         value,
-        source=lambda engine, state: engine("base", state)["base"][..., :13],
-        directions=lambda _: {"t": np.ones((1, 1))},
+        source=Output("base", "base")[..., :13],
+        directions=fixed({"t": np.ones((1, 1))}),
         rows=tuple(names),
-        functions=("base",),
     )

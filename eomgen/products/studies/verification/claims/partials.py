@@ -13,70 +13,65 @@ from eomgen.products.studies.verification.claims.claim import (
     Blocks,
     Claim,
     Engine,
+    Output,
     Space,
     Value,
     along_motion,
-    column,
     fixed,
     jacobian,
     moved,
-    output,
 )
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.partials import forward_partials
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.operations import InputSymbol
 from eomgen.symbolic.tape import ONE, ZERO
-from eomgen.system.description import Description
 from eomgen.system.system import System
 from eomgen.system.terms import DIFFERENTIATED
 
-PARTIALS, CONSTRAINTS = "partials", "constraints"
+#: Matrices of the residual's partials, with their blocks.
+_MATRICES = (("K", "q"), ("C", "v"), ("M", "a"))
+_RESIDUAL = Output("residual", "r")
 #: Operations times directions up to which the residual is differentiated operation by operation.
 _DIFFERENTIATED = 150_000
 #: Multipliers that the reactions are seen by, a power of two.
 _MULTIPLIERS = 2.0**40
 
 
-def partial_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
-    """Return the claims of the terms that ``engine`` has."""
-    there = set(engine.functions)
-    residual, rows = ("residual", "r"), space.rows["v"]
+def partial_claims(space: Space) -> list[Claim]:
+    """Return the claims of the terms that the model has."""
+    rows = space.rows["v"]
     claims: list[Claim] = []
-    if "partials" in there:
-        by_tape = _differentiated(system)
-        for name, block in (("K", "q"), ("C", "v"), ("M", "a")):
-            second, other = (by_tape[name], "the tape's own") if by_tape else (None, "")
-            claims.append(
-                jacobian(
-                    space,
-                    PARTIALS,
-                    "partials",
-                    name,
-                    residual,
-                    block,
-                    rows,
-                    of="residual",
-                    second=second,
-                    second_name=other,
-                )
-            )
-    if "internal_partials" in there:
-        term, rate = "internal_partials", ("internal_rate", "zdot")
-        claims.append(jacobian(space, PARTIALS, term, "Rz", residual, "z", rows, of="residual"))
+    if space.has("partials"):
+        by_tape = _differentiated(space.system)
         claims += [
-            jacobian(space, PARTIALS, term, f"F{block}", rate, block, space.rows["z"]) for block in ("q", "v", "z")
+            jacobian(
+                space,
+                Output("partials", name),
+                _RESIDUAL,
+                block,
+                rows,
+                meaning=f"d residual / d{block}",
+                second=by_tape.get(name),
+                second_name="the tape's own" if by_tape else "",
+            )
+            for name, block in _MATRICES
         ]
+    if space.has("internal_partials"):
+        term, rate = "internal_partials", Output("internal_rate", "zdot")
+        claims.append(jacobian(space, Output(term, "Rz"), _RESIDUAL, "z", rows, meaning="d residual / dz"))
+        claims += [jacobian(space, Output(term, f"F{block}"), rate, block, space.rows["z"]) for block in "qvz"]
     return claims
 
 
-def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
+def constraint_claims(space: Space) -> list[Claim]:
     """Return the claims of constraint rows; rows at velocity level come after the holonomic rows."""
-    if "constraint_jacobian" not in engine:
+    if not space.has("constraint_jacobian"):
         return []
-    first = space.holonomic
-    along_q, along_v = space.along["q"], space.along["v"]
-    motion = along_motion(("q", "v"))
+    first, rows = space.system.holonomic, space.rows["lam"]
+    along_q, at_acceleration = along_motion(space.engine, "q"), along_motion(space.engine, "q", "v")
+    B, w = Output("constraint_jacobian", "B"), Output("constraint_velocity", "w")
+    of_velocities = ("velocity_partials", "Z", "v")
 
     def beside(state: Blocks) -> dict[str, Array]:
         return _violating(space, state, "v")
@@ -85,84 +80,59 @@ def constraint_claims(space: Space, engine: Engine) -> list[Claim]:
         return _violating(space, state, "a")
 
     def of_reactions(engine: Engine, state: Blocks) -> Array:
-        return np.asarray(np.swapaxes(_by_multipliers(engine, state), -1, -2) @ along_v.matrix)
+        return np.swapaxes(_by_multipliers(engine, state), -1, -2)
 
-    rows, claims, of_velocities = space.rows["lam"], [], ("velocity_partials", "Z", "v")
+    claims = []
     if first:
-        claims.append(
-            Claim(
-                "constraint_jacobian.B",
-                "d Phi / dq",
-                CONSTRAINTS,
-                lambda engine, state: np.asarray(
-                    engine("constraint_jacobian", state)["B"][..., :first, :] @ along_q.matrix
-                ),
-                source=output("constraint", "Phi"),
-                directions=lambda _: {"q": along_q.matrix.T},
-                rows=rows[:first],
-                columns=along_q.names,
-                functions=("constraint",),
-            )
-        )
-        claims.append(
+        Phi = Output("constraint", "Phi")
+        claims += [
+            jacobian(space, B[..., :first, :], Phi, "q", rows[:first]),
             Claim(
                 "constraint_velocity.w",
                 "d Phi / dt",
-                CONSTRAINTS,
-                lambda engine, state: column(engine("constraint_velocity", beside(state))["w"][..., :first]),
-                source=output("constraint", "Phi"),
-                directions=lambda state: motion(beside(state)),
+                lambda engine, state: w[..., :first].column(engine, beside(state)),
+                source=Phi,
+                directions=lambda state: along_q(beside(state)),
                 rows=rows[:first],
-                functions=("constraint",),
                 size=lambda engine, state: _before_cancelling(engine, beside(state), ("constraint_jacobian", "B", "v")),
-            )
-        )
-    claims.append(
-        Claim(
-            "constraint_jacobian.B by w",
-            "d w / dv",
-            CONSTRAINTS,
-            lambda engine, state: np.asarray(engine("constraint_jacobian", state)["B"] @ along_v.matrix),
-            source=output("constraint_velocity", "w"),
-            directions=lambda _: {"v": along_v.matrix.T},
-            rows=rows,
-            columns=along_v.names,
-            functions=("constraint_velocity",),
+            ),
+        ]
+    claims += [
+        jacobian(
+            space,
+            B,
+            w,
+            "v",
+            rows,
+            name="constraint_jacobian.B by w",
             second=of_reactions,
             second_name="d residual / d lam",
-        )
-    )
-    claims.append(
+        ),
         Claim(
             "constraint_bias.g",
             "d w / dt at vdot = 0",
-            CONSTRAINTS,
-            lambda engine, state: column(engine("constraint_bias", state)["g"]),
-            source=output("constraint_velocity", "w"),
-            directions=motion,
+            Output("constraint_bias", "g").column,
+            source=w,
+            directions=along_q,
             rows=rows,
-            functions=("constraint_velocity",),
             size=lambda engine, state: _before_cancelling(engine, state, of_velocities),
-        )
-    )
-    if "constraint_acceleration" in engine:
+        ),
+    ]
+    if space.has("constraint_acceleration"):
         claims.append(
             Claim(
                 "constraint_acceleration.w_dot",
                 "d w / dt",
-                CONSTRAINTS,
-                lambda engine, state: column(engine("constraint_acceleration", pushed(state))["w_dot"]),
-                source=output("constraint_velocity", "w"),
-                directions=lambda state: along_motion(("q", "v"), ("v", "a"))(pushed(state)),
+                lambda engine, state: Output("constraint_acceleration", "w_dot").column(engine, pushed(state)),
+                source=w,
+                directions=lambda state: at_acceleration(pushed(state)),
                 rows=rows,
-                functions=("constraint_velocity",),
                 size=lambda engine, state: _before_cancelling(
                     engine, pushed(state), of_velocities, ("constraint_jacobian", "B", "a")
                 ),
             )
         )
-    claims.append(jacobian(space, CONSTRAINTS, "velocity_partials", "Z", ("constraint_velocity", "w"), "q", rows))
-    return claims
+    return [*claims, jacobian(space, Output("velocity_partials", "Z"), w, "q", rows)]
 
 
 def _violating(space: Space, state: Blocks, block: str) -> dict[str, Array]:
@@ -201,45 +171,41 @@ def _by_multipliers(engine: Engine, state: Blocks) -> Array:
     return np.asarray(np.swapaxes((forth - back) / (2.0 * _MULTIPLIERS), -1, -2))
 
 
-def packed_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+#: Terms with the rows and matrices that functions of implicit steppers pack.
+_OF_ROWS = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
+            "zdot": ("internal_rate", "z")}  # fmt: skip  # a table
+_OF_MATRICES = {
+    **dict.fromkeys("KCM", "partials"),
+    **dict.fromkeys(("Rz", "Fq", "Fv", "Fz"), "internal_partials"),
+    **{"B": "constraint_jacobian", "Z": "velocity_partials"},
+}
+
+
+def packed_claims(space: Space) -> list[Claim]:
     """Return the claims of functions of implicit steppers: nonzeros of all matrices, and all rows."""
+    system = space.system
     claims: list[Claim] = []
-    if "equations" in engine:
-        same = {"r": ("residual", "v"), "Phi": ("constraint", "lam"), "w": ("constraint_velocity", "lam"),
-                "zdot": ("internal_rate", "z")}  # fmt: skip  # a table
-        names = [
-            block.name
-            for block in system.functions["equations"].outputs
-            if same[block.name][0] in engine and block.refs
-        ]
+    if space.has("equations"):
         claims += [
-            _same(space, f"equations.{name}", "equations", name, same[name][0], space.rows[same[name][1]])
-            for name in names
+            _same(space, block.name, *_OF_ROWS[block.name])
+            for block in system.functions["equations"].outputs
+            if space.has(_OF_ROWS[block.name][0]) and block.refs
         ]
-    if "iteration" in engine:
-        sources = {
-            "K": "partials",
-            "C": "partials",
-            "M": "partials",
-            "B": "constraint_jacobian",
-            "Z": "velocity_partials",
-        }
-        sources |= dict.fromkeys(("Rz", "Fq", "Fv", "Fz"), "internal_partials")
+    if space.has("iteration"):
         blocks = [block.name for block in system.functions["iteration"].outputs]
         if "X" in blocks:
-            claims += _eliminated(space, engine, system)
+            claims += _eliminated(space)
         else:
-            claims += [
-                _unpacked("iteration", name, sources[name], system) for name in blocks if sources[name] in engine
-            ]
-    if "jacobian_values" in engine:
+            sources = {name: _OF_MATRICES[name] for name in blocks}
+            claims += [_unpacked("iteration", name, of, system) for name, of in sources.items() if space.has(of)]
+    if space.has("jacobian_values"):
         claims.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
-    if "mass_values" in engine:
+    if space.has("mass_values"):
         claims.append(_unpacked("mass_values", "M", "mass", system, "M_values"))
     return claims
 
 
-def _same(space: Space, name: str, function: str, entry: str, other: str, rows: Sequence[str]) -> Claim:
+def _same(space: Space, entry: str, other: str, rows: str) -> Claim:
     """Return the claim of rows that two functions give, compared off the motion, unless the rows vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
@@ -249,9 +215,11 @@ def _same(space: Space, name: str, function: str, entry: str, other: str, rows: 
         return away
 
     def of(function: str) -> Value:
-        return lambda engine, state: column(engine(function, beside(engine, state))[entry])
+        return lambda engine, state: Output(function, entry).column(engine, beside(engine, state))
 
-    return Claim(name, f"as {other}", PARTIALS, of(function), second=of(other), second_name=other, rows=tuple(rows))
+    return Claim(
+        f"equations.{entry}", f"as {other}", of("equations"), second=of(other), second_name=other, rows=space.rows[rows]
+    )
 
 
 def _unpacked(function: str, name: str, other: str, system: System, packed: str = "") -> Claim:
@@ -264,14 +232,7 @@ def _unpacked(function: str, name: str, other: str, system: System, packed: str 
             return np.zeros((*state["q"].shape[:-1], *shape))
         return _dense(engine(function, state)[packed], system.patterns[packed], shape)
 
-    return Claim(
-        f"{function}.{packed}",
-        f"nonzeros of {name}",
-        PARTIALS,
-        value,
-        second=lambda engine, state: engine(other, state)[name],
-        second_name=other,
-    )
+    return Claim(f"{function}.{packed}", f"nonzeros of {name}", value, second=Output(other, name), second_name=other)
 
 
 def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int]) -> Array:
@@ -281,43 +242,44 @@ def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int
     return full
 
 
-def _eliminated(space: Space, engine: Engine, system: System) -> list[Claim]:
+def _eliminated(space: Space) -> list[Claim]:
     """Return K, C and M of a long tree's extended system, with inner unknowns eliminated."""
     from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
     from scipy.sparse.linalg import splu  # noqa: PLC0415
 
-    nv, inner = space.nv, len(system.inner_owners)
+    system = space.system
+    nv, inner = system.nv, len(system.inner_owners)
 
-    def one(name: str, W: Array, state: Blocks, engine: Engine) -> Array:
-        blocks = engine("iteration", state)
-        outer = _dense(blocks[name], system.patterns[name], (nv + inner, nv)) @ W
-        result = np.array(outer[..., :nv, :])
-        if not inner:  # beams alone, whose elements enter K without inner unknowns
+    def one(name: str, W: Array) -> Value:
+        def value(engine: Engine, state: Blocks) -> Array:
+            blocks = engine("iteration", state)
+            outer = _dense(blocks[name], system.patterns[name], (nv + inner, nv)) @ W
+            result = np.array(outer[..., :nv, :])
+            if not inner:  # beams alone, whose elements enter K without inner unknowns
+                return result
+            for place in np.ndindex(outer.shape[:-2]):
+                rows, columns = np.transpose(system.patterns["X"])
+                X = csc_array((blocks["X"][place], (rows, columns)), shape=(nv + inner, inner))
+                result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
             return result
-        for place in np.ndindex(outer.shape[:-2]):
-            rows, columns = np.transpose(system.patterns["X"])
-            X = csc_array((blocks["X"][place], (rows, columns)), shape=(nv + inner, inner))
-            result[place] -= X[:nv] @ splu(csc_array(X[nv:])).solve(np.ascontiguousarray(outer[place][nv:]))
-        return result
 
-    def claim(name: str, block: str) -> Claim:
-        W = space.along[block].matrix
-        also = "partials" in engine
-        return Claim(
+        return value
+
+    also = space.has("partials")
+    return [
+        Claim(
             f"iteration.{name}",
             f"d residual / d{block}",
-            PARTIALS,
-            lambda engine, state: one(name, W, state, engine),
-            source=output("residual", "r"),
-            directions=fixed({block: W.T}),
-            second=(lambda engine, state: np.asarray(engine("partials", state)[name] @ W)) if also else None,
+            one(name, space.along[block].matrix),
+            source=_RESIDUAL,
+            directions=fixed({block: space.along[block].matrix.T}),
+            second=Output("partials", name) @ space.along[block].matrix if also else None,
             second_name="partials" if also else "",
             rows=space.rows["v"],
             columns=space.along[block].names,
-            functions=("residual",),
         )
-
-    return [claim(name, block) for name, block in (("K", "q"), ("C", "v"), ("M", "a"))]
+        for name, block in _MATRICES
+    ]
 
 
 def _differentiated(system: System) -> dict[str, Value]:
@@ -352,14 +314,14 @@ FIRST = (
 )
 
 
-def second_claims(space: Space, engine: Engine, system: System, description: Description) -> list[Claim]:
-    """Return the claim, if the engine has first partials of all."""
-    if "second_partials" not in engine or "partials" not in engine:
+def second_claims(space: Space) -> list[Claim]:
+    """Return the claim, if the model has first partials of all."""
+    if not space.has("second_partials", "partials"):
         return []
-    rows = space.rows
+    rows, system = space.rows, space.system
     blocks = system.second_blocks
     sizes, of_weights = blocks.direction, blocks.places("weights")
-    given = [item.given for item in description.inputs]
+    given = [item.given for item in space.description.inputs]
 
     def gradient(engine: Engine, state: Blocks) -> Array:
         """Return the gradient in q (left-trivialised), v, a, z, lam, p and u, (..., components)."""
@@ -390,8 +352,7 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
         Claim(
             "second_partials.Hd",
             "d gradient / d direction",
-            "parameters",
-            lambda engine, state: column(engine("second_partials", state)["Hd"]),
+            Output("second_partials", "Hd").column,
             source=gradient,
             directions=direction,
             rows=names,
@@ -401,11 +362,12 @@ def second_claims(space: Space, engine: Engine, system: System, description: Des
     ]
 
 
-def argument_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+def argument_claims(space: Space) -> list[Claim]:
     """Return the claims of first and second derivatives of terms in all arguments.
 
     Tunable parameters and time are held if inputs follow them by a law, since inputs are arguments of their own.
     """
+    system = space.system
     sizes = system.argument_sizes
     moving = [block for block, size in sizes.items() if size]
     parts = {name: space.along[name].matrix if name in space.along else np.eye(sizes[name]) for name in moving}
@@ -417,18 +379,16 @@ def argument_claims(space: Space, engine: Engine, system: System) -> list[Claim]
             followed = [symbol.index for symbol in read if symbol.block == block]
             parts[block] = parts[block][:, ~np.any(parts[block][followed] != 0.0, axis=0)]
     count, first = sum(part.shape[1] for part in parts.values()), 0
-    whole, rates = np.zeros((sum(sizes.values()), count)), dict[str, Array]()
+    rates = {block: np.zeros((count, size)) for block, size in sizes.items()}
     for name, part in parts.items():
-        start = sum(list(sizes.values())[: list(sizes).index(name)])
-        columns = slice(first, first + part.shape[1])
-        whole[start : start + sizes[name], columns] = part
-        rates[name] = np.zeros((count, sizes[name]))
-        rates[name][columns] = part.T
-        first = columns.stop
+        rates[name][first : first + part.shape[1]] = part.T
+        first += part.shape[1]
+    whole = np.concatenate(list(rates.values()), axis=1).T
+    rates = {name: rates[name] for name in parts}
     claims = []
     for term in DIFFERENTIATED:
         names = f"{term}_derivatives", f"{term}_hessian"
-        if term in engine and all(name in engine for name in names):
+        if space.has(term, *names):
             claims += _argument_claims(system, term, names, whole, rates)
     return claims
 
@@ -465,26 +425,21 @@ def _argument_claims(
         both = low + np.swapaxes(low, -1, -2) - low * np.eye(width)
         return np.asarray((both + _half_brackets(system.factors, gradient(engine, state))) @ whole)
 
-    def directions(_: Blocks) -> dict[str, Array]:
-        return rates
-
     return [
         Claim(
             f"{names[0]}.{names[0]}",
             f"d {term} / d arguments",
-            PARTIALS,
             lambda engine, state: np.asarray(jacobian_of(engine, state) @ whole),
             source=values,
-            directions=directions,
+            directions=fixed(rates),
             functions=(term,),
         ),
         Claim(
             f"{names[1]}.{names[1]}",
             "d gradient / d arguments",
-            PARTIALS,
             changes,
             source=gradient,
-            directions=directions,
+            directions=fixed(rates),
             functions=(names[0],),
             sided=True,
         ),

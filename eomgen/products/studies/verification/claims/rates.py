@@ -3,14 +3,22 @@ events, with gradients of impacts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
-from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, Space, Value, column
-from eomgen.system.system import System
+from eomgen.products.studies.verification.claims.claim import (
+    Array,
+    Blocks,
+    Claim,
+    Engine,
+    Output,
+    Rates,
+    Space,
+    Value,
+    along_motion,
+    fixed,
+    jacobian,
+)
 
-FAMILY = "rates"
 #: Term, outputs, and the function and output whose derivative is the first output.
 _TERMS = (
     ("rates", ("tau_dot", "tau_ddot"), ("inverse_dynamics", "tau")),
@@ -30,102 +38,93 @@ _TERMS = (
 _SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
 #: Terms of the table whose rows are components of v, or pairs of components.
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
-#: Each block with the block of rates along a motion.
-_CHANGES = {"q": "v", "v": "a", "a": "j", "j": "s", "u": "u_dot", "u_dot": "u_ddot"}
 #: Size of a derivative's terms, as a part of the quantity, and of the quantity times the rate of the motion, up to
 #: which the terms may cancel.
 _PART, _PART_OF_TERMS = 1e-3, 0.03
 
 
-def rate_claims(space: Space, engine: Engine) -> list[Claim]:
-    """Return the claims of the terms that ``engine`` has."""
+def rate_claims(space: Space) -> list[Claim]:
+    """Return the claims of the terms that the model has."""
     claims: list[Claim] = []
     for term, outputs, (function, entry) in _TERMS:
-        if term not in engine or function not in engine:
+        if not space.has(term, function):
             continue
-        source = (function, entry)
+        source = Output(function, entry)
         for order, name in enumerate(outputs, 1):
-            names = _entries(space, name) if term in _OF_COMPONENTS else ()
             other = _SECOND.get(term, "")
-            second = _column_of(other, name) if other in engine else None
+            also = space.has(other)
             claims.append(
                 Claim(
                     f"{term}.{name}",
-                    f"d {source[1]} / dt",
-                    FAMILY,
-                    _column_of(term, name),
-                    source=_vector_of(*source),
-                    directions=along_motion(engine, source[0], free=term == "forward_rates"),
-                    rows=names,
-                    functions=(source[0],),
-                    size=_rounding_of(function, entry, order, *_of_mass(engine, term, order)),
-                    second=second,
-                    second_name=other if second is not None else "",
+                    f"d {source.entry} / dt",
+                    Output(term, name).flat.column,
+                    source=source.flat,
+                    directions=_along_motion(space.engine, source.function, free=term == "forward_rates"),
+                    rows=_entries(space, name) if term in _OF_COMPONENTS else (),
+                    size=_rounding_of(function, entry, order, *_of_mass(space, term, order)),
+                    second=Output(other, name).flat.column if also else None,
+                    second_name=other if also else "",
                 )
             )
-            source = (term, name)
+            source = Output(term, name)
     claims += [
-        _same(term, entry, other, space.rows["v"])
+        _same(space, term, entry, other)
         for term, entry, other in (("rates", "tau", "inverse_dynamics"), ("forward_rates", "vdot", "forward_dynamics"))
-        if term in engine
+        if space.has(term)
     ]
-    return claims + _closed(space, engine) + _drivers(engine)
+    return claims + _closed(space) + _drivers(space)
 
 
-def _closed(space: Space, engine: Engine) -> list[Claim]:
+def _closed(space: Space) -> list[Claim]:
     """Return the claims of the closed matrix form: tau once more, C v = h, and M' - 2 C skew."""
     claims = []
-    of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(engine, "rates", order)) for order in range(3)]
-    if "rates_closed" in engine and "inverse_dynamics" in engine:
-        claims.append(_same("rates_closed", "tau", "inverse_dynamics", space.rows["v"], of_tau[0]))
+    of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(space, "rates", order)) for order in range(3)]
+    if space.has("rates_closed", "inverse_dynamics"):
+        claims.append(_same(space, "rates_closed", "tau", "inverse_dynamics", of_tau[0]))
         claims += [
-            _same("rates_closed", name, "rates", space.rows["v"], of_tau[order])
+            _same(space, "rates_closed", name, "rates", of_tau[order])
             for order, name in ((1, "tau_dot"), (2, "tau_ddot"))
-            if "rates" in engine
+            if space.has("rates")
         ]
-    if "mass_rates_closed" in engine and "mass_rates" in engine:
+    if space.has("mass_rates_closed", "mass_rates"):
         claims += [
-            _same("mass_rates_closed", name, "mass_rates", _entries(space, name), _rounding_of("mass", "M", order))
+            _same(space, "mass_rates_closed", name, "mass_rates", _rounding_of("mass", "M", order))
             for order, name in ((1, "M_dot"), (2, "M_ddot"))
         ]
-    for term in ("coriolis", "coriolis_skew"):
-        if term in engine and "coupling" in engine:
-            claims.append(
-                Claim(
-                    f"{term}.C",
-                    "C v = h",
-                    FAMILY,
-                    _turned(term),
-                    second=_column_of("coupling", "h"),
-                    second_name="coupling",
-                    size=_rounding_of(term, "C", 1, *_of_mass(engine, "rates", 0)),
-                    rows=space.rows["v"],
-                )
-            )
-    if "coriolis_skew" in engine and "mass_rates" in engine:
+    claims += [
+        Claim(
+            f"{term}.C",
+            "C v = h",
+            _turned(term),
+            second=Output("coupling", "h").flat.column,
+            second_name="coupling",
+            size=_rounding_of(term, "C", 1, *_of_mass(space, "rates", 0)),
+            rows=space.rows["v"],
+        )
+        for term in ("coriolis", "coriolis_skew")
+        if space.has(term, "coupling")
+    ]
+    if space.has("coriolis_skew", "mass_rates"):
         claims.append(
             Claim(
                 "coriolis_skew.C, skew",
                 "C + C^T = M'",
-                FAMILY,
                 _symmetric,
-                second=lambda engine, state: np.asarray(engine("mass_rates", state)["M_dot"]),
+                second=Output("mass_rates", "M_dot"),
                 second_name="mass_rates",
                 rows=space.rows["v"],
                 columns=space.rows["v"],
-                size=_rounding_of(
-                    "coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(engine, "coriolis", 0)
-                ),
+                size=_rounding_of("coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(space, "coriolis", 0)),
             )
         )
     return claims
 
 
-def _of_mass(engine: Engine, term: str, order: int) -> list[tuple[str, str, int]]:
+def _of_mass(space: Space, term: str, order: int) -> list[tuple[str, str, int]]:
     """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; none for other
     terms."""
     more = {"rates": 2, "coupling_rates": 2, "base_motion_rates": 2}.get(term, 1 if term.startswith("coriolis") else 0)
-    return [("mass", "M", order + more)] if more and "mass" in engine else []
+    return [("mass", "M", order + more)] if more and space.has("mass") else []
 
 
 def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, int]) -> Value:
@@ -134,7 +133,7 @@ def _rounding_of(function: str, entry: str, order: int, *more: tuple[str, str, i
     The terms are the quantity, times the rate of the motion to the power of the order; ``more`` are further quantities,
     in the same way.
     """
-    quantities = [(_vector_of(of, name), power) for of, name, power in ((function, entry, order), *more)]
+    quantities = [(Output(of, name).flat, power) for of, name, power in ((function, entry, order), *more)]
 
     def size(engine: Engine, state: Blocks) -> Array:
         rate = _rate(state)
@@ -154,16 +153,15 @@ def _rate(state: Blocks) -> Array:
     return np.asarray(np.max(sizes, axis=0))
 
 
-def _same(term: str, name: str, other: str, rows: tuple[str, ...], size: Value | None = None) -> Claim:
+def _same(space: Space, term: str, name: str, other: str, size: Value | None = None) -> Claim:
     """Return the claim that two terms give the same output."""
     return Claim(
         f"{term}.{name}",
         f"as {other}",
-        FAMILY,
-        _column_of(term, name),
-        second=_column_of(other, name),
+        Output(term, name).flat.column,
+        second=Output(other, name).flat.column,
         second_name=other,
-        rows=rows,
+        rows=_entries(space, name),
         size=size,
     )
 
@@ -177,23 +175,13 @@ def _symmetric(engine: Engine, state: Blocks) -> Array:
     return np.asarray(C + np.swapaxes(C, -1, -2))
 
 
-def along_motion(engine: Engine, function: str, *, free: bool = False) -> Callable[[Blocks], dict[str, Array]]:
+def _along_motion(engine: Engine, function: str, *, free: bool) -> Rates:
     """Return the direction of the motion, in all blocks of a function; with ``free``, the direction has the free
     acceleration."""
-    taken = set(engine.functions[function])
-
-    def directions(state: Blocks) -> dict[str, Array]:
-        rates = {block: state[rate] for block, rate in _CHANGES.items() if block in taken and rate in state}
-        if free:
-            rates["v"] = engine("forward_dynamics", state)["vdot"]
-        if "z" in taken and "z" in state:
-            rates["z"] = engine("internal_rate", state)["zdot"]
-        result = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
-        if "base" in taken or "t" in taken:
-            result["t"] = np.ones((1, 1))
-        return result
-
-    return directions
+    motion = along_motion(engine, *engine.functions[function])
+    if not free:
+        return motion
+    return lambda state: motion(state) | {"v": engine("forward_dynamics", state)["vdot"][..., np.newaxis, :]}
 
 
 def _entries(space: Space, name: str) -> tuple[str, ...]:
@@ -202,106 +190,69 @@ def _entries(space: Space, name: str) -> tuple[str, ...]:
     return space.rows["v"]
 
 
-def _vector_of(function: str, entry: str) -> Value:
-    def value(engine: Engine, state: Blocks) -> Array:
-        result = engine(function, state)[entry]
-        batch = np.broadcast_shapes(*(state[block].shape[:-1] for block in engine.functions[function]))
-        return result.reshape(*batch, -1)
-
-    return value
-
-
-def _column_of(function: str, entry: str) -> Value:
-    of = _vector_of(function, entry)
-    return lambda engine, state: column(of(engine, state))
-
-
-def _drivers(engine: Engine) -> list[Claim]:
+def _drivers(space: Space) -> list[Claim]:
     """Return the claims of derivatives of prescribed laws, functions of time alone."""
     claims = []
-    time = {"t": np.ones((1, 1))}
-    if "base_rates" in engine:
+    in_time = fixed({"t": np.ones((1, 1))})
+    if space.has("base_rates"):
 
         def of_base(engine: Engine, state: Blocks) -> Array:
             twist_rates = engine("base", state)["base"][..., 13:]
             rows = engine("base_rates", state)["base_rates"]
             return np.concatenate([twist_rates, rows.reshape(*rows.shape[:-2], -1)[..., :-6]], axis=-1)
 
-        def rates(engine: Engine, state: Blocks) -> Array:
-            rows = engine("base_rates", state)["base_rates"]
-            return column(rows.reshape(*rows.shape[:-2], -1))
-
         claims.append(
             Claim(
                 "base_rates",
                 "each row from the one before",
-                FAMILY,
-                rates,
+                Output("base_rates", "base_rates").flat.column,
                 source=of_base,
-                directions=lambda _: time,
+                directions=in_time,
                 functions=("base", "base_rates"),
             )
         )
-    if "input_rates" in engine:
-        for name, source in (("u_dot", ("inputs", "u")), ("u_ddot", ("input_rates", "u_dot"))):
-            claims.append(
-                Claim(
-                    f"input_rates.{name}",
-                    f"d {source[1]} / dt",
-                    FAMILY,
-                    _column_of("input_rates", name),
-                    source=_vector_of(*source),
-                    directions=lambda _: time,
-                    functions=(source[0],),
-                )
+    if space.has("input_rates"):
+        claims += [
+            Claim(
+                f"input_rates.{name}",
+                f"d {source.entry} / dt",
+                Output("input_rates", name).flat.column,
+                source=source.flat,
+                directions=in_time,
             )
+            for name, source in (("u_dot", Output("inputs", "u")), ("u_ddot", Output("input_rates", "u_dot")))
+        ]
     return claims
 
 
-_EVENTS = "events"
-
-
-def event_claims(space: Space, engine: Engine, system: System) -> list[Claim]:
+def event_claims(space: Space) -> list[Claim]:
     """Return the claims of the terms ``events`` and ``event_impulse``."""
-    if "events" not in engine:
+    if not space.has("events"):
         return []
-    known = [number for number, row in enumerate(system.events) if row.has_rate]
-    impacts = [number for number, row in enumerate(system.events) if row.action == "impact"]
-    names, along_q = [row.name for row in system.events], space.along["q"]
-
-    def along_motion(state: Blocks) -> dict[str, Array]:
-        rates = {"q": state["v"], "v": state["a"]}
-        if "z" in state:
-            rates["z"] = engine("internal_rate", state)["zdot"]
-        result = {block: rate[..., np.newaxis, :] for block, rate in rates.items()}
-        return result | ({"t": np.ones((1, 1))} if "t" in state else {})
-
+    events, value = space.system.events, Output("events", "event")
+    known = [number for number, row in enumerate(events) if row.has_rate]
+    impacts = [number for number, row in enumerate(events) if row.action == "impact"]
     claims = []
     if known:
         claims.append(
             Claim(
                 "events.event_rate",
                 "d event / dt",
-                _EVENTS,
-                lambda engine, state: column(engine("events", state)["event_rate"][..., known]),
-                source=lambda engine, state: engine("events", state)["event"][..., known],
-                directions=along_motion,
-                rows=tuple(names[number] for number in known),
-                functions=("events",),
+                Output("events", "event_rate")[..., known].column,
+                source=value[..., known],
+                directions=along_motion(space.engine, "q", "v", "z"),
+                rows=tuple(events[number].name for number in known),
             )
         )
     if impacts:
         claims.append(
-            Claim(
-                "event_impulse.gradient",
-                "d event / dq of impacts",
-                _EVENTS,
-                lambda engine, state: np.asarray(engine("event_impulse", state)["gradient"] @ along_q.matrix),
-                source=lambda engine, state: engine("events", state)["event"][..., impacts],
-                directions=lambda _: {"q": along_q.matrix.T},
-                rows=tuple(names[number] for number in impacts),
-                columns=along_q.names,
-                functions=("events",),
+            jacobian(
+                space,
+                Output("event_impulse", "gradient"),
+                value[..., impacts],
+                "q",
+                [events[number].name for number in impacts],
+                meaning="d event / dq of impacts",
             )
         )
     return claims
