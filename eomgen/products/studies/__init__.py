@@ -43,18 +43,24 @@ __all__ = [
 _HOMES = {
     **dict.fromkeys(("Identification", "identify"), "identification"),
     "LADDERS": "ladders.register",
-    "Extremes": "ladders.result",
     "extremes": "ladders.study",
-    **dict.fromkeys(("VERDICTS", "Cell"), "ladders.result"),
+    **dict.fromkeys(("VERDICTS", "Cell", "Extremes"), "ladders.result"),
     "Tuned": "tuning.result",
     "tune": "tuning.tune",
     "check": "verification.check",
-    **dict.fromkeys(("Disagreement", "FormReport"), "verification.report"),
-    "CheckReport": "verification.report",
-    **dict.fromkeys(("DEMANDS", "Point", "Slope"), "work_precision.result"),
-    "Tradeoff": "work_precision.result",
+    **dict.fromkeys(("CheckReport", "Disagreement", "FormReport"), "verification.report"),
+    **dict.fromkeys(("DEMANDS", "Point", "Slope", "Tradeoff"), "work_precision.result"),
     "tradeoff": "work_precision.study",
 }
+#: Commands: name, line in the list of commands, module, and the command before it.
+_COMMANDS = (
+    ("savings", "Costs of a scene with the terms that it needs, and with more.", "model_commands", "generate"),
+    ("check", "Hold every closed form against differences and complex steps.", "model_commands", "savings"),
+    ("identify", "Unknown parameters of a scene from measured runs, with intervals.", "model_commands", "random"),
+    ("tradeoff", "Measure speed against accuracy: methods, formulations, steps.", "run_commands", "animate"),
+    ("tune", "Find the cheapest settings that meet a demand on the error.", "run_commands", "tradeoff"),
+    ("extremes", "Runs under extreme conditions: their failures and warnings.", "run_commands", "tune"),
+)
 _NO_CYCLES = "a demand on the error; eomgen simulate --timing measures steps"
 _OF_EOMGEN = ("Extremes", "Identification", "Tradeoff", "Tuned", "extremes", "identify", "tradeoff", "tune")
 
@@ -70,49 +76,9 @@ PRODUCT = Product(
                 "name": {"RealTime": "Tuned, of a demand on the error"},
             },
         ),
-        "eomgen.verbs": (
-            Verb(
-                "savings",
-                "Costs of a scene with the terms that it needs, and with more.",
-                "eomgen.products.studies.model_commands:savings",
-                behind="generate",
-                heading="Studies",
-            ),
-            Verb(
-                "check",
-                "Hold every closed form against differences and complex steps.",
-                "eomgen.products.studies.model_commands:check",
-                behind="savings",
-                heading="Studies",
-            ),
-            Verb(
-                "identify",
-                "Unknown parameters of a scene from measured runs, with intervals.",
-                "eomgen.products.studies.model_commands:identify",
-                behind="random",
-                heading="Studies",
-            ),
-            Verb(
-                "tradeoff",
-                "Measure speed against accuracy: methods, formulations, steps.",
-                "eomgen.products.studies.run_commands:tradeoff",
-                behind="animate",
-                heading="Studies",
-            ),
-            Verb(
-                "tune",
-                "Find the cheapest settings that meet a demand on the error.",
-                "eomgen.products.studies.run_commands:tune",
-                behind="tradeoff",
-                heading="Studies",
-            ),
-            Verb(
-                "extremes",
-                "Runs under extreme conditions: their failures and warnings.",
-                "eomgen.products.studies.run_commands:extremes",
-                behind="tune",
-                heading="Studies",
-            ),
+        "eomgen.verbs": tuple(
+            Verb(name, line, f"eomgen.products.studies.{module}:{name}", behind=behind, heading="Studies")
+            for name, line, module, behind in _COMMANDS
         ),
     },
     needs=("derivatives",),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +9,7 @@ import click
 
 from eomgen.base.files import make_folder
 from eomgen.base.messages import counted, listed
-from eomgen.base.progress import duration, terminal_bar
+from eomgen.base.progress import duration, short_duration, terminal_bar
 from eomgen.cli.options import (
     arguments_of,
     assignments,
@@ -32,6 +31,7 @@ from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
     from eomgen.products.studies import Cell, Extremes, Point, Tradeoff, Tuned
+    from eomgen.scene.scene import Scene
 
 
 #: Deviation of a measured order from the declared order above which both are printed.
@@ -39,6 +39,8 @@ _OFF = 0.15
 #: Largest number of listed items.
 _NAMED = 4
 
+#: Options with names that commas separate.
+_NAMES: dict[str, Any] = {"default": "", "callback": names_of, "metavar": "NAME,NAME"}
 _of_tradeoff = arguments_of("eomgen.products.studies:tradeoff")
 
 
@@ -51,13 +53,11 @@ _of_tradeoff = arguments_of("eomgen.products.studies:tradeoff")
 @_of_tradeoff("--measure", metavar="largest|rms|final")
 @click.option(
     "--axes",
-    default=None,
-    callback=names_of,
-    metavar="NAME,NAME",
     help="Varied axes: formulation, method, parameters, resolution, policy, arithmetic, profile, fidelity; by"
     " default all but fidelity.",
+    **_NAMES,
 )
-@_of_tradeoff("--methods", default=None, callback=names_of, metavar="NAME,NAME")
+@_of_tradeoff("--methods", **_NAMES)
 @click.option("--steps", default=None, metavar="S,S", help="Steps in s; each must divide the largest.")
 @end_option
 @_of_tradeoff("--budget", type=float, metavar="S")
@@ -76,29 +76,17 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import tradeoff as studied  # noqa: PLC0415
 
-    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
-    described = pipeline.load_scene(scene, **reading)
+    described = pipeline.load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
     say_notes(described)
-    parameters = in_units("--set", assignments("--set", options["parameters"]), described.parameters)
-    inputs = in_units("--input", assignments("--input", options["inputs"]), described.inputs)
+    _read_changes(options, described)
+    options["steps"] = _numbers(options["steps"])
     with terminal_bar(described.name) as bar:
         study = studied(
             scene,
-            outputs=options["outputs"],
-            measure=options["measure"],
-            axes=options["axes"] or (),
-            methods=options["methods"] or (),
-            steps=_numbers(options["steps"]),
-            t_end=options["t_end"],
-            parameters=parameters or None,
-            inputs=inputs or None,
-            budget=options["budget"],
-            repeats=options["repeats"],
             folder=folder,
-            resume=options["resume"],
             progress=bar,
             announce=lambda plan: bar.announce(f"{described.name}: {plan}"),
-            **reading,
+            **options,
         )
     files = study.save(folder)
     if as_json:
@@ -111,13 +99,18 @@ def tradeoff(scene: str, folder: str, as_json: bool, **options: Any) -> int:
     return 0
 
 
+def _read_changes(options: dict[str, Any], scene: Scene) -> None:
+    """Turn the texts of ``--set`` and ``--input`` into numbers."""
+    for option, name, known in (("--set", "parameters", scene.parameters), ("--input", "inputs", scene.inputs)):
+        options[name] = in_units(option, assignments(option, options[name]), known) or None
+
+
 def _numbers(text: str | None) -> list[float]:
     try:
         return [float(word) for word in (text or "").split(",") if word.strip()]
     except ValueError:
-        raise UsageError(
-            Problem(f"--steps {text}", "these are not numbers of seconds [E1102]", "--steps 1e-3,5e-4")
-        ) from None
+        fault = "these are not numbers of seconds [E1102]"
+        raise UsageError(Problem(f"--steps {text}", fault, "--steps 1e-3,5e-4")) from None
 
 
 def _print_tradeoff(study: Tradeoff) -> None:
@@ -137,7 +130,12 @@ def _print_tradeoff(study: Tradeoff) -> None:
 
 
 def _cells(study: Tradeoff, point: Point) -> tuple[str, str, str, str]:
-    return (point.configuration.label, _resolution(point), f"{study.error(point):.1e}", _time(point.seconds))
+    return (
+        point.configuration.label,
+        _resolution(point),
+        f"{study.error(point):.1e}",
+        short_duration(point.seconds or 0.0),
+    )
 
 
 def _next(other: Point | None, best: Point) -> tuple[str, str]:
@@ -157,13 +155,6 @@ def _resolution(point: Point) -> str:
     return f"{point.value:.4g}{' s' if point.kind == 'step' else ''}"
 
 
-def _time(seconds: float | None) -> str:
-    if seconds is None:
-        return ""
-    unit, size = next((u, s) for u, s in (("s", 1.0), ("ms", 1e-3), ("us", 0.0)) if seconds >= s)
-    return f"{seconds / (size or 1e-6):.3g} {unit}"
-
-
 def _remarks(study: Tradeoff) -> list[str]:
     """Return remarks below the table, a line each."""
     by, second = study.reference["by"], study.reference["held against"]
@@ -174,7 +165,9 @@ def _remarks(study: Tradeoff) -> list[str]:
         faster = ""
         if better is not None and better.seconds and own.seconds > 1.1 * better.seconds:
             faster = f"; {better.label} is {own.seconds / better.seconds:.3g} x as fast at no more"
-        result.append(f"the scene's own, {own.label}: error {study.error(own):.1e} in {_time(own.seconds)}{faster}")
+        result.append(
+            f"the scene's own, {own.label}: error {study.error(own):.1e} in {short_duration(own.seconds)}{faster}"
+        )
     off = [s for s in study.slopes if abs(s.slope - s.declared) > _OFF]
     every = len(study.slopes)
     slopes = f"order as declared within {_OFF:g}: {every - len(off)} of {counted(every, 'configuration')}"
@@ -204,7 +197,6 @@ def _remarks(study: Tradeoff) -> list[str]:
 _RIVALS = 5
 
 _of_tune = arguments_of("eomgen.products.studies:tune")
-_NAMES: dict[str, Any] = {"default": None, "callback": names_of, "metavar": "NAME,NAME"}
 
 
 @click.command()
@@ -237,29 +229,16 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import tune as tuned  # noqa: PLC0415
 
-    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
-    described = pipeline.load_scene(scene, **reading)
+    described = pipeline.load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
     say_notes(described)
     if file is not None and Path(file).suffix != ".toml":
         raise UsageError(Problem(f"--out {file}", "a scene is written as a .toml file [E1103]", "--out tuned.toml"))
     if options["error"] is None:
         raise UsageError(Problem("tune", "a demand on the error is needed [E1104]", "--error 1e-4"))
+    _read_changes(options, described)
     with terminal_bar(described.name) as bar:
         bar.announce(f"{described.name}: up to {duration(options['budget'])} of runs, and builds")
-        result = tuned(
-            scene,
-            options["error"],
-            output=options["output"],
-            measure=options["measure"],
-            axes=options["axes"] or (),
-            methods=options["methods"] or (),
-            t_end=options["t_end"],
-            parameters=in_units("--set", assignments("--set", options["parameters"]), described.parameters) or None,
-            inputs=in_units("--input", assignments("--input", options["inputs"]), described.inputs) or None,
-            budget=options["budget"],
-            progress=bar.stage,
-            **reading,
-        )
+        result = tuned(scene, progress=bar.stage, **options)
     if as_json:
         print_json(result.to_dict())
     else:
@@ -305,13 +284,12 @@ def _print_tuned(tuned: Tuned) -> None:
 _NAMED_CELLS = 8
 
 _of_extremes = arguments_of("eomgen.products.studies:extremes")
-_names_option = partial(click.option, default=None, callback=names_of, metavar="NAME,NAME")
 
 
 @click.command()
 @optional_folder("Folder for table, JSON and picture.")
-@_names_option("--ladders", help="step, stiffness, length, ...; all by default.")
-@_names_option("--methods", help="In place of all methods that suit the scene.")
+@click.option("--ladders", help="step, stiffness, length, ...; all by default.", **_NAMES)
+@click.option("--methods", help="In place of all methods that suit the scene.", **_NAMES)
 @click.option("--cell", "cells", multiple=True, metavar="LADDER:VALUE[:METHOD]", help="This cell alone; repeatable.")
 @_of_extremes("--budget", type=float, metavar="S")
 @_of_extremes("--limit", type=float, metavar="S")
@@ -327,24 +305,12 @@ def extremes(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     """
     from eomgen.products.studies import extremes as studied  # noqa: PLC0415  # imported when the arguments are known to be fine
 
-    reading = {name: options.pop(name) for name in SCENE_OPTIONS}
     for name in ("budget", "limit"):
         if not options[name] > 0.0:
             fault = f"{options[name]:g} is not a positive number of seconds [E1106]"
             raise UsageError(Problem(f"--{name}", fault, f"--{name} 60"))
     with terminal_bar(Path(scene).stem) as progress:
-        result = studied(
-            scene,
-            ladders=options["ladders"] or (),
-            methods=options["methods"] or (),
-            cells=options["cells"],
-            budget=options["budget"],
-            limit=options["limit"],
-            folder=folder,
-            resume=options["resume"],
-            progress=progress,
-            **reading,
-        )
+        result = studied(scene, folder=folder, progress=progress, **options)
     files = [] if folder is None else result.save(folder)
     if as_json:
         print_json(result.to_dict())

@@ -10,6 +10,7 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_file, write_text
+from eomgen.base.progress import short_duration
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.studies.tuning.judge import VerificationRun
 from eomgen.products.studies.work_precision.axes import Configuration
@@ -205,7 +206,8 @@ class Tuned:
     @property
     def why(self) -> str:
         """One line: the reason, the cost of one digit more, and the machine of the measurement."""
-        parts = [f"{self.label} meets {self.demand:g} in {_time(self.seconds)} for {self.span:.4g} s of motion"]
+        time = short_duration(self.seconds)
+        parts = [f"{self.label} meets {self.demand:g} in {time} for {self.span:.4g} s of motion"]
         if self.rivals:
             first = self.rivals[0]
             how = "takes" if first.measured else "would take"
@@ -277,8 +279,3 @@ class Tuned:
         text = with_settings(self.source, self.simulation, self.coordinates, self.group)
         write_text(Path(path), text)
         return Path(path)
-
-
-def _time(seconds: float) -> str:
-    unit, size = next((u, s) for u, s in (("s", 1.0), ("ms", 1e-3), ("us", 0.0)) if seconds >= s)
-    return f"{seconds / (size or 1e-6):.3g} {unit}"

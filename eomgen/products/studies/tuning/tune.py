@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.calls import checked_call
-from eomgen.base.messages import shown
+from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
 from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verified
@@ -20,8 +20,9 @@ from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, Ra
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
-from eomgen.products.studies.work_precision.observation import MEASURES, check_output
+from eomgen.products.studies.work_precision.observation import check_measure, check_output
 from eomgen.products.studies.work_precision.running import MOST_TIMES, REACHED, Runner, machine, timed, tuning_grid
+from eomgen.system.description import Simulation
 
 #: Rounds of verification: conditions missed in one are tuned on in the next.
 ROUNDS = 4
@@ -98,46 +99,47 @@ def tune(
         raise UsageError(Problem("tune", "a demand on the error is needed [E1123]", "error=1e-4"))
     if not (isinstance(error, int | float) and 1e-13 <= error <= 0.5):
         raise UsageError(Problem("error", f"a demand lies in 1e-13..0.5, not {error!r} [E1125]", "1e-4"))
-    if measure not in MEASURES:
-        raise UsageError(
-            Problem("measure", f"there is no measure {shown(measure)} [E1126]", f"one of {', '.join(MEASURES)}")
-        )
+    check_measure(measure)
     chosen = checked_axes(axes)
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
+    defaults = variants.simulation
+    end = defaults.duration if t_end is None else t_end
+    if not (math.isfinite(end) and end > 0.0):
+        raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s [E1127]", "10"))
+    grid = tuning_grid(end, defaults.step, defaults.step * defaults.record_every)
+    runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
-    say = progress or (lambda _: None)
-    tuning = _Tuning(variants, tuple(methods), chosen, t_end, parameters, inputs, budget, say)
+    tuning = _Tuning(runner, defaults, tuple(methods), chosen, budget, progress or (lambda _: None))
     return tuning.result(Demand(float(error), output, measure), source)
 
 
+@dataclass
 class _Tuning:
     """The work of one call of ``tune``."""
 
-    def __init__(
-        self,
-        formulations: Formulations,
-        methods: tuple[str, ...],
-        axes: tuple[str, ...],
-        t_end: float | None,
-        parameters: Mapping[str, float] | None,
-        inputs: Mapping[str, Any] | None,
-        budget: float,
-        say: Callable[[str], None],
-    ) -> None:
-        self.defaults = formulations.simulation
-        end = self.defaults.duration if t_end is None else t_end
-        if not (math.isfinite(end) and end > 0.0):
-            raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s [E1127]", "10"))
-        self.formulations, self.methods, self.axes, self.budget, self.say = formulations, methods, axes, budget, say
-        grid = tuning_grid(end, self.defaults.step, self.defaults.step * self.defaults.record_every)
-        self.runner = Runner(formulations, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
-        self.left_out: dict[str, str] = dict(formulations.refused)
-        self.own = formulations.own
+    runner: Runner
+    defaults: Simulation
+    methods: tuple[str, ...]
+    axes: tuple[str, ...]
+    budget: float
+    say: Callable[[str], None]
+    left_out: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def formulations(self) -> Formulations:
+        """Formulations of the scene."""
+        return self.runner.formulations
+
+    @property
+    def own(self) -> str:
+        """The name of the scene's own formulation."""
+        return self.formulations.own
 
     def result(self, demand: Demand, source: Path | None) -> Tuned:
         """Return the configuration that meets a demand at the least cost."""
         began = time.process_time()
+        self.left_out |= self.formulations.refused
         model = self.runner.model(self.own)
         check_output("output", demand.quantity, model)
         own = candidates(self.own, model, self.methods, self.left_out)

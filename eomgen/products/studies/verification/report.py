@@ -236,27 +236,17 @@ class CheckReport:
         ------
         FileError
         """
-        return write(self, Path(folder))
-
-
-def write(report: CheckReport, folder: Path) -> list[Path]:
-    """Write ``check.json``, ``check.csv`` and ``check.png`` to a folder, which is created if missing, and return the
-    files.
-
-    Raises
-    ------
-    FileError
-    """
-    make(folder)
-    data, table, figure = folder / "check.json", folder / "check.csv", folder / "check.png"
-    write_text(data, json_text(report.to_dict()) + "\n")
-    write_rows(table, _table(report))
-    drawn = [form for form in report.forms if any(math.isfinite(error) for error in form.errors)]
-    if drawn:
-        verdict = report.summary if report.passed else f"failed: {', '.join(form.name for form in report.failures[:4])}"
-        states = f"closed forms against central differences at {len(report.states)} states"
-        draw(drawn, f"{report.scene}: {states}; {verdict}", figure)
-    return [data, table, figure] if drawn else [data, table]
+        target = Path(folder)
+        make(target)
+        data, table, figure = target / "check.json", target / "check.csv", target / "check.png"
+        write_text(data, json_text(self.to_dict()) + "\n")
+        write_rows(table, _table(self))
+        drawn = [form for form in self.forms if any(math.isfinite(error) for error in form.errors)]
+        if not drawn:
+            return [data, table]
+        verdict = self.summary if self.passed else f"failed: {', '.join(form.name for form in self.failures[:4])}"
+        states = f"closed forms against central differences at {len(self.states)} states"
+        return [data, table, draw(drawn, f"{self.scene}: {states}; {verdict}", figure)]
 
 
 def make(folder: Path) -> None:

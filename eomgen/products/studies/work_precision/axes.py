@@ -65,15 +65,7 @@ class Configuration:
         return {**self.parameters, **settings, **({"real": self.real} if self.real != "double" else {})}
 
     def to_dict(self) -> dict[str, Any]:
-        return {
-            "formulation": self.formulation,
-            "method": self.method,
-            "parameters": dict(self.parameters),
-            "policy": self.policy,
-            "settings": dict(self.settings),
-            "real": self.real,
-            "profile": self.profile,
-        }
+        return {**vars(self), "parameters": dict(self.parameters), "settings": dict(self.settings)}
 
 
 #: The axes of a study, and the varied quantities of each.

@@ -119,6 +119,13 @@ def observed(model: Model, solution: Solution) -> Observation:
     )
 
 
+def check_measure(measure: str) -> None:
+    """Raise UsageError for a size of errors that is none of ``MEASURES``."""
+    if measure not in MEASURES:
+        fault = f"there is no measure {shown(measure)} [E1126]"
+        raise UsageError(Problem("measure", fault, f"one of {', '.join(MEASURES)}"))
+
+
 def check_output(argument: str, name: str, model: Model) -> None:
     """Check that runs of a model have a quantity. Raises UsageError, which names the argument."""
     own = tuple(name for name in OWN if {MULTIPLIERS: model.multipliers, Z: model.nz}.get(name, True))

@@ -17,7 +17,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.journal import Journal
 from eomgen.base.json_text import finite
-from eomgen.base.messages import counted, shown
+from eomgen.base.messages import counted
 from eomgen.base.progress import duration
 from eomgen.base.version import __version__
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
@@ -33,7 +33,13 @@ from eomgen.products.studies.work_precision.axes import (
     reason,
 )
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
-from eomgen.products.studies.work_precision.observation import MEASURES, STATE, ErrorSize, check_output, with_arrays
+from eomgen.products.studies.work_precision.observation import (
+    STATE,
+    ErrorSize,
+    check_measure,
+    check_output,
+    with_arrays,
+)
 from eomgen.products.studies.work_precision.reference import RunReference, reference
 from eomgen.products.studies.work_precision.result import NOT_BUILT, Point, Tradeoff
 from eomgen.products.studies.work_precision.running import (
@@ -48,6 +54,7 @@ from eomgen.products.studies.work_precision.running import (
     timed,
 )
 from eomgen.simulation.accuracy.motion_size import Components
+from eomgen.system.description import Simulation
 
 _POINTS, _REFERENCE = "points.jsonl", "reference.npz"
 
@@ -244,10 +251,7 @@ def tradeoff(
     """
     began = time.perf_counter()
     chosen = checked_axes(axes)
-    if measure not in MEASURES:
-        raise UsageError(
-            Problem("measure", f"there is no measure {shown(measure)} [E1126]", f"one of {', '.join(MEASURES)}")
-        )
+    check_measure(measure)
     if not budget > 0.0 or not math.isfinite(budget):
         raise UsageError(
             Problem("budget", f"a study takes a positive number of seconds, not {budget:g} [E1141]", "120")
@@ -260,12 +264,18 @@ def tradeoff(
                 Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not [E1143]", "1e-3")
             )
     variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
+    defaults = variants.simulation
+    end = defaults.duration if t_end is None else t_end
+    if not (math.isfinite(end) and end > 0.0):
+        raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
+    grid = ladder_grid(0.0, end, defaults.step, defaults.step * defaults.record_every, steps)
+    runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
+    in_coarsest = per_coarsest(Grid(grid.row * grid.coarsest, 1), steps)
+    absolute = "formulation" in axes
     study = _WorkPrecisionStudy(
-        variants, chosen, tuple(methods), t_end, tuple(steps), parameters, inputs, budget, repeats, progress
+        runner, defaults, in_coarsest, chosen, tuple(methods), budget, repeats, progress, announce, absolute
     )
-    study.absolute = "formulation" in axes
-    study.announce = announce
-    described = identity(variants, study.runner.grid, parameters, inputs)
+    described = identity(variants, grid, parameters, inputs)
     journal = PointJournal(None if folder is None else Path(folder), described, resume=resume)
     try:
         return study.result(tuple(outputs), measure, journal, began)
@@ -275,48 +285,48 @@ def tradeoff(
         raise
 
 
+@dataclass
 class _WorkPrecisionStudy:
-    """The work of one call of ``tradeoff``."""
+    """The work of one call of ``tradeoff``.
 
-    def __init__(
-        self,
-        formulations: Formulations,
-        axes: tuple[str, ...],
-        methods: tuple[str, ...],
-        t_end: float | None,
-        steps: tuple[float, ...],
-        parameters: Mapping[str, float] | None,
-        inputs: Mapping[str, Any] | None,
-        budget: float,
-        repeats: int,
-        progress: Progress | None,
-    ) -> None:
-        self.axes, self.methods, self.budget, self.repeats = axes, methods, budget, repeats
-        self.progress = progress
-        #: Whether absolute coordinates of a scene without constraints are asked for.
-        self.absolute = False
-        self.announce: Callable[[str], None] | None = None
-        self.defaults = formulations.simulation
-        end = self.defaults.duration if t_end is None else t_end
-        if not (math.isfinite(end) and end > 0.0):
-            raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
-        interval = self.defaults.step * self.defaults.record_every
-        grid = ladder_grid(0.0, end, self.defaults.step, interval, steps)
-        #: The coarsest step, s, and the number of each step in the coarsest.
-        self.coarsest = grid.row * grid.coarsest
-        self.in_coarsest = per_coarsest(Grid(self.coarsest, 1), steps)
-        self.runner = Runner(formulations, grid, parameters, inputs, limit=max(1.0, 0.1 * budget))
-        self.formulations, self.left_out = formulations, dict(formulations.refused)
-        self.points: dict[str, Point] = {}
-        self.spent = 0.0
-        self.done = 0
+    Attributes
+    ----------
+    in_coarsest : number of each step in the coarsest
+    absolute : whether absolute coordinates of a scene without constraints are asked for
+    """
+
+    runner: Runner
+    defaults: Simulation
+    in_coarsest: tuple[int, ...]
+    axes: tuple[str, ...]
+    methods: tuple[str, ...]
+    budget: float
+    repeats: int
+    progress: Progress | None
+    announce: Callable[[str], None] | None
+    absolute: bool
+    points: dict[str, Point] = field(default_factory=dict)
+    left_out: dict[str, str] = field(default_factory=dict)
+    spent: float = 0.0
+    done: int = 0
+
+    @property
+    def formulations(self) -> Formulations:
+        """Formulations of the scene."""
+        return self.runner.formulations
+
+    @property
+    def coarsest(self) -> float:
+        """The coarsest step, s."""
+        return self.runner.grid.row * self.runner.grid.coarsest
 
     def result(self, outputs: tuple[str, ...], measure: str, journal: PointJournal, began: float) -> Tradeoff:
         """Return the study's result."""
         self.journal = journal
+        self.left_out |= self.formulations.refused
         every = self._candidates()
         for name in outputs:
-            check_output("outputs", name, self.runner.model(self.runner.formulations.own))
+            check_output("outputs", name, self.runner.model(self.formulations.own))
         self.quantity, self.measure = (outputs or (STATE,))[0], measure
         ladders = [self._own(), *self._ladders(every)]
         if self.announce is not None:
@@ -348,7 +358,7 @@ class _WorkPrecisionStudy:
     def _tradeoff(self) -> Tradeoff:
         grid = self.runner.grid
         return Tradeoff(
-            self.runner.model(self.runner.formulations.own).name,
+            self.runner.model(self.formulations.own).name,
             self.quantity,
             self.measure,
             (grid.start, grid.end, grid.rows),
@@ -362,8 +372,8 @@ class _WorkPrecisionStudy:
     def _candidates(self) -> tuple[Candidate, ...]:
         every: list[Candidate] = []
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
-        own = self.runner.formulations.own
-        for name in list(self.runner.formulations.scenes):
+        own = self.formulations.own
+        for name in list(self.formulations.scenes):
             less = name in self.formulations.simplified
             if (
                 name != own
