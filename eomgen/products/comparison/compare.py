@@ -194,15 +194,11 @@ def _parts(pairing: Pairing, *, forces_equal: bool) -> tuple[list[Difference], l
         if mine is None or theirs is None:
             if name.startswith("points."):  # of an element that only one description has
                 continue
-            place = first.place(name) if theirs is None else second.place(name)
             if forces_equal or name in first.idle | second.idle:
                 notes.append(f"{name} is in one description alone, without an effect at zero inputs [W0050]")
             else:
                 present = name.partition(".")[0].removesuffix("s").replace("_", " ")
-                if theirs is None:
-                    listed.append(Difference(name, "element", present, None, "", (place, "")))
-                else:
-                    listed.append(Difference(name, "element", None, present, "", ("", place)))
+                listed.append(pairing.alone(name, "element", present, second=mine is None))
         elif pairing.same_frames or not forces_equal:
             listed += _of_part(pairing, name, mine, theirs)
     return listed, notes
@@ -230,6 +226,5 @@ def _of_part(
         one, other = mine.get(key), theirs.get(key)
         if one is not None and other is not None and equal(one, other, pairing.tolerance):
             continue
-        places = pairing.first.place(f"{name}.{key}"), pairing.second.place(f"{name}.{key}")
-        result.append(Difference(name, key, one, other, "", places))
+        result.append(pairing.difference((name, name), key, one, other))
     return result

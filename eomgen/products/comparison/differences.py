@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -102,6 +103,31 @@ class Pairing:
         size = max(float(np.abs(one.about_center).max()), float(np.abs(other.about_center).max()))
         return bool(np.abs(one.about_center - other.about_center).max() <= self.tolerance * size)
 
+    def difference(
+        self, keys: tuple[str, str], quantity: str, one: Any, other: Any, unit: str = "", key: str | None = None
+    ) -> Difference:
+        """Return a difference of an element that both machines have.
+
+        Parameters
+        ----------
+        keys : of the element in both descriptions, ``joints.hinge``
+        one, other : values; small components of arrays are shown as zero
+        key : of the quantity below the element, for the places; the name of the quantity by default
+        """
+        below = f".{quantity if key is None else key}".rstrip(".")
+        mine, theirs = (
+            tuple(np.where(np.abs(item) < _ROUNDING, 0.0, item).tolist()) if isinstance(item, np.ndarray) else item
+            for item in (one, other)
+        )
+        places = self.first.place(f"{keys[0]}{below}"), self.second.place(f"{keys[1]}{below}")
+        return Difference(keys[0], quantity, mine, theirs, unit, places)
+
+    def alone(self, element: str, quantity: str, value: str, *, second: bool = False) -> Difference:
+        """Return the difference of an element that the first machine has, or the second."""
+        if second:
+            return Difference(element, quantity, None, value, "", ("", self.second.place(element)))
+        return Difference(element, quantity, value, None, "", (self.first.place(element), ""))
+
     def misses(self, one: Link, other: Link, number: int, aligned: Placement) -> int:
         """Count quantities of a link, and of the joints on the link, that differ with frames placed in this way."""
         moved = other.whole.moved(*aligned)
@@ -144,20 +170,18 @@ def differences(pairing: Pairing) -> list[Difference]:
     late: list[Difference] = []
     size = max(float(np.linalg.norm(first.gravity)), float(np.linalg.norm(second.gravity)))
     if np.abs(first.gravity - second.gravity).max() > pairing.tolerance * size:
-        listed.append(
-            _vectors(pairing, "gravity", "gravity", first.gravity, second.gravity, "m/s^2", ("gravity", "gravity"))
-        )
+        values = first.gravity, second.gravity
+        listed.append(pairing.difference(("gravity", "gravity"), "gravity", *values, "m/s^2", key=""))
     for i, j in pairing.pairs:
         one, other = first.links[i], second.links[j]
+        keys = f"joints.{one.joint}", f"joints.{other.joint}"
         if not pairing.same_parents(one, other):
-            mine, theirs = _name(first, one.parent), _name(second, other.parent)
-            keys = f"joints.{one.joint}.parent", f"joints.{other.joint}.parent"
-            listed.append(Difference(f"joints.{one.joint}", "parent", mine, theirs, "", _places(pairing, keys)))
+            names = _name(first, one.parent), _name(second, other.parent)
+            listed.append(pairing.difference(keys, "parent", *names))
             pairing.aligned[i] = AT_ORIGIN
             continue
         if one.type != other.type:
-            keys = f"joints.{one.joint}.type", f"joints.{other.joint}.type"
-            listed.append(Difference(f"joints.{one.joint}", "type", one.type, other.type, "", _places(pairing, keys)))
+            listed.append(pairing.difference(keys, "type", one.type, other.type))
         listed += _placed(pairing, i, one, other)
         listed += _weighed(pairing, i, one, other)
         if one.type == other.type:
@@ -198,33 +222,14 @@ def _structure(pairing: Pairing) -> Iterator[Difference]:
     partners = set(pairing.partner.values())
     for number, link in enumerate(pairing.first.links):
         if number not in pairing.partner:
-            place = pairing.first.place(f"joints.{link.joint}")
-            yield Difference(f"joints.{link.joint}", "joint", link.type, None, "", (place, ""))
+            yield pairing.alone(f"joints.{link.joint}", "joint", link.type)
     for number, link in enumerate(pairing.second.links):
         if number not in partners:
-            place = pairing.second.place(f"joints.{link.joint}")
-            yield Difference(f"joints.{link.joint}", "joint", None, link.type, "", ("", place))
+            yield pairing.alone(f"joints.{link.joint}", "joint", link.type, second=True)
 
 
 def _name(machine: Machine, number: int) -> str:
     return machine.links[number].body if number >= 0 else "base"
-
-
-def _places(pairing: Pairing, keys: tuple[str, str]) -> tuple[str, str]:
-    return pairing.first.place(keys[0]), pairing.second.place(keys[1])
-
-
-def _vectors(
-    pairing: Pairing,
-    element: str,
-    quantity: str,
-    one: Array,
-    other: Array,
-    unit: str,
-    keys: tuple[str, str],
-) -> Difference:
-    mine, theirs = (tuple(np.where(np.abs(item) < _ROUNDING, 0.0, item).tolist()) for item in (one, other))
-    return Difference(element, quantity, mine, theirs, unit, _places(pairing, keys))
 
 
 def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
@@ -232,7 +237,7 @@ def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[D
     carrier = pairing.aligned[one.parent]
     theirs = carrier.then(other.pose)
     exact = one.pose.inverse().then(theirs)
-    element, keys = f"joints.{one.joint}", (f"joints.{one.joint}", f"joints.{other.joint}")
+    keys = f"joints.{one.joint}", f"joints.{other.joint}"
     if pairing.near(exact, AT_ORIGIN):
         pairing.aligned[number] = AT_ORIGIN
         yield from _axes(pairing, one, other, AT_ORIGIN)
@@ -252,19 +257,14 @@ def _placed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[D
     if written < posed or (written == posed and (moved or tilted)):
         pairing.aligned[number] = AT_ORIGIN
         if not pairing.near_axes(exact.axes, np.eye(3)):
-            values = one.pose.axes.ravel(), theirs.axes.ravel()
-            yield _vectors(pairing, element, "orientation", *values, "", _of(keys, "orientation"))
+            yield pairing.difference(keys, "orientation", one.pose.axes.ravel(), theirs.axes.ravel())
         if not pairing.near_points(theirs.origin, one.pose.origin):
-            yield _vectors(pairing, element, "position", one.pose.origin, theirs.origin, "m", _of(keys, "position"))
+            yield pairing.difference(keys, "position", one.pose.origin, theirs.origin, "m")
     else:
         pairing.aligned[number] = exact
         if moved:
-            yield _vectors(pairing, element, "position", one.pose.origin, theirs.origin, "m", _of(keys, "position"))
+            yield pairing.difference(keys, "position", one.pose.origin, theirs.origin, "m")
     yield from _axes(pairing, one, other, pairing.aligned[number])
-
-
-def _of(keys: tuple[str, str], quantity: str) -> tuple[str, str]:
-    return f"{keys[0]}.{quantity}", f"{keys[1]}.{quantity}"
 
 
 def _axes(pairing: Pairing, one: Link, other: Link, aligned: Placement) -> Iterator[Difference]:
@@ -275,8 +275,7 @@ def _axes(pairing: Pairing, one: Link, other: Link, aligned: Placement) -> Itera
             continue
         turned = aligned.axes @ theirs
         if not pairing.near_axes(mine, turned):
-            keys = f"joints.{one.joint}.{name}", f"joints.{other.joint}.{name}"
-            yield _vectors(pairing, f"joints.{one.joint}", name, mine, turned, "", keys)
+            yield pairing.difference((f"joints.{one.joint}", f"joints.{other.joint}"), name, mine, turned)
 
 
 def _weighed(pairing: Pairing, number: int, one: Link, other: Link) -> Iterator[Difference]:
@@ -307,10 +306,9 @@ def _of_body(
     if one.joint and not pairing.near(one.place, place) and pairing.alike(one.inertia, other.inertia):
         keys = f"joints.{one.joint}", f"joints.{other.joint or one.joint}"
         if not pairing.near_axes(one.place.axes, place.axes):
-            values = one.place.axes.ravel(), place.axes.ravel()
-            yield _vectors(pairing, keys[0], "orientation", *values, "", _of(keys, "orientation"))
+            yield pairing.difference(keys, "orientation", one.place.axes.ravel(), place.axes.ravel())
         if not pairing.near_points(one.place.origin, place.origin):
-            yield _vectors(pairing, keys[0], "position", one.place.origin, place.origin, "m", _of(keys, "position"))
+            yield pairing.difference(keys, "position", one.place.origin, place.origin, "m")
         return
     back = one.place.inverse()
     yield from _of_inertia(pairing, (name, name), one.inertia, theirs.moved(*back))
@@ -318,15 +316,14 @@ def _of_body(
 
 def _of_inertia(pairing: Pairing, names: tuple[str, str], one: Inertia, other: Inertia) -> Iterator[Difference]:
     """Yield differences of mass properties in the first's frame."""
-    element, keys = f"bodies.{names[0]}", (f"bodies.{names[0]}", f"bodies.{names[1]}")
+    keys = f"bodies.{names[0]}", f"bodies.{names[1]}"
     if abs(one.mass - other.mass) > pairing.tolerance * max(one.mass, other.mass):
-        yield Difference(element, "mass", one.mass, other.mass, "kg", _places(pairing, _of(keys, "mass")))
+        yield pairing.difference(keys, "mass", one.mass, other.mass, "kg")
     if one.mass and other.mass and not pairing.near_points(one.center, other.center):
-        values = one.center, other.center
-        yield _vectors(pairing, element, "center_of_mass", *values, "m", _of(keys, "center_of_mass"))
+        yield pairing.difference(keys, "center_of_mass", one.center, other.center, "m")
     if not pairing.near_inertias(one, other):
         values = np.array(entries_of(one.about_center)), np.array(entries_of(other.about_center))
-        yield _vectors(pairing, element, "inertia", *values, "kg m^2", _of(keys, "inertia"))
+        yield pairing.difference(keys, "inertia", *values, "kg m^2")
 
 
 def _of_joint(pairing: Pairing, one: Link, other: Link) -> Iterator[Difference]:
@@ -338,12 +335,11 @@ def _of_joint(pairing: Pairing, one: Link, other: Link) -> Iterator[Difference]:
         if equal(mine, theirs, pairing.tolerance):
             continue
         name = quantity.partition("[")[0]
-        key = _KEYS.get(name, name)
-        places = _places(pairing, (f"joints.{one.joint}.{key}", f"joints.{other.joint}.{key}"))
+        keys = f"joints.{one.joint}", f"joints.{other.joint}"
         units = tuple(JOINTS[one.type].coordinates.values()) if one.type in JOINTS else ()
         index = int(quantity.partition("[")[2].rstrip("]") or 0)
         unit = _UNITS[name][units[index] == "m"] if name in _UNITS and index < len(units) else ""
-        yield Difference(f"joints.{one.joint}", quantity, _shown(mine), _shown(theirs), unit, places)
+        yield pairing.difference(keys, quantity, _shown(mine), _shown(theirs), unit, _KEYS.get(name, name))
 
 
 def _shown(value: float | str) -> float | str | None:
@@ -365,9 +361,7 @@ def _loops(pairing: Pairing) -> Iterator[Difference]:
     if pairing.first.loops is None or pairing.second.loops is None:
         return
     rest = {loop.name: loop for loop in pairing.second.loops}
-    pairs: list[tuple[Loop, Loop | None]] = []
-    for loop in pairing.first.loops:
-        pairs.append((loop, rest.pop(loop.name, None)))
+    pairs = [(loop, rest.pop(loop.name, None)) for loop in pairing.first.loops]
     for place, (loop, partner) in enumerate(pairs):
         if partner is None:
             same = [name for name, other in rest.items() if _joins(pairing, loop) == _ends(other)]
@@ -375,16 +369,15 @@ def _loops(pairing: Pairing) -> Iterator[Difference]:
     for loop, partner in pairs:
         element = f"constraints.{loop.name}"
         if partner is None:
-            yield Difference(element, "constraint", loop.type, None, "", (pairing.first.place(element), ""))
+            yield pairing.alone(element, "constraint", loop.type)
             continue
         keys = element, f"constraints.{partner.name}"
         if loop.type != partner.type:
-            yield Difference(element, "type", loop.type, partner.type, "", _places(pairing, _of(keys, "type")))
+            yield pairing.difference(keys, "type", loop.type, partner.type)
             continue
         yield from _loop(pairing, loop, partner, keys)
     for loop in rest.values():
-        element = f"constraints.{loop.name}"
-        yield Difference(element, "constraint", None, loop.type, "", ("", pairing.second.place(element)))
+        yield pairing.alone(f"constraints.{loop.name}", "constraint", loop.type, second=True)
 
 
 def _ends(loop: Loop) -> frozenset[int]:
@@ -407,18 +400,16 @@ def _loop(pairing: Pairing, loop: Loop, partner: Loop, keys: tuple[str, str]) ->
             ("first", "second"), (loop.first, loop.second), theirs, loop.uses, strict=True
         ):
             number = pairing.partner.get(mine[0], -2) if mine[0] >= 0 else -1
-            places = _places(pairing, _of(keys, side))
             if number != other[0]:
                 names = _name(pairing.first, mine[0]), _name(pairing.second, other[0])
-                yield Difference(keys[0], f"{side} body", *names, "", places)
+                yield pairing.difference(keys, f"{side} body", *names, key=side)
                 continue
             place = pairing.aligned.get(mine[0], AT_ORIGIN).then(other[1])
             if not pairing.near_points(mine[1].origin, place.origin):
-                values = mine[1].origin, place.origin
-                yield _vectors(pairing, keys[0], f"{side} position", *values, "m", _of(keys, side))
+                yield pairing.difference(keys, f"{side} position", mine[1].origin, place.origin, "m", side)
             if uses in ("z", "x and z") and not pairing.near_axes(mine[1].axes[:, 2], place.axes[:, 2]):
-                values = mine[1].axes[:, 2], place.axes[:, 2]
-                yield _vectors(pairing, keys[0], f"{side} axis", *values, "", _of(keys, side))
+                axes = mine[1].axes[:, 2], place.axes[:, 2]
+                yield pairing.difference(keys, f"{side} axis", *axes, key=side)
         if loop.type == "fixed":
             mine_axes = loop.first[1].axes @ loop.second[1].axes.T
             ends = [
@@ -427,8 +418,8 @@ def _loop(pairing: Pairing, loop: Loop, partner: Loop, keys: tuple[str, str]) ->
             ]
             their_axes = ends[0] @ ends[1].T
             if not pairing.near_axes(mine_axes, their_axes):
-                yield _vectors(pairing, keys[0], "orientation", mine_axes.ravel(), their_axes.ravel(), "", keys)
+                yield pairing.difference(keys, "orientation", mine_axes.ravel(), their_axes.ravel(), key="")
     for name in loop.numbers:
         mine_value, their_value = loop.numbers[name], partner.numbers.get(name)
         if their_value is not None and not equal(mine_value, their_value, pairing.tolerance):
-            yield Difference(keys[0], name, mine_value, their_value, "", _places(pairing, _of(keys, name)))
+            yield pairing.difference(keys, name, mine_value, their_value)
