@@ -11,7 +11,7 @@ import statistics
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -31,6 +31,7 @@ from eomgen.pipeline.pipeline import (
     terms_of_step,
 )
 from eomgen.products.studies.defaults import SAVINGS_ROUNDS
+from eomgen.products.studies.work_precision.formulations import rebuilt
 from eomgen.scene.bodies.model import Base
 from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
@@ -123,22 +124,18 @@ def _tunable(scene: Scene) -> Scene:
     along = _along_beams(scene)
     parameters = [replace(item, tunable=item.tunable or item.name not in along) for item in scene.parameters]
 
-    def fresh(number: Number) -> Formula:
-        if number.value == 0.0:
-            return number
+    def change(value: Any) -> Any:
+        if not isinstance(value, Number) or value.value == 0.0:  # other formulas stay, and data by name
+            return value if isinstance(value, Node | Mapping) else NotImplemented
         name = f"number_{len(parameters)}"
-        parameters.append(Parameter(name, number.value, tunable=True))
+        parameters.append(Parameter(name, value.value, tunable=True))
         return Symbol("parameter", name)
 
+    def fresh(owner: Any, names: Iterable[str]) -> dict[str, Any]:
+        return {name: rebuilt(getattr(owner, name), change) for name in names}
+
     bodies = tuple(
-        replace(
-            body,
-            mass=_over(body.mass, fresh),
-            center_of_mass=_over(body.center_of_mass, fresh),
-            inertia=_over(body.inertia, fresh),
-        )
-        if body.beam is None
-        else body
+        body if body.beam is not None else replace(body, **fresh(body, ("mass", "center_of_mass", "inertia")))
         for body in scene.bodies
     )
     beams = {body.name for body in scene.bodies if body.beam is not None}
@@ -146,17 +143,11 @@ def _tunable(scene: Scene) -> Scene:
     joints = tuple(
         joint
         if joint.parent in beams
-        else replace(
-            joint,
-            **{item.name: _over(getattr(joint, item.name), fresh) for item in fields(joint) if item.name not in kept},
-        )
+        else replace(joint, **fresh(joint, (item.name for item in fields(joint) if item.name not in kept)))
         for joint in scene.joints
     )
-    elements = scene.elements if beams else tuple(_over(element, fresh) for element in scene.elements)
-    gravity = _over(scene.gravity, fresh)
-    return replace(
-        scene, parameters=tuple(parameters), bodies=bodies, joints=joints, elements=elements, gravity=gravity
-    )
+    others = fresh(scene, ("gravity",) if beams else ("elements", "gravity"))
+    return replace(scene, parameters=tuple(parameters), bodies=bodies, joints=joints, **others)
 
 
 def _along_beams(scene: Scene) -> set[str]:
@@ -164,44 +155,21 @@ def _along_beams(scene: Scene) -> set[str]:
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     if not beams:
         return set()
-    result: set[str] = set()
-
-    def note(formula: Formula) -> Formula:
-        result.update(symbol.name for symbol in symbols(formula) if symbol.kind == "parameter")
-        return formula
-
-    for joint in scene.joints:
-        if joint.parent in beams:
-            _each(joint, note)
-    for holder in (*scene.points, *scene.elements, *scene.constraints, *beams.values()):
-        _each(holder, note)
-    return result
+    on_beams = (joint for joint in scene.joints if joint.parent in beams)
+    holders = (*on_beams, *scene.points, *scene.elements, *scene.constraints, *beams.values())
+    return {symbol.name for item in _formulas(holders) for symbol in symbols(item) if symbol.kind == "parameter"}
 
 
-def _over(value: Any, change: Callable[[Number], Formula]) -> Any:
-    """Return a value with changed fields, if plain numbers of formulas; other formulas are not changed."""
-    if isinstance(value, Number):
-        return change(value)
+def _formulas(value: Any) -> Iterator[Formula]:
+    """Yield all formulas within a value."""
     if isinstance(value, Node):
-        return value
-    if isinstance(value, tuple):
-        return tuple(_over(item, change) for item in value)
-    if is_dataclass(value) and not isinstance(value, type):
-        changed = {item.name: _over(getattr(value, item.name), change) for item in fields(value) if item.init}
-        return replace(value, **changed)
-    return value
-
-
-def _each(value: Any, note: Callable[[Formula], Formula]) -> None:
-    """Call a function with all formulas within a value."""
-    if isinstance(value, Node):
-        note(value)  # type: ignore[arg-type]  # every node is a formula
+        yield value  # type: ignore[misc]  # every node is a formula
     elif isinstance(value, tuple):
         for item in value:
-            _each(item, note)
+            yield from _formulas(item)
     elif is_dataclass(value) and not isinstance(value, type):
         for item in fields(value):
-            _each(getattr(value, item.name), note)
+            yield from _formulas(getattr(value, item.name))
 
 
 def _moving_base(scene: Scene) -> Scene:
@@ -500,59 +468,76 @@ def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[V
     return cost, model
 
 
+@dataclass
+class _Rounds:
+    """Timed runs of one variant.
+
+    Attributes
+    ----------
+    steps : of a run; 0 for a variant that is not run
+    times, observed : s for a step, in each round
+    """
+
+    cost: VariantCost
+    model: Model | None
+    step: float
+    steps: int = 0
+    times: list[float] = field(default_factory=list)
+    observed: list[float] = field(default_factory=list)
+
+    def begin(self, duration: float) -> None:
+        """Find the number of steps of a run that takes long enough."""
+        if self.model is None:
+            return
+        most = int(duration / self.step)
+        try:
+            first = _run(self.model, self.step, min(FEWEST, max(1, most)))
+        except EomgenError as error:
+            self.cost = replace(self.cost, problem=str(error))
+            return
+        if not first.success:
+            self.cost = replace(self.cost, problem=first.message)
+            return
+        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
+        self.steps = max(1, min(most, MOST, max(FEWEST, int(wanted))))
+
+    def measure(self) -> None:
+        run = _run(self.model, self.step, self.steps)
+        if not run.success:
+            self.cost = replace(self.cost, problem=run.message)
+        self.times.append(run.stats["wall_time"] / self.steps)
+        if "newton_iterations" in run.stats:
+            self.cost = replace(self.cost, iterations=run.stats["newton_iterations"] / self.steps)
+        began = time.perf_counter()
+        _run(self.model, self.step, self.steps, every=1)
+        self.observed.append((time.perf_counter() - began) / self.steps)
+
+    def result(self) -> VariantCost:
+        """Return the costs with medians and quartiles of the rounds."""
+        return replace(
+            self.cost,
+            step_seconds=statistics.median(self.times) if self.times else None,
+            observed_seconds=statistics.median(self.observed) if self.observed else None,
+            step_quartiles=_quartiles(self.times),
+            observed_quartiles=_quartiles(self.observed),
+        )
+
+
 def _timed(
     measured: Sequence[tuple[VariantCost, Model | None]], step: float, duration: float, rounds: int
 ) -> list[VariantCost]:
     """Return the costs with the times of steps, from runs in turns."""
-    lengths: dict[int, int] = {}
-    times: dict[int, list[float]] = {}
-    observed: dict[int, list[float]] = {}
-    others: dict[int, str] = {}
-    for number, (_, model) in enumerate(measured):
-        if model is None:
-            continue
-        try:
-            first = _run(model, step, min(FEWEST, max(1, int(duration / step))))
-        except EomgenError as error:
-            others[number] = str(error)
-            continue
-        if not first.success:
-            others[number] = first.message
-            continue
-        wanted = LONG_ENOUGH / max(first.stats["wall_time"] / first.stats["steps"], 1e-9)
-        lengths[number] = max(1, min(int(duration / step), MOST, max(FEWEST, int(wanted))))
-        times[number], observed[number] = [], []
-    iterations = {}
+    variants = [_Rounds(cost, model, step) for cost, model in measured]
+    for variant in variants:
+        variant.begin(duration)
     with suppress(KeyboardInterrupt):  # the rounds so far have medians, too
-        for _, (number, steps) in itertools.product(range(rounds), lengths.items()):
-            model = measured[number][1]
-            run = _run(model, step, steps)
-            if not run.success:
-                others[number] = run.message
-            times[number].append(run.stats["wall_time"] / steps)
-            if "newton_iterations" in run.stats:
-                iterations[number] = run.stats["newton_iterations"] / steps
-            began = time.perf_counter()
-            _run(model, step, steps, every=1)
-            observed[number].append((time.perf_counter() - began) / steps)
-    return [
-        VariantCost(
-            **{
-                **vars(cost),
-                "step_seconds": statistics.median(times[k]) if times.get(k) else None,
-                "observed_seconds": statistics.median(observed[k]) if observed.get(k) else None,
-                "step_quartiles": _quartiles(times.get(k)),
-                "observed_quartiles": _quartiles(observed.get(k)),
-                "iterations": iterations.get(k),
-                "problem": cost.problem or others.get(k, ""),
-            }
-        )
-        for k, (cost, _) in enumerate(measured)
-    ]
+        for _, variant in itertools.product(range(rounds), [one for one in variants if one.steps]):
+            variant.measure()
+    return [variant.result() for variant in variants]
 
 
-def _quartiles(seconds: Sequence[float] | None) -> tuple[float, float] | None:
-    if seconds is None or len(seconds) < 2:
+def _quartiles(seconds: Sequence[float]) -> tuple[float, float] | None:
+    if len(seconds) < 2:
         return None
     first, _, third = statistics.quantiles(seconds, n=4, method="inclusive")
     return first, third

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
@@ -150,30 +150,41 @@ def _rigid(scene: Scene) -> Scene:
 
 def _moved(scene: Scene, moved: _Moved) -> Scene:
     """Return a scene with new places of the coordinates of beams in formulas."""
-    names = ("elements", "outputs", "inputs", "states", "controllers", "events")
-    return replace(scene, **{name: _in(getattr(scene, name), moved) for name in names})
 
-
-def _in(value: Any, moved: _Moved) -> Any:
-    """Return data with changed formulas; the same object without changes."""
-    # one case for each kind of data: the recursion over a scene reads best in one place
-    if isinstance(value, Symbol):
+    def change(value: Any) -> Any:
+        if not isinstance(value, Symbol):
+            return NotImplemented
         place = (value.name, value.index)
         if value.kind not in _COORDINATES or place not in moved:
             return value
         index = moved[place]
         return Number(0.0) if index is None else replace(value, index=index)
+
+    names = ("elements", "outputs", "inputs", "states", "controllers", "events")
+    return replace(scene, **{name: rebuilt(getattr(scene, name), change) for name in names})
+
+
+def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
+    """Return nested data of a scene with changed parts; the same object without changes.
+
+    Parameters
+    ----------
+    change : returns what stands in place of a part, or NotImplemented for a part whose own parts are looked at
+    """
+    changed = change(value)
+    if changed is not NotImplemented:
+        return changed
     if isinstance(value, tuple):
-        parts = [_in(part, moved) for part in value]
+        parts = [rebuilt(part, change) for part in value]
         if all(new is old for new, old in zip(parts, value, strict=True)):
             return value
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     if isinstance(value, Mapping):
-        changed = {key: _in(part, moved) for key, part in value.items()}
-        return changed if any(changed[key] is not value[key] for key in value) else value
+        made = {key: rebuilt(part, change) for key, part in value.items()}
+        return made if any(made[key] is not value[key] for key in value) else value
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-        new = {name: _in(part, moved) for name, part in fields.items()}
+        new = {name: rebuilt(part, change) for name, part in fields.items()}
         return replace(value, **new) if any(new[name] is not fields[name] for name in fields) else value
     return value
 
