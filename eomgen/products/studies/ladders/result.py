@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.base.data import asdict, dataclass, field
+from eomgen.base.figures import new_figure
 from eomgen.base.files import make_folder, write_text
 from eomgen.errors import FileError, Problem
 from eomgen.products.studies.ladders.register import BY_NAME
@@ -20,16 +21,8 @@ from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, R
 #: Verdicts: the error is within the bound; the error is above, below 10 %; the run reports doubts; the run ended with a
 #: message; the run was refused with a message; the run took too long and was interrupted; there is no reference; the
 #: run failed.
-HOLDS, COARSE, WARNED, ENDED, REJECTED, LONG, UNKNOWN, FAILS = (
-    "holds",
-    "coarse",
-    "warned",
-    "stopped",
-    "refused",
-    "unfinished",
-    "unknown",
-    "fails",
-)
+HOLDS, COARSE, WARNED, ENDED = "holds", "coarse", "warned", "stopped"
+REJECTED, LONG, UNKNOWN, FAILS = "refused", "unfinished", "unknown", "fails"
 VERDICTS: Mapping[str, str] = {
     HOLDS: "the error is within its bound",
     COARSE: "1 to 10 % wrong",
@@ -222,10 +215,7 @@ _GAP = 0.45
 
 def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
     """Draw the map of a scene. Raises FileError."""
-    # slow to import, for drawing only
-    from matplotlib.backends.backend_agg import FigureCanvasAgg  # noqa: PLC0415
-    from matplotlib.figure import Figure  # noqa: PLC0415
-    from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415
+    from matplotlib.patches import Patch, Rectangle  # noqa: PLC0415  # slow to import, for drawing only
 
     rows = _rows(cells)
     widest = max((len(_values(row)) for _, _, row in rows), default=1)
@@ -235,8 +225,7 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
             top += 1.0 + _GAP
         places.append(top)
         top += 1.0
-    figure = Figure(figsize=(4.6 + 0.62 * widest, 1.5 + 0.27 * max(top, 4.0)), layout="constrained", dpi=110)
-    FigureCanvasAgg(figure)
+    figure = new_figure((4.6 + 0.62 * widest, 1.5 + 0.27 * max(top, 4.0)))
     axis = figure.subplots()
     last = ""
     for (ladder, method, row), y in zip(rows, places, strict=True):

@@ -371,21 +371,19 @@ class _LadderStudy:
     ) -> tuple[list[Cell], dict[str, str]]:
         result: list[Cell] = []
         left_out: dict[str, str] = {}
-        plan = []
-        if chosen is not None:
-            for ladder, value, method in chosen:
-                plan += [
-                    (ladder, value, m) for m in ([method] if method else methods_of(ladder, self.subject, methods))
-                ]
-            wanted = list(dict.fromkeys(ladder for ladder, _, _ in chosen))
-        for ladder in wanted:
-            why = ladder.applies(self.subject)
-            if why:
+        entries = chosen or [(ladder, value, "") for ladder in wanted for value in ladder.values]
+        known: dict[str, list[str]] = {}
+        for ladder in dict.fromkeys(ladder for ladder, _, _ in entries):
+            if why := ladder.applies(self.subject):
                 left_out[ladder.name] = why
-            elif chosen is None:
-                known = methods_of(ladder, self.subject, methods)
-                plan += [(ladder, value, method) for value in ladder.values for method in known]
-        plan = [entry for entry in plan if entry[0].name not in left_out]
+            else:
+                known[ladder.name] = methods_of(ladder, self.subject, methods)
+        plan = [
+            (ladder, value, method)
+            for ladder, value, given in entries
+            if ladder.name in known
+            for method in ([given] if given else known[ladder.name])
+        ]
         began = time.perf_counter()
         known_cells = {cell.name: cell for cell in journal.rows}
         for number, (ladder, value, method) in enumerate(plan):

@@ -137,18 +137,31 @@ class Subject:
         v = np.random.default_rng(1).normal(size=len(v)) * max(1.0, float(np.max(np.abs(v), initial=0.0)))
         z = np.random.default_rng(2).normal(size=self.model(OWN).nz)
         conditions = self.in_units(units, self.conditions(v=v, z=z))
-        # for mypy: in_units sets them
-        assert conditions.q is not None and conditions.v is not None and conditions.sizes is not None
+        assert conditions.sizes is not None  # for mypy: in_units sets them
+        scale = units.time / np.concatenate([conditions.sizes[1], self._sizes_of_states(units)])
+        faulty = "its forces are not the same in other units: numbers in its formulas have units of their own"
+        return self._differs((q, v, z), conditions, scale, 1e-300, faulty)
+
+    def not_movable(self, conditions: RunConditions) -> str:
+        """Return the reason for which the scene at another place is not the same scene: formulas with places in the
+        world."""
+        z = np.array(self.model(OWN).initial_z)
+        faulty = "its forces are not the same at another place: its formulas take places in the world"
+        return self._differs((*self.start, z), conditions.varied(z=z), np.ones(1), 1e-9, faulty)
+
+    def _differs(
+        self, own: tuple[Array, Array, Array], conditions: RunConditions, scale: Array, least: float, faulty: str
+    ) -> str:
+        """Return why rates under conditions, times a scale, are not the scene's at a state (q, v, z); empty if they
+        are."""
+        assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         try:
-            expected = _rates(self.model(OWN), q, v, z, {})
+            expected = _rates(self.model(OWN), *own, {})
             rates = _rates(self.model(FACTORS), conditions.q, conditions.v, conditions.z, conditions.parameters)
         except EomgenError as error:
             return "; ".join(problem.what for problem in error.problems)
-        sizes = np.concatenate([conditions.sizes[1], self._sizes_of_states(units)])
-        apart = np.abs(rates * units.time / sizes - expected)
-        if not np.all(apart <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + 1e-300):
-            return "its forces are not the same in other units: numbers in its formulas have units of their own"
-        return ""
+        same = np.abs(rates * scale - expected) <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + least
+        return "" if np.all(same) else faulty
 
     @property
     def constrained(self) -> bool:
@@ -227,21 +240,6 @@ class Subject:
         model = self.model(str(changes.get("model", OWN)))
         q = np.concatenate([q, np.zeros(model.nq - len(q))]) if model.nq > len(q) else q
         return RunConditions(**{"model": OWN, "step": self.fine, "steps": STEPS, "q": q, "v": v, **changes})
-
-    def not_movable(self, conditions: RunConditions) -> str:
-        """Return the reason for which the scene at another place is not the same scene: formulas with places in the
-        world."""
-        assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
-        z = np.array(self.model(OWN).initial_z)
-        try:
-            expected = _rates(self.model(OWN), *self.start, z, {})
-            rates = _rates(self.model(FACTORS), conditions.q, conditions.v, z, conditions.parameters)
-        except EomgenError as error:
-            return "; ".join(problem.what for problem in error.problems)
-        apart = np.abs(rates - expected)
-        if not np.all(apart <= 1e-6 * float(np.max(np.abs(expected), initial=0.0)) + 1e-9):
-            return "its forces are not the same at another place: its formulas take places in the world"
-        return ""
 
     def _sizes_of_states(self, units: SceneUnits) -> Array:
         return np.array([units.size(unit) for unit in self.model(OWN).z_units])

@@ -161,7 +161,7 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
         elif of.poses and reference.poses:
             result[Q] = _largest(_of_poses(of.poses, reference.poses, at))
             if of.twists and reference.twists:
-                result[V] = _twists(of.twists, reference.twists, at)
+                result[V] = _largest(_of_twists(of.twists, reference.twists, at))
         if of.z.size and of.components.z_names == names.z_names:
             result[Z] = _greatest(shares({Z: np.abs(of.z - there[Z])}, size, (Z,)))
         if result:
@@ -171,7 +171,7 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
         for name in outputs:
             kind = f"output.{name}"
             result[name] = _greatest(shares({kind: np.abs(ours[name] - theirs[name])}, size, (kind,)))
-    return {name: _size(series) for name, series in result.items()}
+        return {name: _size(series) for name, series in result.items()}
 
 
 def _alike(name: str, of: Observation, reference: Observation) -> bool:
@@ -203,16 +203,13 @@ def known_errors(of: Observation, reference: Observation, uncertainty: Mapping[s
 
 
 def _size(series: Array) -> ErrorSize:
-    with np.errstate(over="ignore", invalid="ignore"):
-        rms = float(np.sqrt(np.mean(series**2)))
-        return ErrorSize(float(np.max(series)), rms, float(series[-1]))
+    return ErrorSize(float(np.max(series)), float(np.sqrt(np.mean(series**2))), float(series[-1]))
 
 
 def _one_kind(difference: Array, reference: Array) -> Array:
     """Return the norm of a difference, (nt,), relative to the largest norm of the reference."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        size = float(np.max(np.linalg.norm(reference, axis=1), initial=0.0))
-        result: Array = np.linalg.norm(difference, axis=1) / (size or 1.0)
+    size = float(np.max(np.linalg.norm(reference, axis=1), initial=0.0))
+    result: Array = np.linalg.norm(difference, axis=1) / (size or 1.0)
     return result
 
 
@@ -229,29 +226,35 @@ def _kinds(of: Observation) -> list[list[int]]:
 
 def _relative(difference: Array, reference: Array, kinds: Sequence[Sequence[int]]) -> Array:
     result = np.zeros(len(difference))
-    with np.errstate(over="ignore", invalid="ignore"):
-        for kind in kinds:
-            size = float(np.max(np.abs(reference[:, kind]), initial=0.0))
-            result = np.maximum(result, np.max(np.abs(difference[:, kind]), axis=1) / (size or 1.0))
+    for kind in kinds:
+        size = float(np.max(np.abs(reference[:, kind]), initial=0.0))
+        result = np.maximum(result, np.max(np.abs(difference[:, kind]), axis=1) / (size or 1.0))
     return result
 
 
-#: By kind: errors of components, (nt, n), and the motion from the start of the reference.
+#: By kind: errors of components, (nt,), and the motion from the start of the reference, or the reference.
 _Parts = dict[str, list[tuple[Array, Array]]]
 
 
 def _of_poses(poses: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
     parts: _Parts = {"rad": [], "m": []}
-    for name in reference:
-        here, there = poses[name], reference[name]
+    for name, there in reference.items():
+        here = poses[name]
         parts["rad"].append((_angle(here[:, :4], there[at, :4]), _angle(there[:1, :4], there[:, :4])))
-        parts["m"].append(_distances(here[:, 4:], there[:, 4:], at))
+        parts["m"].append((_norms(here[:, 4:] - there[at, 4:]), _norms(there[:, 4:] - there[0, 4:])))
     return parts
 
 
-def _distances(here: Array, there: Array, at: slice) -> tuple[Array, Array]:
-    with np.errstate(over="ignore", invalid="ignore"):
-        return np.linalg.norm(here - there[at], axis=1), np.linalg.norm(there - there[0], axis=1)
+def _of_twists(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
+    parts: _Parts = {"rad": [], "m": []}
+    for name, there in reference.items():
+        for kind, part in (("rad", slice(0, 3)), ("m", slice(3, 6))):
+            parts[kind].append((_norms(twists[name][:, part] - there[at, part]), _norms(there[:, part])))
+    return parts
+
+
+def _norms(vectors: Array) -> Array:
+    return np.asarray(np.linalg.norm(vectors, axis=1))
 
 
 def _largest(parts: _Parts) -> Array:
@@ -270,15 +273,4 @@ def _angle(first: Array, second: Array) -> Array:
     cross = np.cross(first[:, 1:], second[:, 1:])
     vector = first[:, :1] * second[:, 1:] - second[:, :1] * first[:, 1:] - cross
     result: Array = 2.0 * np.arctan2(np.linalg.norm(vector, axis=1), np.abs(w))
-    return result
-
-
-def _twists(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> Array:
-    """Return the error of twists, (nt,), angular and linear parts each relative to the largest."""
-    result = np.zeros(len(next(iter(twists.values()))))
-    for part in (slice(0, 3), slice(3, 6)):
-        size = max(float(np.max(np.linalg.norm(array[:, part], axis=1))) for array in reference.values())
-        for name, array in reference.items():
-            difference = np.linalg.norm(twists[name][:, part] - array[at, part], axis=1)
-            result = np.maximum(result, difference / (size or 1.0))
     return result
