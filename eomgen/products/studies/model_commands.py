@@ -33,7 +33,6 @@ from eomgen.errors import NumericalError, Problem, UsageError
 if TYPE_CHECKING:
     from eomgen.products.studies import CheckReport, FormReport, Identification
     from eomgen.products.studies.savings import Savings, VariantCost
-    from eomgen.scene.scene import Scene
 
 
 #: Largest number of non-smooth functions that are named.
@@ -83,11 +82,9 @@ def check(
 def _why(form: FormReport) -> str:
     if form.worst is not None:
         return f"FAILS: {form.worst}"
-    return (
-        "cannot be decided: another derivation, such as differences and complex steps, is not finite"
-        if form.verdict == "undecided"
-        else ("was not checked: no state where it is finite")
-    )
+    if form.verdict == "undecided":
+        return "cannot be decided: another derivation, such as differences and complex steps, is not finite"
+    return "was not checked: no state where it is finite"
 
 
 def _print_report(report: CheckReport) -> None:
@@ -180,17 +177,10 @@ def _print_costs(study: Savings) -> None:
     rows = [(cost.name, *(text for column in _COLUMNS for text in _pair(study, cost, column))) for cost in study.costs]
     print_table(title, header, rows, numeric=tuple(range(1, len(header))))
     console().print()
-    names = [cost.name for cost in study.costs if cost.operations]
-    of_terms = [
-        (
-            term,
-            *("" if (count := cost.operations.get(term)) is None else count for cost in study.costs if cost.operations),
-        )
-        for term in study.costs[0].operations
-    ]
-    print_table(
-        "Additions and multiplications by term", ("term", *names), of_terms, numeric=tuple(range(1, len(names) + 1))
-    )
+    derived = [cost for cost in study.costs if cost.operations]
+    header = ("term", *(cost.name for cost in derived))
+    terms = [(term, *(cost.operations.get(term, "") for cost in derived)) for term in study.costs[0].operations]
+    print_table("Additions and multiplications by term", header, terms, numeric=tuple(range(1, len(header))))
     if study.doubt:
         console().print(f"\n{study.doubt}", markup=False)
     for cost in study.costs:
@@ -259,7 +249,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     unknown, states, outputs = (list(options.pop(name) or ()) for name in ("unknown", "states", "outputs"))
     bounds, deviations = _bounds(options.pop("bounds")), options.pop("deviations")
     described = read_scene(scene, options)
-    sigma = _deviations(described, deviations)
+    sigma = in_units("--deviation", assignments("--deviation", deviations), described.outputs)
     profile = options.pop("profile")
     with building(described.name):
         model = pipeline.built_for_run(described, options["method"], profile=profile)
@@ -272,7 +262,7 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
         states=states,
         values=values,
         bounds=bounds or None,
-        deviations=sigma,
+        deviations=sigma or None,
         outputs=outputs or None,
         **own,
         **given,
@@ -335,9 +325,3 @@ def _bounds(texts: tuple[str, ...]) -> dict[str, tuple[float, float]]:
             fault = "a name and two numbers are needed [E0156]"
             raise UsageError(Problem(f"--bounds {text}", fault, "--bounds mass=0.5:2, --bounds mass=0:")) from None
     return result
-
-
-def _deviations(scene: Scene, texts: tuple[str, ...]) -> dict[str, float] | None:
-    if not texts:
-        return None
-    return in_units("--deviation", assignments("--deviation", texts), scene.outputs)

@@ -122,37 +122,22 @@ def _print_tradeoff(study: Tradeoff) -> None:
         if best is None:
             rows.append((f"{demand:g}", "none meets it", "", "", "", "", ""))
             continue
-        other = _second(study, demand, best)
-        rows.append((f"{demand:g}", *_cells(study, best), *_next(other, best)))
+        resolution = f"{best.value:.4g}{' s' if best.kind == 'step' else ''}"
+        numbers = (resolution, f"{study.error(best):.1e}", short_duration(best.seconds or 0.0))
+        rows.append((f"{demand:g}", best.configuration.label, *numbers, *_second(study, demand, best)))
     title = f"{study.scene}: {study.measure} error of {study.quantity}, {study.span[1] - study.span[0]:g} s"
     header = ("demand", "cheapest that meets it", "step or tolerance", "error", "time", "next method", "costs")
     print_table(title, header, rows, numeric=(0, 3, 4, 6), whole=(2,), optional=(5,))
 
 
-def _cells(study: Tradeoff, point: Point) -> tuple[str, str, str, str]:
-    return (
-        point.configuration.label,
-        _resolution(point),
-        f"{study.error(point):.1e}",
-        short_duration(point.seconds or 0.0),
-    )
-
-
-def _next(other: Point | None, best: Point) -> tuple[str, str]:
+def _second(study: Tradeoff, demand: float, best: Point) -> tuple[str, str]:
+    """Return the cheapest configuration of another method that meets a demand, and the ratio of the times."""
+    name = best.configuration.method
+    able = [p for p in study.usable if study.error(p) <= demand and p.configuration.method != name]
+    other = min(able, key=lambda p: p.seconds or 0.0, default=None)
     if other is None or not other.seconds or not best.seconds:
         return "", ""
     return other.configuration.label, f"{other.seconds / best.seconds:.3g} x"
-
-
-def _second(study: Tradeoff, demand: float, best: Point) -> Point | None:
-    """Return the cheapest point of another method that meets a demand."""
-    name = best.configuration.method
-    able = [p for p in study.usable if study.error(p) <= demand and p.configuration.method != name]
-    return min(able, key=lambda p: p.seconds or 0.0, default=None)
-
-
-def _resolution(point: Point) -> str:
-    return f"{point.value:.4g}{' s' if point.kind == 'step' else ''}"
 
 
 def _remarks(study: Tradeoff) -> list[str]:
