@@ -64,12 +64,6 @@ def duration(seconds: float) -> str:
     return f"{hours} h {minutes} min" if hours else f"{minutes} min"
 
 
-def short_duration(seconds: float) -> str:
-    """Return a duration of computation by three digits: ``1.23 s``, ``4.56 ms``, ``7.89 us``."""
-    unit, size = next((u, s) for u, s in (("s", 1.0), ("ms", 1e-3), ("us", 0.0)) if seconds >= s)
-    return f"{seconds / (size or 1e-6):.3g} {unit}"
-
-
 class Interrupts:
     """Context in which the first Ctrl-C sets ``heard`` and the second one raises KeyboardInterrupt.
 

@@ -9,7 +9,7 @@ import click
 
 from eomgen.base.files import make_folder
 from eomgen.base.messages import counted, listed
-from eomgen.base.progress import duration, short_duration, terminal_bar
+from eomgen.base.progress import duration, terminal_bar
 from eomgen.cli.options import (
     arguments_of,
     assignments,
@@ -115,6 +115,7 @@ def _numbers(text: str | None) -> list[float]:
 
 def _print_tradeoff(study: Tradeoff) -> None:
     from eomgen.products.studies import DEMANDS  # noqa: PLC0415
+    from eomgen.products.studies.work_precision.result import short_duration  # noqa: PLC0415
 
     rows: list[tuple[str, ...]] = []
     for demand in DEMANDS:
@@ -142,6 +143,8 @@ def _second(study: Tradeoff, demand: float, best: Point) -> tuple[str, str]:
 
 def _remarks(study: Tradeoff) -> list[str]:
     """Return remarks below the table, a line each."""
+    from eomgen.products.studies.work_precision.result import short_duration  # noqa: PLC0415
+
     by, second = study.reference["by"], study.reference["held against"]
     result = [f"reference: {by}, known to {study.uncertainty:.1e} by {second}"]
     own = study.points[0] if study.points else None

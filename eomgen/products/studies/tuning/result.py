@@ -10,10 +10,10 @@ from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_file, write_text
-from eomgen.base.progress import short_duration
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.studies.tuning.judge import VerificationRun
 from eomgen.products.studies.work_precision.axes import Configuration
+from eomgen.products.studies.work_precision.result import short_duration
 
 _SECTION = re.compile(r"^\s*\[([^\[\]]+)\]\s*(#.*)?$")
 _BODY = re.compile(r"^bodies\.([A-Za-z0-9_-]+)$")

@@ -169,7 +169,7 @@ def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
 
     Parameters
     ----------
-    change : returns what stands in place of a part, or NotImplemented for a part whose own parts are looked at
+    change : returns a part, changed or not, or NotImplemented for a part whose own parts are looked at
     """
     changed = change(value)
     if changed is not NotImplemented:

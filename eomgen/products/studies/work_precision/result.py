@@ -376,6 +376,12 @@ def _cell(value: float | None) -> str:
     return "" if value is None else repr(value)
 
 
+def short_duration(seconds: float) -> str:
+    """Return a duration of computation by three digits: ``1.23 s``, ``4.56 ms``, ``7.89 us``."""
+    unit, size = next((u, s) for u, s in (("s", 1.0), ("ms", 1e-3), ("us", 0.0)) if seconds >= s)
+    return f"{seconds / (size or 1e-6):.3g} {unit}"
+
+
 _COLOURS = (
     "#0B62C4",
     "#F08C00",

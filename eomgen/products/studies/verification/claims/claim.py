@@ -305,16 +305,16 @@ def jacobian(
     """
     along = space.along[block]
 
-    def directed(of: Value) -> Value:
+    def along_directions(of: Value) -> Value:
         return lambda engine, state: np.asarray(of(engine, state) @ along.matrix)
 
     return Claim(
         name or (f"{value.function}.{value.entry}" if isinstance(value, Output) else ""),
         meaning or (f"d {source.entry} / d{block}" if isinstance(source, Output) else ""),
-        directed(value),
+        along_directions(value),
         source=source,
         directions=fixed({block: along.matrix.T}),
-        second=None if second is None else directed(second),
+        second=None if second is None else along_directions(second),
         second_name=second_name,
         rows=tuple(rows),
         columns=along.names,

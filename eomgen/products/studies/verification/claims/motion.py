@@ -86,16 +86,16 @@ def times(matrix: Array, vector: Array) -> Array:
 def _mass(space: Space) -> Claim:
     few, also = space.few.matrix, space.has("partials")
 
-    def projected(of: Output) -> Value:
+    def projection(of: Output) -> Value:
         return lambda engine, state: np.asarray(few.T @ of(engine, state) @ few)
 
     return Claim(
         "mass.M",
         "d2 T / dv2",
-        projected(Output("mass", "M")),
+        projection(Output("mass", "M")),
         source=lambda engine, state: momentum(engine, state, few.T),
         directions=fixed({"v": few.T}),
-        second=projected(Output("partials", "M")) if also else None,
+        second=projection(Output("partials", "M")) if also else None,
         second_name="partials" if also else "",
         rows=space.few.names,
         columns=space.few.names,
