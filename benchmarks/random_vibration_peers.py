@@ -24,7 +24,8 @@ import eomgen
 from benchmarks.sensitivities import seconds
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
-from eomgen.products.reliability.tails import INVERSIONS, most_probable_points
+from eomgen.products.reliability.tails.distribution import INVERSIONS
+from eomgen.products.reliability.tails.most_probable_point import most_probable_points
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
 #: About the quantiles from 0.001 to 0.999.

@@ -8,20 +8,21 @@ from scipy import integrate, signal
 
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
-from eomgen.products.reliability.random_processes import (
-    Band,
+from eomgen.products.reliability.random_processes.coherence import (
     CoherenceTable,
-    Covariance,
     CrossCovariance,
-    Exponential,
     ExponentialCoherence,
+    least_eigenvalue,
+)
+from eomgen.products.reliability.random_processes.covariance import (
+    Band,
+    Covariance,
+    Exponential,
     Oscillator,
     RoadProfile,
     SquaredExponential,
-    expand,
-    expand_jointly,
-    least_eigenvalue,
 )
+from eomgen.products.reliability.random_processes.karhunen_loeve import expand, expand_jointly
 
 TABLE = CoherenceTable(np.array([0.0, 0.3, 1.2]), np.array([1.0, 0.8, -0.2]))
 

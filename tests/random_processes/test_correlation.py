@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from eomgen.products.reliability.random_processes import nearest_correlation
+from eomgen.products.reliability.random_processes.coherence import nearest_correlation
 from tests.anchors import anchor
 
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from eomgen.formula.curves import Curve
-from eomgen.products.reliability.random_processes import (
+from eomgen.products.reliability.random_processes.covariance import (
     Band,
     Covariance,
     CovarianceTable,

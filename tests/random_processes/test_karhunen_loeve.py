@@ -13,8 +13,7 @@ import pytest
 from eomgen.base.arrays import Array
 from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
-from eomgen.products.reliability.random_processes import (
-    MOST_MODES,
+from eomgen.products.reliability.random_processes.covariance import (
     Covariance,
     CovarianceTable,
     DampedCosine,
@@ -23,8 +22,8 @@ from eomgen.products.reliability.random_processes import (
     Oscillator,
     RoadProfile,
     SquaredExponential,
-    expand,
 )
+from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, expand
 
 UNIT = SquaredExponential(1.0, 1.0)
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.products.reliability.tails import Expansion
+from eomgen.products.reliability.tails.quadratic_form import Expansion
 
 ZETA, FORCE, SPAN, NODES, VARIABLES = 0.1, 0.5, 15.0, 301, 21
 

@@ -8,16 +8,9 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
-from eomgen.products.reliability.tails import (
-    INVERSIONS,
-    JUMPING,
-    Draws,
-    Expansion,
-    QuadraticForm,
-    corrected_tail,
-    far_branches,
-    points_on_curve,
-)
+from eomgen.products.reliability.tails.distribution import INVERSIONS, Draws, corrected_tail, far_branches
+from eomgen.products.reliability.tails.most_probable_point import JUMPING, points_on_curve
+from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm
 
 
 def monotonic(points: Array) -> tuple[Array]:

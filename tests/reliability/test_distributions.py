@@ -9,14 +9,9 @@ import numpy as np
 import pytest
 from scipy import optimize, stats
 
-from eomgen.products.reliability.tails import (
-    JUMPING,
-    Draws,
-    Expansion,
-    MostProbablePoint,
-    QuadraticForm,
-    UnreachedThreshold,
-)
+from eomgen.products.reliability.tails.distribution import Draws
+from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
+from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm
 from eomgen.products.reliability.vibration import distributions as under_test
 from eomgen.products.reliability.vibration.result import Distribution
 

@@ -8,20 +8,21 @@ from scipy.stats import norm
 
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
-from eomgen.products.reliability.tails import (
-    INVERSIONS,
-    Expansion,
-    ProjectedResponse,
-    Response,
+from eomgen.products.reliability.tails.distribution import INVERSIONS, importance_sampling
+from eomgen.products.reliability.tails.most_probable_point import (
     breitung,
     first_order,
     further_design_points,
-    hermite_projection,
     hohenbichler_rackwitz,
-    importance_sampling,
-    leading_directions,
     most_probable_points,
     points_on_curve,
+)
+from eomgen.products.reliability.tails.quadratic_form import (
+    Expansion,
+    ProjectedResponse,
+    Response,
+    hermite_projection,
+    leading_directions,
     projected_hessian,
 )
 from tests.reliability.duffing import NODES, Duffing

@@ -7,7 +7,8 @@ import pytest
 from scipy import integrate, special, stats
 
 from eomgen.errors import ModelError, NumericalError
-from eomgen.products.reliability.tails import INVERSIONS, QuadraticForm
+from eomgen.products.reliability.tails.distribution import INVERSIONS
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
 from tests.anchors import anchor
 from tests.reliability.duffing import Duffing
 

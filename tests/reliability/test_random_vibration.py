@@ -21,7 +21,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
-from eomgen.products.reliability.tails import JUMPING, MostProbablePoint, UnreachedThreshold
+from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
 from eomgen.products.reliability.vibration.distributions import against_samples, unreached, without
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
 from eomgen.products.reliability.vibration.result import Distribution, Process, _covariance, _modes, _title_of_modes

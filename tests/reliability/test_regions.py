@@ -9,7 +9,9 @@ import pytest
 from scipy import integrate, special
 
 from eomgen.base.arrays import Array
-from eomgen.products.reliability.tails import Draws, Expansion, draws_about, points_on_curve, searched_points
+from eomgen.products.reliability.tails.distribution import Draws
+from eomgen.products.reliability.tails.most_probable_point import draws_about, points_on_curve, searched_points
+from eomgen.products.reliability.tails.quadratic_form import Expansion
 from eomgen.products.reliability.vibration.distributions import at_points, corrected, further_points, spread
 from eomgen.products.reliability.vibration.result import Distribution
 

@@ -21,15 +21,17 @@ from eomgen.cli import main
 from eomgen.errors import DescriptionError, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application
-from eomgen.products.reliability.random_processes import (
+from eomgen.products.reliability.random_processes.coherence import (
     CrossCovariance,
     ExponentialCoherence,
+    nearest_correlation,
+)
+from eomgen.products.reliability.random_processes.covariance import (
     RoadProfile,
     SquaredExponential,
-    expand,
-    nearest_correlation,
     translated_correlation,
 )
+from eomgen.products.reliability.random_processes.karhunen_loeve import expand
 from eomgen.scene.load import from_data
 from eomgen.scene.scene import Scene
 from eomgen.system.signals import NormalSeries

@@ -12,7 +12,13 @@ from scipy.integrate import trapezoid
 
 import eomgen
 from eomgen import RandomVibration, random_vibration
-from eomgen.products.reliability.random_processes import Band, Covariance, Exponential, KanaiTajimi, SquaredExponential
+from eomgen.products.reliability.random_processes.covariance import (
+    Band,
+    Covariance,
+    Exponential,
+    KanaiTajimi,
+    SquaredExponential,
+)
 from eomgen.products.reliability.vibration.inputs import lost_variance
 from eomgen.scene.load import load_toml
 

@@ -103,7 +103,7 @@ class FieldEntries(Generic[Kind]):
         return seen
 
     def check_inner_name(self, key: str, name: str, taken: Collection[str], fault: str) -> None:
-        """Report the name of a formula in a table of formulas with a name: by ``fault`` one that is not legal or taken."""
+        """Report a formula's name in a table of named formulas; one not legal, or taken, by ``fault``."""
         if not is_legal(name) or name in taken:
             self.report.add(key, fault, NAME_RULE)
         elif name in self.words:

@@ -272,24 +272,16 @@ def draw(solution: HamiltonianSolution, folder: Path) -> list[Path]:
     every = figure.subplots(len(panels) + 1, 1, sharex=True)
     taken = np.unique(np.linspace(0, len(solution.t) - 1, min(len(solution.t), _POINTS)).astype(int))
     for axes, (label, curves, its_units) in zip(every, panels, strict=False):
-        _draw(axes, solution.t[taken], {name: curve[taken] for name, curve in curves.items()})
-        unit = set(its_units)
+        for name, curve in list(curves.items())[:_CURVES]:
+            axes.plot(solution.t[taken], curve[taken], label=name, linewidth=0.8)
+        more, unit = len(curves) - _CURVES, set(its_units)
+        title = f"{more} more in the table" if more > 0 else None
+        axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", title=title, title_fontsize="small")
         axes.set_ylabel(axis_label(label, unit.pop() if len(unit) == 1 else ""))
     total = solution.energy["total"]
     every[-1].plot(solution.t[taken], (total - total[0])[taken], color="#0B62C4", linewidth=0.8)
-    every[-1].set_ylabel("change of H")
-    every[-1].set_xlabel("t")
+    every[-1].set(xlabel="t", ylabel="change of H")
     for axes in every:
         axes.grid(alpha=0.3)
-    every[0].set_title(
-        f"{solution.metadata['name']}: {solution.metadata['method']}, step {solution.metadata['step']:g}"
-    )
+    every[0].set_title("{name}: {method}, step {step:g}".format_map(solution.metadata))
     return [saved(figure, folder / "motion.png")]
-
-
-def _draw(axes: Any, t: Array, curves: dict[str, Array]) -> None:
-    for name, curve in list(curves.items())[:_CURVES]:
-        axes.plot(t, curve, label=name, linewidth=0.8)
-    more = len(curves) - _CURVES
-    title = f"{more} more in the table" if more > 0 else None
-    axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), fontsize="small", title=title, title_fontsize="small")

@@ -339,6 +339,8 @@ def _quantile(values: Array, share: float) -> float:
 
 
 BLUE, VERMILION, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#777777"
+#: Curves with marks.
+_MARKED = {"markersize": 4, "linewidth": 1.0}
 _CHAINS = (BLUE, VERMILION, GREEN, "#CC79A7", "#E69F00", "#56B4E9", "#000000")  # Okabe and Ito
 
 
@@ -406,9 +408,8 @@ def _slices(result: FieldSamples) -> Any:
             interpolation="nearest", aspect="equal", **limits,
         )  # fmt: skip
         figure.colorbar(image, ax=axes, shrink=0.85)
+        axes.set(xlabel=axis_label("x", unit), ylabel=axis_label("y", unit))
         axes.set_title(title, loc="left", fontsize="medium")
-        axes.set_xlabel(axis_label("x", unit))
-        axes.set_ylabel(axis_label("y", unit))
     for axes in every[len(panels) :]:
         axes.set_visible(False)
     figure.suptitle(f"{result.name}{where}, {_made(result)}")
@@ -428,13 +429,10 @@ def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
     truth = problem.true_field()
     if truth is not None:
         every[0].plot(x, truth, color=VERMILION, linewidth=0.8, label="truth")
-    every[0].set_ylabel(problem.watched)
-    every[0].legend(frameon=False, fontsize="small")
+    _frame(every[0], legend=True, ylabel=problem.watched)
     for axes, (title, values) in zip(every[1:], data, strict=True):
         axes.plot(x, values, ".", color=GREY, markersize=3)
-        axes.set_ylabel(title)
-    for axes in every:
-        axes.grid(alpha=0.3, linewidth=0.5)
+        _frame(axes, ylabel=title)
     every[-1].set_xlabel(axis_label("x", unit))
     figure.suptitle(f"{result.name}, {_made(result)}")
     return figure
@@ -450,7 +448,7 @@ def _power(result: FieldSamples) -> Any:
     left.fill_between(
         k, np.maximum(mean - deviation, 1e-3 * mean), mean + deviation, color=BLUE, alpha=0.25, linewidth=0.0
     )
-    left.plot(k, mean, "o-", color=BLUE, markersize=4, linewidth=1.0, label="samples, mean and deviation")
+    left.plot(k, mean, "o-", color=BLUE, label="samples, mean and deviation", **_MARKED)
     for name, label, style, colour in (
         ("prior", "prior", "--", GREY),
         ("truth", "truth", "s", VERMILION),
@@ -458,31 +456,23 @@ def _power(result: FieldSamples) -> Any:
     ):
         values = _column(scales, name)
         if np.any(np.isfinite(values)):
-            left.plot(k, values, style, color=colour, markersize=4, linewidth=1.0, label=label)
-    left.set_yscale("log")
-    left.set_ylabel("mean |amplitude|² of a mode")
-    left.legend(frameon=False, fontsize="small")
-    left.set_title("power", loc="left", fontsize="medium")
-    correlation = _column(scales, "correlation")
-    if np.any(np.isfinite(correlation)):
-        middle.plot(k, correlation, "o-", color=BLUE, markersize=4, linewidth=1.0)
-        middle.set_title("correlation of the mean with the truth", loc="left", fontsize="medium")
-    else:
-        middle.plot(k, _column(scales, "of_mean") / mean, "o-", color=BLUE, markersize=4, linewidth=1.0)
-        middle.set_title("power of the mean over power of samples", loc="left", fontsize="medium")
-    middle.set_ylim(-0.05, 1.05)
+            left.plot(k, values, style, color=colour, label=label, **_MARKED)
+    x = f"k, radians per {unit or 'length'}"
+    _frame(left, "power", legend=True, xlabel=x, ylabel="mean |amplitude|² of a mode", yscale="log")
+    values, title = _column(scales, "correlation"), "correlation of the mean with the truth"
+    if not np.any(np.isfinite(values)):
+        values, title = _column(scales, "of_mean") / mean, "power of the mean over power of samples"
+    middle.plot(k, values, "o-", color=BLUE, **_MARKED)
+    _frame(middle, title, xlabel=x, ylim=(-0.05, 1.05))
     if result.count >= ENOUGH:
-        right.plot(k, _column(scales, "autocorrelation"), "o-", color=BLUE, markersize=4, linewidth=1.0)
+        right.plot(k, _column(scales, "autocorrelation"), "o-", color=BLUE, **_MARKED)
         right.set_ylabel("autocorrelation time (trajectories)", color=BLUE)
         right.set_ylim(bottom=0.0)
         beside = right.twinx()
-        beside.plot(k, _column(scales, "r_hat"), "s--", color=VERMILION, markersize=4, linewidth=1.0)
+        beside.plot(k, _column(scales, "r_hat"), "s--", color=VERMILION, **_MARKED)
         beside.set_ylabel("split R-hat", color=VERMILION)
         beside.ticklabel_format(useOffset=False)
-    right.set_title("chains", loc="left", fontsize="medium")
-    for axes in (left, middle, right):
-        axes.set_xlabel(f"k, radians per {unit or 'length'}")
-        axes.grid(alpha=0.3, linewidth=0.5)
+    _frame(right, "chains", xlabel=x)
     figure.suptitle(f"{result.name}: {result.problem.watched}, {_made(result)}")
     return figure
 
@@ -501,36 +491,38 @@ def _chains(result: FieldSamples) -> Any:
         left.plot(along, potential, color=colour, linewidth=0.7, alpha=0.55, label=f"chain {chain}")
         if len(burn_in) and count:
             left.axvline(along[len(burn_in) - 1], color=colour, linestyle=":", linewidth=0.8)
-    left.set_xscale("log")
-    left.set_xlabel("gradients of a chain (dotted: end of its warm-up)")
-    left.set_ylabel("U")
-    left.legend(frameon=False, fontsize="small", loc="best")
-    left.set_title("burn-in", loc="left", fontsize="medium")
+    x = "gradients of a chain (dotted: end of its warm-up)"
+    _frame(left, "burn-in", legend=True, xlabel=x, ylabel="U", xscale="log")
     errors = samples.energy_errors[np.isfinite(samples.energy_errors)]
     if errors.size > 1:
         middle.hist(errors, bins=40, density=True, color=BLUE, alpha=0.6)
         mean = max(float(errors.mean()), 1e-12)
-        x = np.linspace(float(errors.min()), float(errors.max()), 200)
-        middle.plot(x, np.exp(-((x - mean) ** 2) / (4.0 * mean)) / np.sqrt(4.0 * np.pi * mean), color=VERMILION,
+        error = np.linspace(float(errors.min()), float(errors.max()), 200)
+        middle.plot(error, np.exp(-((error - mean) ** 2) / (4.0 * mean)) / np.sqrt(4.0 * np.pi * mean), color=VERMILION,
                     linewidth=1.0, label="normal of the same mean,\nvariance 2 mean")  # fmt: skip
         middle.set_xlabel("error of the energy of a trajectory")
         middle.legend(frameon=False, fontsize="x-small", loc="upper right")
-    middle.set_yticks([])
-    middle.set_visible(bool(count))
-    middle.set_title(f"acceptance {samples.acceptance:.3f}" if count else "", loc="left", fontsize="medium")
+    title = f"acceptance {samples.acceptance:.3f}" if count else ""
+    _frame(middle, title, yticks=[], visible=bool(count))
     r_hats = result.r_hats()
     r_hats = r_hats[np.isfinite(r_hats)]
+    right.set_visible(bool(r_hats.size))
     if r_hats.size:
         right.hist(r_hats, bins=40, color=BLUE, alpha=0.6)
-        right.set_xlabel("split R-hat")
-        right.set_ylabel("cells")
-        right.set_title(f"R-hat of {r_hats.size} cells, largest {r_hats.max():.3f}", loc="left", fontsize="medium")
-    else:
-        right.set_visible(False)
-    for axes in (left, middle, right):
-        axes.grid(alpha=0.3, linewidth=0.5)
+        title = f"R-hat of {r_hats.size} cells, largest {r_hats.max():.3f}"
+        _frame(right, title, xlabel="split R-hat", ylabel="cells")
     figure.suptitle(f"{result.name}, {_made(result)}")
     return figure
+
+
+def _frame(axes: Any, title: str = "", *, legend: bool = False, **settings: Any) -> None:
+    """Give a panel its grid, title and legend, and further settings of its axes."""
+    axes.set(**settings)
+    axes.grid(alpha=0.3, linewidth=0.5)
+    if title:
+        axes.set_title(title, loc="left", fontsize="medium")
+    if legend:
+        axes.legend(frameon=False, fontsize="small")
 
 
 def _column(scales: list[Scale], name: str) -> Array:

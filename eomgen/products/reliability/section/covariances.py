@@ -16,25 +16,27 @@ from eomgen.errors import Problem, UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import curves, evaluate_batch, symbols
 from eomgen.formula.nodes import Application, Formula, Symbol
-from eomgen.products.reliability.random_processes import (
+from eomgen.products.reliability.random_processes.coherence import (
+    Coherence,
+    CoherenceTable,
+    CrossCovariance,
+    ExponentialCoherence,
+    least_eigenvalue,
+)
+from eomgen.products.reliability.random_processes.covariance import (
     BEYOND,
     MAP_POINTS,
     Band,
-    Coherence,
-    CoherenceTable,
     Constant,
     Covariance,
     CovarianceTable,
-    CrossCovariance,
     DampedCosine,
     Exponential,
-    ExponentialCoherence,
     KanaiTajimi,
     Oscillator,
     RoadProfile,
     SpectrumTable,
     SquaredExponential,
-    least_eigenvalue,
     quantile_map,
     underlying,
 )

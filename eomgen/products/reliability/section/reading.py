@@ -17,14 +17,8 @@ from eomgen.base.random_inputs import FASTEST, standard_normals
 from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
-from eomgen.products.reliability.random_processes import (
-    MOST_MODES,
-    Coherence,
-    Expansion,
-    expand,
-    expand_jointly,
-    nearest_correlation,
-)
+from eomgen.products.reliability.random_processes.coherence import Coherence, nearest_correlation
+from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.section import schema as written
 from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, crossed
 from eomgen.scene.formula.namespaces import mapped

@@ -10,26 +10,27 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
-from eomgen.products.reliability.tails import (
+from eomgen.products.reliability.tails.distribution import (
     FEWEST,
     INVERSIONS,
-    JUMPING,
     Draws,
     Estimate,
+    corrected_tail,
+    far_branches,
+    importance_sampling,
+)
+from eomgen.products.reliability.tails.most_probable_point import (
+    JUMPING,
     MostProbablePoint,
-    QuadraticForm,
-    Response,
     UnreachedThreshold,
     all_centres,
     breitung,
-    corrected_tail,
     descend,
-    far_branches,
     first_order,
     further_design_points,
     hohenbichler_rackwitz,
-    importance_sampling,
 )
+from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
 from eomgen.products.reliability.vibration.result import Distribution
 from eomgen.products.reliability.vibration.run_response import RunResponse
 

@@ -239,8 +239,7 @@ def _scaled(one: Distribution) -> Any:
 
 
 def _distribution(result: RandomVibration) -> Any:
-    figure = new_figure((7.6, 5.2))
-    axes = figure.subplots()
+    axes = new_figure((7.6, 5.2)).subplots()
     order = np.argsort(result.thresholds)
     y = result.thresholds[order]
     for name, (label, colour, line, mark) in _STYLES.items():
@@ -249,16 +248,8 @@ def _distribution(result: RandomVibration) -> Any:
         one = result.distributions[name]
         place = _scaled(one)[order]
         finite = np.isfinite(place)
-        axes.plot(
-            y[finite],
-            place[finite],
-            color=colour,
-            linestyle=line,
-            marker=mark,
-            markersize=5,
-            linewidth=1.5,
-            label=label,
-        )
+        style = {"color": colour, "linestyle": line, "marker": mark, "markersize": 5, "linewidth": 1.5}
+        axes.plot(y[finite], place[finite], label=label, **style)
         if len(one.low):
             with np.errstate(invalid="ignore", divide="ignore"):
                 low, high = special.ndtri(one.low)[order], special.ndtri(one.high)[order]
@@ -270,12 +261,8 @@ def _distribution(result: RandomVibration) -> Any:
     shown = (places >= bottom) & (places <= top)
     axes.set_yticks(places[shown], [_percent(share) for share in marks[shown]])
     axes.set_ylim(bottom, top)
-    axes.set_xlabel(axis_label(result.output, result.unit))
-    axes.set_ylabel("probability of not more, normal scale")
-    axes.set_title(f"{result.scene}: {result.output} at t = {result.t:.6g} s", fontsize="medium")
-    axes.grid(alpha=0.3)
-    axes.legend(fontsize="small", loc="upper left")
-    return figure
+    axes.set(xlabel=axis_label(result.output, result.unit), ylabel="probability of not more, normal scale")
+    return _framed(axes, f"{result.scene}: {result.output} at t = {result.t:.6g} s", "upper left")
 
 
 def _percent(share: float) -> str:
@@ -285,20 +272,14 @@ def _percent(share: float) -> str:
 
 
 def _covariance(result: RandomVibration) -> Any:
-    figure = new_figure((7.6, 3.6))
-    axes = figure.subplots()
+    axes = new_figure((7.6, 3.6)).subplots()
     order = np.argsort(result.times)
     for name, values in result.autocovariance.items():
         label, colour, line, _ = _STYLES[name]
         axes.plot(result.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
     axes.axhline(0.0, color="#888888", linewidth=0.8)
-    axes.set_xlabel("time, s")
-    axes.set_ylabel(axis_label("covariance", f"({result.unit})²" if result.unit else ""))
-    axes.set_title(f"covariance of {result.output} with its value at t = {result.t:.6g} s", fontsize="medium")
-    axes.grid(alpha=0.3)
-    axes.margins(x=0.0)
-    axes.legend(fontsize="small")
-    return figure
+    axes.set(xlabel="time, s", ylabel=axis_label("covariance", f"({result.unit})²" if result.unit else ""), xmargin=0.0)
+    return _framed(axes, f"covariance of {result.output} with its value at t = {result.t:.6g} s")
 
 
 def _title_of_modes(processes: Sequence[Process]) -> str:
@@ -310,16 +291,19 @@ def _title_of_modes(processes: Sequence[Process]) -> str:
 
 
 def _modes(result: RandomVibration) -> Any:
-    figure = new_figure((7.6, 3.6))
-    axes = figure.subplots()
+    axes = new_figure((7.6, 3.6)).subplots()
     for process in result.processes:
         values = np.array(process.eigenvalues)
         label = f"{process.name}: {len(values)} modes, {100.0 * process.captured:.6g} % of the variance"
         axes.semilogy(np.arange(1, len(values) + 1), values / values[0], marker="o", markersize=4, label=label)
     axes.xaxis.get_major_locator().set_params(integer=True)
-    axes.set_xlabel("mode")
-    axes.set_ylabel("eigenvalue by the largest")
-    axes.set_title(_title_of_modes(result.processes), fontsize="medium")
+    axes.set(xlabel="mode", ylabel="eigenvalue by the largest")
+    return _framed(axes, _title_of_modes(result.processes))
+
+
+def _framed(axes: Any, title: str, place: str = "best") -> Any:
+    """Return the figure of axes that get a title, a grid and a legend."""
+    axes.set_title(title, fontsize="medium")
     axes.grid(alpha=0.3)
-    axes.legend(fontsize="small")
-    return figure
+    axes.legend(fontsize="small", loc=place)
+    return axes.figure

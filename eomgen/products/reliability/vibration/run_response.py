@@ -15,7 +15,7 @@ from eomgen.base.data import dataclass, field, replace
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
-from eomgen.products.reliability.tails import Expansion
+from eomgen.products.reliability.tails.quadratic_form import Expansion
 
 if TYPE_CHECKING:
     from eomgen.pipeline.model import Model

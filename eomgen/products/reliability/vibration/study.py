@@ -17,17 +17,19 @@ from eomgen.compiled.arguments import number_of
 from eomgen.errors import EomgenError, Message, NumericalError, Problem, UsageError
 from eomgen.products.derivatives.crossings import CrossedJump
 from eomgen.products.derivatives.linearise import sensitivities
-from eomgen.products.reliability.tails import (
+from eomgen.products.reliability.tails.distribution import Draws
+from eomgen.products.reliability.tails.most_probable_point import (
     JUMPING,
-    Draws,
     MostProbablePoint,
-    ProjectedResponse,
-    QuadraticForm,
     UnreachedThreshold,
-    hermite_projection,
-    leading_directions,
     points_on_curve,
     searched_points,
+)
+from eomgen.products.reliability.tails.quadratic_form import (
+    ProjectedResponse,
+    QuadraticForm,
+    hermite_projection,
+    leading_directions,
 )
 from eomgen.products.reliability.vibration.distributions import (
     FEWEST_SEEN,
