@@ -24,7 +24,7 @@ import eomgen
 from benchmarks.sensitivities import seconds
 from eomgen.base.arrays import Array
 from eomgen.pipeline.model import Model
-from eomgen.products.reliability.tails.distribution import INVERSIONS
+from eomgen.products.reliability.tails.distribution import steepest_descent
 from eomgen.products.reliability.tails.most_probable_point import most_probable_points
 from eomgen.products.reliability.vibration.run_response import RunResponse
 
@@ -155,7 +155,7 @@ def whole_curve(model: Model) -> tuple[tuple[int, int, int], float]:
         nonlocal spent
         response = RunResponse(model, variables, "q", span, {})
         points = most_probable_points(response, list(thresholds))
-        INVERSIONS["steepest_descent"]([one.form for one in points], [one.threshold for one in points])
+        steepest_descent([one.form for one in points], [one.threshold for one in points])
         spent = response.spent
 
     for _ in range(7):

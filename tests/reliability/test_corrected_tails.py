@@ -8,7 +8,7 @@ from scipy import special
 
 from eomgen.base.arrays import Array
 from eomgen.errors import NumericalError
-from eomgen.products.reliability.tails.distribution import INVERSIONS, Draws, corrected_tail, far_branches
+from eomgen.products.reliability.tails.distribution import Draws, corrected_tail, far_branches, steepest_descent
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, points_on_curve
 from eomgen.products.reliability.tails.quadratic_form import Expansion, QuadraticForm
 
@@ -105,7 +105,7 @@ def test_a_form_that_bends_back_is_corrected_at_both_ends(index: float, size: in
     gradient, hessian = np.zeros(size), np.zeros((size, size))
     gradient[0], hessian[0, 0] = slope, bend
     form, above = QuadraticForm(0.0, gradient, hessian).about(point, value), index > 0.0
-    tails = INVERSIONS["steepest_descent"](form, [value])
+    tails = steepest_descent(form, [value])
     of_form = float((tails.above if above else tails.below)[0])
     assert of_form > 1.01 * true
     branches = far_branches(form, value, point, of_form, above=above)

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from scipy import integrate, special, stats
 
-from eomgen.errors import ModelError, NumericalError
-from eomgen.products.reliability.tails.distribution import INVERSIONS
+from eomgen.errors import ModelError
+from eomgen.products.reliability.tails.distribution import lugannani_rice, steepest_descent
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm
 from tests.anchors import anchor
 from tests.reliability.duffing import Duffing
 
-METHODS = list(INVERSIONS)
+INVERSIONS = {"steepest_descent": steepest_descent, "lugannani_rice": lugannani_rice}
 
 
 def chi_square(n: int, offset: float = 0.0) -> QuadraticForm:
@@ -23,14 +23,14 @@ def chi_square(n: int, offset: float = 0.0) -> QuadraticForm:
 @pytest.mark.parametrize(("n", "offset"), [(1, 0.0), (2, 0.0), (7, 0.0), (1, 1.7), (5, 0.4)])
 def test_both_tails_are_those_of_chi_square_to_twelve_digits(n: int, offset: float) -> None:
     y = np.array([1e-2, 0.3, n, n + 1.0, 5.0, 50.0, 500.0])
-    tails = INVERSIONS["steepest_descent"](chi_square(n, offset), y)
+    tails = steepest_descent(chi_square(n, offset), y)
     oracle = stats.ncx2(n, n * offset**2) if offset else stats.chi2(n)
     np.testing.assert_allclose(tails.below, oracle.cdf(y), rtol=2e-13)
     np.testing.assert_allclose(tails.above, oracle.sf(y), rtol=2e-12)
     assert tails.above[-1] < 1e-80
 
 
-@pytest.mark.parametrize("name", METHODS)
+@pytest.mark.parametrize("name", INVERSIONS)
 def test_a_form_for_each_threshold_gives_what_each_gives_alone(name: str) -> None:
     """Forms with poles on both sides, on one, with none, and without spread."""
     square, none = np.diag([2.0, 0.0]), np.zeros((2, 2))
@@ -38,8 +38,6 @@ def test_a_form_for_each_threshold_gives_what_each_gives_alone(name: str) -> Non
     forms += [QuadraticForm(0.0, np.array([1.0, 2.0]), none), QuadraticForm(0.0, np.array([0.0, 3.0]), square)]
     forms += [QuadraticForm(1.0, np.zeros(2), none), QuadraticForm(1.0, np.zeros(2), square)]
     thresholds = [-0.4, 0.1, 3.0, 1.5, 0.7, 1.0, 0.5]
-    if name == "imhof":  # whose integral does not end for squares of two variables
-        forms, thresholds = [forms[3], QuadraticForm(0.5, np.array([0.2, 0.1]), none), forms[5]], [1.5, 0.4, 1.0]
     together = INVERSIONS[name](forms, thresholds)
     for side in ("below", "above"):
         alone = [getattr(INVERSIONS[name](form, y), side) for form, y in zip(forms, thresholds, strict=True)]
@@ -49,7 +47,7 @@ def test_a_form_for_each_threshold_gives_what_each_gives_alone(name: str) -> Non
 def test_plane_forms_are_normal_and_far_tails_keep_their_digits() -> None:
     form = QuadraticForm(1.0, np.array([3.0, 4.0]), np.zeros((2, 2)))
     y = 1.0 + 5.0 * np.array([-30.0, -1e-9, 0.0, 0.4, 20.0])
-    tails = INVERSIONS["steepest_descent"](form, y)
+    tails = steepest_descent(form, y)
     np.testing.assert_allclose(tails.below, stats.norm.cdf(y, 1.0, 5.0), rtol=1e-12)
     np.testing.assert_allclose(tails.above, stats.norm.sf(y, 1.0, 5.0), rtol=1e-12)
 
@@ -69,15 +67,15 @@ def test_differences_of_squares_have_both_poles() -> None:
     """z1^2 - z2^2 is even, and P(> 0) = 1 / 2; its density is K0(|y| / 2) / (2 pi)."""
     form = QuadraticForm(0.0, np.zeros(2), np.diag([2.0, -2.0]))
     oracle = integrate.quad(lambda y: special.k0(0.5 * y) / (2.0 * np.pi), 3.0, np.inf, epsabs=0.0, epsrel=1e-12)[0]
-    tails = INVERSIONS["steepest_descent"](form, [0.0, 3.0, -3.0])
+    tails = steepest_descent(form, [0.0, 3.0, -3.0])
     np.testing.assert_allclose(tails.above, [0.5, oracle, 1.0 - oracle], rtol=1e-11)
 
 
 def test_values_that_a_form_never_takes() -> None:
-    tails = INVERSIONS["steepest_descent"](chi_square(3), [-1.0, -1e-300])
+    tails = steepest_descent(chi_square(3), [-1.0, -1e-300])
     np.testing.assert_array_equal(tails.below, 0.0)
     np.testing.assert_array_equal(tails.above, 1.0)
-    constant = INVERSIONS["steepest_descent"](QuadraticForm(2.0, np.zeros(3), np.zeros((3, 3))), [1.0, 2.0, 3.0])
+    constant = steepest_descent(QuadraticForm(2.0, np.zeros(3), np.zeros((3, 3))), [1.0, 2.0, 3.0])
     np.testing.assert_array_equal(constant.below, [0.0, 1.0, 1.0])
 
 
@@ -87,11 +85,11 @@ def test_moments_and_distribution_of_the_linear_oscillator() -> None:
     moments = form.mean, form.standard_deviation, form.skewness, form.excess_kurtosis
     anchor("quadratic_response").check(moments)
     reference = anchor("quadratic_distribution").reference
-    for name, tolerance in (("steepest_descent", 1e-8), ("imhof", 1e-8), ("lugannani_rice", 6e-4)):
+    for name, tolerance in (("steepest_descent", 1e-8), ("lugannani_rice", 6e-4)):
         tails = INVERSIONS[name](form, [0.0, 0.5, 1.0, 2.0])
         np.testing.assert_allclose(tails.below, reference, atol=tolerance)
         np.testing.assert_allclose(tails.below + tails.above, 1.0, atol=1e-14)
-    anchor("quadratic_distribution").check(INVERSIONS["steepest_descent"](form, [0.0, 0.5, 1.0, 2.0]).below)
+    anchor("quadratic_distribution").check(steepest_descent(form, [0.0, 0.5, 1.0, 2.0]).below)
     far = [6.0, 40.0]
     exact, near = (INVERSIONS[name](form, far).above for name in ("steepest_descent", "lugannani_rice"))
     np.testing.assert_allclose(near, exact, rtol=5e-3)
@@ -115,7 +113,7 @@ def test_the_distribution_of_the_linear_oscillator_is_that_of_samples() -> None:
         np.concatenate([duffing.values(np.random.default_rng(k).standard_normal((50_000, 21))) for k in range(4)])
     )
     at = np.quantile(y, np.linspace(5e-4, 0.9995, 2000))
-    found = INVERSIONS["steepest_descent"](duffing.expansion(np.zeros(21)).form, at).below
+    found = steepest_descent(duffing.expansion(np.zeros(21)).form, at).below
     counted = np.stack([np.searchsorted(y, at, side=side) for side in ("left", "right")]) / len(y)
     assert np.abs(found - counted).max() <= 1.5e-3
     plane = stats.norm.cdf(at, y.mean(), y.std())
@@ -136,7 +134,7 @@ def test_cumulants_are_those_of_samples() -> None:
     y = form.value + z @ form.gradient + 0.5 * np.einsum("mi,ij,mj->m", z, form.hessian, z)
     np.testing.assert_allclose(form.cumulants()[:3], [y.mean(), y.var(), stats.kstat(y, 3)], rtol=0.02)
     at = np.quantile(y, [0.01, 0.3, 0.9, 0.999])
-    below = INVERSIONS["steepest_descent"](form, at).below
+    below = steepest_descent(form, at).below
     np.testing.assert_allclose(below, [0.01, 0.3, 0.9, 0.999], atol=0.003)
 
 
@@ -153,8 +151,6 @@ def test_refused_forms_say_why() -> None:
         QuadraticForm(0.0, np.zeros(2), np.eye(3))
     with pytest.raises(ModelError, match="a quadratic form needs finite numbers"):
         QuadraticForm(np.nan, np.zeros(2), np.eye(2))
-    with pytest.raises(NumericalError, match="of 1 variables falls too slowly for Imhof's integral; try: inversion by"):
-        INVERSIONS["imhof"](chi_square(1), [1.0])
 
 
 def test_the_saddle_point_formula_has_its_limit_at_the_mean() -> None:
@@ -162,6 +158,6 @@ def test_the_saddle_point_formula_has_its_limit_at_the_mean() -> None:
     n = 7
     limit = 0.5 + 8.0 * n / (6.0 * np.sqrt(2.0 * np.pi) * (2.0 * n) ** 1.5)
     away = np.sqrt(2.0 * n) * np.array([0.0, 1e-6, -1e-6])
-    tails = INVERSIONS["lugannani_rice"](chi_square(n), n + away)
+    tails = lugannani_rice(chi_square(n), n + away)
     np.testing.assert_allclose(tails.below, limit, atol=1e-6)
     assert tails.below[0] == pytest.approx(limit, rel=1e-12)

@@ -1,4 +1,4 @@
-"""Distributions of responses: of a quadratic form of standard normal variables by three inversions of its
+"""Distributions of responses: of a quadratic form of standard normal variables by two inversions of its
 characteristic function, and small probabilities by importance sampling about the most probable point and the far
 branches of a form that bends back.
 
@@ -7,13 +7,12 @@ With eigenvalues l and the gradient d along their eigenvectors, the cumulant gen
     K(s) = s value - sum ln(1 - s l) / 2 + sum s^2 d^2 / (2 (1 - s l)),
 
 analytic off the real axis. ``steepest_descent`` is exact to rounding, relative to the smaller of both tails, however
-far out; ``imhof`` is exact to rounding relative to 1; ``lugannani_rice`` is the first reduced to its
-saddle point.
+far out; ``lugannani_rice`` is reduced to its saddle point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,6 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.limits import Limit
 from eomgen.errors import NumericalError
 from eomgen.products.reliability.tails.quadratic_form import QuadraticForm, Response
-from eomgen.solvers.quadrature import gauss_legendre
 
 Complex = NDArray[np.complex128]
 #: One quadratic form, or one for each threshold.
@@ -40,8 +38,6 @@ _CORRECTIONS = 20
 _HALVINGS, _POLISHED = 40, 3
 #: Difference to a third of the nodes, relative, beyond which the integral is refused.
 _DIFFERENCE = 1e-6
-#: Panels of Imhof's integral, at most.
-_PANELS = 20_000
 #: Distance of a saddle from zero, in standard deviations, below which the formula of Lugannani and Rice is replaced by
 #: its limit.
 _AT_THE_MEAN = 1e-4
@@ -188,7 +184,7 @@ def steepest_descent(forms: Forms, thresholds: ArrayLike) -> Tails:
         worst = int(np.argmax(off))
         fault = f"the distribution at {y[rows[worst]]:.6g} is not resolved: a third of its nodes gives [E1028]"
         fault += f" a part of {off[worst]:.1e} more or less"
-        raise NumericalError(fault, "Imhof's inversion")
+        raise NumericalError(fault, "samples=... (--monte-carlo)")
     below[rows], above[rows] = special.ndtr(w) - rest, special.ndtr(-w) + rest
     return Tails(below.reshape(shape), above.reshape(shape))
 
@@ -230,52 +226,6 @@ def lugannani_rice(forms: Forms, thresholds: ArrayLike) -> Tails:
     return Tails(below.reshape(shape), above.reshape(shape))
 
 
-def imhof(forms: Forms, thresholds: ArrayLike) -> Tails:
-    """Return both tails at thresholds (m,) by the integral along the imaginary axis; small tails are inaccurate.
-
-    Raises
-    ------
-    NumericalError
-        If the characteristic function falls too slowly, as for a few variables.
-
-    References
-    ----------
-    Imhof: Computing the distribution of quadratic forms in normal variables, Biometrika 48 (1961), eq. 3.2.
-    """
-    y, shape = _flat(thresholds)
-    generating, saddles, below, above = _saddle_points(forms, y)
-    rows = np.flatnonzero(np.isfinite(saddles))
-    with np.errstate(over="ignore", under="ignore"):
-        for row in rows:
-            edge = _where_it_ends(generating, int(row))
-            panels = max(64, int(np.ceil(edge * (1.0 + abs(generating.offsets[row])) / np.pi)))
-            if panels > _PANELS:
-                fault = (
-                    f"the characteristic function of {generating.values.shape[1]} variables falls too slowly [E1029]"
-                )
-                fault += " for Imhof's integral"
-                raise NumericalError(fault, "inversion by steepest_descent")
-            nodes, weights = _panels(edge, panels)
-            turned = generating(np.asarray(1j * nodes, dtype=complex), np.full(nodes.size, row))
-            below[row] = 0.5 - np.sum(weights * np.imag(np.exp(turned)) / nodes) / np.pi
-            above[row] = 1.0 - below[row]
-    return Tails(below.reshape(shape), above.reshape(shape))
-
-
-def _where_it_ends(generating: _CumulantFunction, number: int) -> float:
-    """Return u from which on the characteristic function of a row, by u, is below rounding."""
-    edge, row = 1.0, np.array([number])
-    while edge < 1e8 and np.exp(np.real(generating(np.array([1j * edge]), row)))[0] / edge > 1e-17:
-        edge *= 1.25
-    return edge
-
-
-def _panels(edge: float, panels: int) -> tuple[Array, Array]:
-    """Return nodes and weights of Gauss and Legendre's rule in equal panels of (0, edge)."""
-    nodes, weights = gauss_legendre(np.linspace(0.0, edge, panels + 1), 10)
-    return nodes.ravel(), weights.ravel()
-
-
 def _flat(thresholds: ArrayLike) -> tuple[Array, tuple[int, ...]]:
     y = np.asarray(thresholds, dtype=float)
     return y.ravel(), y.shape
@@ -291,14 +241,6 @@ def _saddle_points(given: Forms, y: Array) -> tuple[_CumulantFunction, Array, Ar
     below = np.where(saddles > 0.0, 1.0, 0.0)
     below = np.where(spread, below, np.where(y >= fixed, 1.0, 0.0))
     return generating, saddles, below, 1.0 - below
-
-
-#: How a distribution of a quadratic form is found, by name.
-INVERSIONS: Mapping[str, Callable[[Forms, ArrayLike], Tails]] = {
-    "steepest_descent": steepest_descent,
-    "imhof": imhof,
-    "lugannani_rice": lugannani_rice,
-}
 
 
 #: Samples that are asked for at once.

@@ -12,12 +12,13 @@ from eomgen.base.arrays import Array
 from eomgen.base.limits import Limit
 from eomgen.products.reliability.tails.distribution import (
     FEWEST,
-    INVERSIONS,
     Draws,
     Estimate,
     corrected_tail,
     far_branches,
     importance_sampling,
+    lugannani_rice,
+    steepest_descent,
 )
 from eomgen.products.reliability.tails.most_probable_point import (
     JUMPING,
@@ -60,8 +61,7 @@ def moments_of(form: QuadraticForm) -> tuple[float, float, float, float]:
 
 
 def of_form(form: QuadraticForm, thresholds: Array) -> Distribution:
-    tails = INVERSIONS["steepest_descent"](form, thresholds)
-    return Distribution(tails.below, tails.above, _NONE, _NONE)
+    return Distribution(*steepest_descent(form, thresholds), _NONE, _NONE)
 
 
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
@@ -71,9 +71,8 @@ def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
         "breitung": _of_upper([breitung(one) for one in reached]),
         "hohenbichler_rackwitz": _of_upper([hohenbichler_rackwitz(one) for one in reached]),
     }
-    for name, inversion in (("lugannani_rice", "lugannani_rice"), ("quadratic", "steepest_descent")):
-        tails = INVERSIONS[inversion](forms, thresholds)
-        result[name] = Distribution(tails.below, tails.above, _NONE, _NONE)
+    for name, inversion in (("lugannani_rice", lugannani_rice), ("quadratic", steepest_descent)):
+        result[name] = Distribution(*inversion(forms, thresholds), _NONE, _NONE)
     return result
 
 

@@ -262,7 +262,7 @@ def _distribution(result: RandomVibration) -> Any:
     axes.set_yticks(places[shown], [_percent(share) for share in marks[shown]])
     axes.set_ylim(bottom, top)
     axes.set(xlabel=axis_label(result.output, result.unit), ylabel="probability of not more, normal scale")
-    return _framed(axes, f"{result.scene}: {result.output} at t = {result.t:.6g} s", "upper left")
+    return _frame(axes, f"{result.scene}: {result.output} at t = {result.t:.6g} s", "upper left")
 
 
 def _percent(share: float) -> str:
@@ -279,7 +279,7 @@ def _covariance(result: RandomVibration) -> Any:
         axes.plot(result.times[order], values[order], color=colour, linestyle=line, linewidth=1.6, label=label)
     axes.axhline(0.0, color="#888888", linewidth=0.8)
     axes.set(xlabel="time, s", ylabel=axis_label("covariance", f"({result.unit})²" if result.unit else ""), xmargin=0.0)
-    return _framed(axes, f"covariance of {result.output} with its value at t = {result.t:.6g} s")
+    return _frame(axes, f"covariance of {result.output} with its value at t = {result.t:.6g} s")
 
 
 def _title_of_modes(processes: Sequence[Process]) -> str:
@@ -298,10 +298,10 @@ def _modes(result: RandomVibration) -> Any:
         axes.semilogy(np.arange(1, len(values) + 1), values / values[0], marker="o", markersize=4, label=label)
     axes.xaxis.get_major_locator().set_params(integer=True)
     axes.set(xlabel="mode", ylabel="eigenvalue by the largest")
-    return _framed(axes, _title_of_modes(result.processes))
+    return _frame(axes, _title_of_modes(result.processes))
 
 
-def _framed(axes: Any, title: str, place: str = "best") -> Any:
+def _frame(axes: Any, title: str, place: str = "best") -> Any:
     """Return the figure of axes that get a title, a grid and a legend."""
     axes.set_title(title, fontsize="medium")
     axes.grid(alpha=0.3)
