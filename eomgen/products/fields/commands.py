@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,6 +22,7 @@ from eomgen.formula.units.labels import in_label
 from eomgen.formula.units.parser import is_quantity
 
 if TYPE_CHECKING:
+    from eomgen.integrators.compositions import Composition
     from eomgen.products.fields.documents.document import FieldSystem, Hamiltonian, Parameter
     from eomgen.products.fields.hamiltonian.methods import Method
     from eomgen.products.fields.hamiltonian.solution import HamiltonianSolution
@@ -43,12 +45,26 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     system = derive(document)
     chosen = method_for(document, method)
     counts = {name: {**dataclasses.asdict(count), "flops": count.flops} for name, count in system.counts.items()}
-    parts: dict[str, int] = {}
-    for term in document.terms:
-        parts[term.dependence] = parts.get(term.dependence, 0) + 1
-    coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
+    parts = Counter(term.dependence for term in document.terms)
     if as_json:
-        print_json(_data(document, chosen, parts, coupled, counts))
+        data = {
+            "system": document.name,
+            "description": document.description,
+            "coordinates": [
+                dict(zip(_PAIR, (q.name, p.name, q.value, p.value, q.unit, p.unit), strict=True))
+                for q, p in zip(document.coordinates, document.momenta, strict=True)
+            ],
+            "parameters": {item.name: item.value for item in document.parameters},
+            "definitions": dict(document.definitions),
+            "outputs": [item.name for item in document.outputs],
+            "notes": list(document.notes),
+            "separable": document.separable,
+            "terms": parts,
+            "coupled": document.coupled_terms,
+            "functions": counts,
+            "method": _method(chosen),
+        }
+        print_json(data)
         return
     names = [item.name for item in document.coordinates]
     shown = ", ".join(names[:8]) + (f" and {len(names) - 8} more" if len(names) > 8 else "")
@@ -56,9 +72,10 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     rows += [("parameters", ", ".join(f"{item.name} = {item.value:.6g}" for item in document.parameters[:8]))]
     rows += [("definition", f"{name} = {text}") for name, text in document.definitions.items()]
     rows += [("terms of H", ", ".join(f"{count} {name}" for name, count in parts.items()))]
-    rows += [("separable", "yes: T(p) + V(q)" if document.separable else f"no, by {', '.join(coupled[:4])}")]
-    gradients = _gradients(chosen)
-    steps = f"{counted(gradients, 'evaluation')} of forces a step" if gradients else _KINDS[chosen.kind]
+    coupled = ", ".join(document.coupled_terms[:4])
+    rows += [("separable", f"no, by {coupled}" if coupled else "yes: T(p) + V(q)")]
+    evaluations = f"{counted(chosen.gradients, 'evaluation')} of forces a step"
+    steps = evaluations if chosen.gradients else _KINDS[chosen.kind]
     limit = f", stable up to step x frequency = {chosen.stability_limit:.4g}" if chosen.stability_limit else ""
     rows += [("method", f"{chosen.name}, order {chosen.order}, {steps}{limit}")]
     rows += [("note", note) for note in document.notes]
@@ -67,41 +84,9 @@ def show(document: Hamiltonian, method: str | None, *, as_json: bool) -> None:
     print_table("functions", ("", "", "operations"), functions, numeric=(2,))
 
 
-def _data(
-    document: Hamiltonian,
-    chosen: Method,
-    terms: Mapping[str, int],
-    coupled: Sequence[str],
-    functions: Mapping[str, Mapping[str, int]],
-) -> dict[str, Any]:
-    """Return the output of ``info`` for a system as JSON types."""
-    return {
-        "system": document.name,
-        "description": document.description,
-        "coordinates": [
-            dict(zip(_PAIR, (q.name, p.name, q.value, p.value, q.unit, p.unit), strict=True))
-            for q, p in zip(document.coordinates, document.momenta, strict=True)
-        ],
-        "parameters": {item.name: item.value for item in document.parameters},
-        "definitions": dict(document.definitions),
-        "outputs": [item.name for item in document.outputs],
-        "notes": list(document.notes),
-        "separable": document.separable,
-        "terms": terms,
-        "coupled": coupled,
-        "functions": functions,
-        "method": {
-            "name": chosen.name,
-            "order": chosen.order,
-            "gradients": _gradients(chosen),
-            "stability_limit": chosen.stability_limit,
-        },
-    }
-
-
-def _gradients(method: Method) -> int:
-    """Return the evaluations of forces in a step of a composition; 0 for other methods."""
-    return len(method.fractions) // 2 if method.composed else 0
+def _method(chosen: Method | Composition) -> dict[str, Any]:
+    """Return a method as JSON types."""
+    return {name: getattr(chosen, name) for name in ("name", "order", "gradients", "stability_limit")}
 
 
 def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots: bool, as_json: bool) -> int:
@@ -228,12 +213,7 @@ def show_fields(system: FieldSystem, method: str | None, *, as_json: bool) -> No
                 "transforms_per_gradient": transforms,
                 "mass": system.mass,
                 "sampling": dataclasses.asdict(system.sampling),
-                "method": {
-                    "name": chosen.name,
-                    "order": chosen.order,
-                    "gradients": chosen.gradients,
-                    "stability_limit": chosen.stability_limit,
-                },
+                "method": _method(chosen),
             }
         )
         return

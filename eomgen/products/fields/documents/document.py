@@ -128,7 +128,12 @@ class Hamiltonian:
     @property
     def separable(self) -> bool:
         """Whether H is T(p) + V(q), by the terms."""
-        return all(term.dependence != "coupled" for term in self.terms)
+        return not self.coupled_terms
+
+    @property
+    def coupled_terms(self) -> list[str]:
+        """Names of the terms of coordinates and of momenta."""
+        return list(dict.fromkeys(term.name for term in self.terms if term.dependence == "coupled"))
 
     def parameter_values(self, changes: Mapping[str, float]) -> dict[str, float]:
         """Return the values of all parameters in a run, by name.

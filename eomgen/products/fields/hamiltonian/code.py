@@ -166,18 +166,22 @@ CDEF = f"""\
     int kind, int count, const double *fractions, int stages, const double *coefficients, double tolerance,
     int compensated, double *work, double *state, double *record, long *counted);
 """
-#: Largest number of iterations of an implicit step; the change, relative to the state, that may be rounding; and the
-#: ratio of successive changes above which Newton's method takes over.
-MOST_ITERATIONS, ROUNDING, SLOW = 200, 1e-12, 0.3
-#: Cycles of the linear equations, and the part of the residual that is left.
-CYCLES, LINEAR = 6, 1e-10
-#: Of Newton's method: corrections at most, halvings of one, the correction below which none is refused, and the error
-#: that is expected to be left, both in parts of the state.
-MOST_CORRECTIONS, HALVINGS, NEAR, SOLVED = 40, 8, 1e-7, 1e-16
-
-#: The part of the largest size that counts as the size of a smaller component, and the smallest of a pair's own steps,
-#: in steps of the grid.
-COARSE, SMALLEST = 1e-6, 1e-13
+#: Numbers of the steps, by their names in the templates.
+NUMBERS = {
+    # iterations of an implicit step at most; the change, relative to the state, that may be rounding; and the ratio of
+    # successive changes above which Newton's method takes over
+    **{"most_iterations": 200, "rounding": 1e-12, "slow": 0.3},
+    # cycles of the linear equations, and the part of the residual that is left
+    **{"cycles": 6, "linear": 1e-10},
+    # of Newton's method: corrections at most, halvings of one, the correction below which none is refused, and the
+    # error that is expected to be left, both in parts of the state
+    **{"most_newton": 40, "halvings": 8, "near": 1e-7, "solved": 1e-16},
+    # the part of the largest size that counts as the size of a smaller component, and the smallest of a pair's own
+    # steps, in steps of the grid
+    **{"coarse": 1e-6, "smallest": 1e-13},
+    **{"safety": SAFETY, "after_failure": AFTER_FAILURE, "most_attempts": MOST_STEPS},
+    **{"most_growth": MOST_GROWTH, "most_reduction": MOST_REDUCTION},
+}
 
 
 def program_of(document: Hamiltonian) -> Program:
@@ -187,13 +191,7 @@ def program_of(document: Hamiltonian) -> Program:
 
 def library_files(document: Hamiltonian, program: Program) -> dict[str, str]:
     """Return all that a loadable library is compiled from."""
-    prefix = program.prefix
-    templates = {
-        f"{prefix}.h": "fields/hamiltonian/header.h.jinja",
-        f"{prefix}_steps.c": "fields/hamiltonian/steps.c.jinja",
-        "exported.c": "fields/hamiltonian/exported.c.jinja",
-    }
-    files = rendered(program, templates, **_extra(document))
+    files = _files_with(program, "exported.c", **_extra(document))
     interface = generate_interface(program, files)
     interface["interface.h"] = interface["interface.h"].replace(INTERFACE_CDEF, CDEF)
     return files | interface
@@ -201,27 +199,22 @@ def library_files(document: Hamiltonian, program: Program) -> dict[str, str]:
 
 def folder_files(document: Hamiltonian, program: Program, method: Method) -> dict[str, str]:
     """Return the stand-alone folder: file name to text. The same system gives the same bytes."""
-    prefix, run = program.prefix, document.simulation
-    templates = {
-        f"{prefix}.h": "fields/hamiltonian/header.h.jinja",
-        f"{prefix}_steps.c": "fields/hamiltonian/steps.c.jinja",
-        "main.c": "fields/hamiltonian/main.c.jinja",
-    }
+    run = document.simulation
     extra = _extra(document) | {
         "method": method,
         "names": [item.name for item in document.states],
-        "run": {
-            "steps": round(run.duration / run.step),
-            "step": run.step,
-            "record_every": run.record_every,
-            "compensated": run.compensated,
-            "tolerance": run.tolerance,
-        },
+        "run": {**vars(run), "steps": round(run.duration / run.step)},
     }
-    files = rendered(program, templates, **extra)
+    files = _files_with(program, "main.c", **extra)
     command = compile_command(program, sorted(name for name in files if name.endswith(".c")))
-    readme = rendered(program, {"README.md": "fields/hamiltonian/README.md.jinja"}, **extra, command=command)
-    return files | {"README.md": readme["README.md"]}
+    return files | rendered(program, {"README.md": "fields/hamiltonian/README.md.jinja"}, **extra, command=command)
+
+
+def _files_with(program: Program, last: str, **extra: Any) -> dict[str, str]:
+    """Return the header, the steps, and the file that calls the steps."""
+    names = {f"{program.prefix}.h": "header.h", f"{program.prefix}_steps.c": "steps.c", last: last}
+    templates = {name: f"fields/hamiltonian/{template}.jinja" for name, template in names.items()}
+    return rendered(program, templates, **extra)
 
 
 def _extra(document: Hamiltonian) -> dict[str, Any]:
@@ -230,21 +223,6 @@ def _extra(document: Hamiltonian) -> dict[str, Any]:
         "momenta": [item.name for item in document.momenta],
         # coordinates and momenta whose values at the start are formulas of parameters in the file
         "following_starts": [item.name for item in document.states if item.formula is not None],
-        "most_iterations": MOST_ITERATIONS,
-        "rounding": ROUNDING,
-        "slow": SLOW,
         "krylov": krylov(len(document.coordinates)),
-        "cycles": CYCLES,
-        "linear": LINEAR,
-        "most_newton": MOST_CORRECTIONS,
-        "halvings": HALVINGS,
-        "near": NEAR,
-        "solved": SOLVED,
-        "coarse": COARSE,
-        "safety": SAFETY,
-        "after_failure": AFTER_FAILURE,
-        "most_growth": MOST_GROWTH,
-        "most_reduction": MOST_REDUCTION,
-        "most_attempts": MOST_STEPS,
-        "smallest": SMALLEST,
+        **NUMBERS,
     }

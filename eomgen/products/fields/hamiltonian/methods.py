@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import functools
 import math
-from typing import Literal
+from itertools import chain
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.polynomial import Legendre
@@ -41,7 +42,7 @@ def gauss_collocation(stages: int) -> tuple[tuple[float, ...], tuple[float, ...]
 
 #: Kinds of parts of steps; the index is the number in C.
 Kind = Literal["DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR"]
-KINDS: tuple[Kind, ...] = ("DRIFT_FIRST", "KICK_FIRST", "COLLOCATION", "EXPLICIT", "PAIR")
+KINDS: tuple[Kind, ...] = get_args(Kind)
 MIDPOINT = "implicit_midpoint"
 _OF_GAUSS = tuple(f"gauss{order}" for order in range(4, HIGHEST_ORDER + 1, 2))
 #: Largest number of vectors of the Krylov subspace for the linear equations of implicit steps, largest number of
@@ -85,6 +86,11 @@ class Method:
         """Whether steps are chosen by a tolerance."""
         return self.kind == "PAIR"
 
+    @property
+    def gradients(self) -> int:
+        """Evaluations of forces in a step of a composition; 0 for other methods."""
+        return len(self.fractions) // 2 if self.composed else 0
+
     def work(self, n: int) -> int:
         """Return the numbers of memory for steps of n coordinates: of drifts and kicks none."""
         if self.composed:
@@ -93,31 +99,18 @@ class Method:
         return 2 * n * (1 + self.stages * (8 + vectors)) + (vectors + 1) * (vectors + 3)
 
 
-_TABLEAU, _PAIR = RUNGE_KUTTA_MUNTHE_KAAS_4, DORMAND_PRINCE
+def _explicit(name: str, kind: Kind, source: str, tableau: Any, order: int, **more: Any) -> Method:
+    """Return the method of an explicit tableau."""
+    A, b = (tuple(map(float, chain(*rows))) for rows in (tableau.A, [tableau.b]))
+    return Method(name, order, kind, (1.0,), source, stages=len(b), A=A, b=b, **more)
+
+
+_PAIR = DORMAND_PRINCE
+_ERROR = tuple(float(x - y) for x, y in zip(_PAIR.b, _PAIR.b_hat, strict=True))
 #: Methods of Runge and Kutta by name. The limit of the fourth order on the imaginary axis is the root of 8.
 EXPLICIT = {
-    "rk4": Method(
-        "rk4",
-        4,
-        "EXPLICIT",
-        (1.0,),
-        "Kutta 1901",
-        math.sqrt(8.0),
-        len(_TABLEAU.b),
-        tuple(float(x) for row in _TABLEAU.A for x in row),
-        tuple(float(x) for x in _TABLEAU.b),
-    ),
-    "rk45": Method(
-        _PAIR.name,
-        _PAIR.order,
-        "PAIR",
-        (1.0,),
-        _PAIR.source,
-        stages=len(_PAIR.b),
-        A=tuple(float(x) for row in _PAIR.A for x in row),
-        b=tuple(float(x) for x in _PAIR.b),
-        error=tuple(float(x - y) for x, y in zip(_PAIR.b, _PAIR.b_hat, strict=True)),
-    ),
+    "rk4": _explicit("rk4", "EXPLICIT", "Kutta 1901", RUNGE_KUTTA_MUNTHE_KAAS_4, 4, stability_limit=math.sqrt(8.0)),
+    "rk45": _explicit(_PAIR.name, "PAIR", _PAIR.source, _PAIR, _PAIR.order, error=_ERROR),
 }
 
 
@@ -186,9 +179,8 @@ def method_for(document: Hamiltonian, name: str | None = None, first: str = "dri
         limit = composition.stability_limit
         return Method(composition.name, composition.order, kind, composition.fractions, composition.source, limit)
     if len(composition.leapfrogs) < 2:
-        coupled = list(dict.fromkeys(term.name for term in document.terms if term.dependence == "coupled"))
         fault = (
-            f"{composition.name} needs H = T(p) + V(q), and {listed(coupled)} depends on coordinates and"
+            f"{composition.name} needs H = T(p) + V(q), and {listed(document.coupled_terms)} depends on coordinates and"
             f" momenta [E0778]"
         )
         hint = f"{MIDPOINT}, gauss4 or gauss6, or yoshida4 or suzuki4, whose parts are implicit midpoint steps then"

@@ -51,3 +51,5 @@ __all__ = [
     "split_r_hat",
     "white",
 ]
+#: Open to the other parts of ``products.fields`` as well.
+WITHIN = ["mesh"]

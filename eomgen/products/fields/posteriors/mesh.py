@@ -22,12 +22,12 @@ from typing import Any, Literal, Protocol, overload
 
 import numpy as np
 import scipy.fft
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.base.messages import listed, nearest
+from eomgen.base.messages import counted, listed, nearest
 from eomgen.base.threads import thread_count
 from eomgen.errors import ModelError, Problem, UsageError
 
@@ -260,6 +260,18 @@ class Mesh:
             )
             raise ModelError(Problem("memory", fault, "fewer cells, or chains"))
         return needed
+
+
+def numbers_of_cells(mesh: Mesh, values: ArrayLike, least: float, key: str) -> Array:
+    """Return numbers for all cells, finite and not below ``least``. Raises ModelError with the key."""
+    made = np.array(np.broadcast_to(values, mesh.cells), dtype=float, order="C")
+    wrong = ~np.isfinite(made) | (made < least)
+    if np.any(wrong):
+        place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
+        bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
+        fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place} [E0811]"
+        raise ModelError(Problem(key, fault, bound))
+    return made
 
 
 @functools.lru_cache(maxsize=4)

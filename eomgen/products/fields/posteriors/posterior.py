@@ -17,10 +17,10 @@ from numpy.typing import ArrayLike
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass, replace
-from eomgen.base.messages import counted, listed, nearest
+from eomgen.base.messages import listed, nearest
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.fields.posteriors.cells import CellEnergy, CellRoutines, cell_tape, source
-from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals, Transforms, check_transforms
+from eomgen.products.fields.posteriors.mesh import Complex, Mesh, Reals, Transforms, check_transforms, numbers_of_cells
 from eomgen.products.fields.posteriors.mesh import transforms as make_transforms
 from eomgen.products.fields.posteriors.operators import LinearOperator
 
@@ -128,15 +128,8 @@ class FieldPosterior:
         if made.ndim and made.shape != self.mesh.cells:
             fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells} [E0810]"
             raise UsageError(Problem(f"data.{name}", fault, f"an array of {self.mesh.cells}, or one number"))
-        made = np.array(np.broadcast_to(made, self.mesh.cells), order="C")
         least = self.energy_of_cell.smallest.get(name, -math.inf)
-        wrong = ~np.isfinite(made) | (made < least)
-        if np.any(wrong):
-            place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
-            bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place} [E0811]"
-            raise ModelError(Problem(f"data.{name}", fault, bound))
-        return made
+        return numbers_of_cells(self.mesh, made, least, f"data.{name}")
 
     # -- energy and derivatives --------------------------------------------------------------------------------------
 

@@ -43,6 +43,7 @@ from eomgen.products.fields.posteriors import (
     smoothing,
     white,
 )
+from eomgen.products.fields.posteriors.mesh import numbers_of_cells
 
 #: Message for files that NumPy cannot read; NumPy's own message is about pickles.
 _NO_ARRAY = ("this is not a .npy file of numbers [E0846]", "numpy.save of an array of real numbers")
@@ -376,21 +377,12 @@ class _FileObjects:
 
     def given(self, item: Data) -> Array:
         """Return numbers from a file or by a formula. Raises FileError, ModelError."""
-        if item.kind == "file":
-            return self.checked(item, self.read(item))
-        return self.checked(item, self.in_cells(item.formula, {}))
+        return self.checked(item, self.read(item) if item.kind == "file" else self.in_cells(item.formula, {}))
 
     def checked(self, item: Data, values: Array) -> Array:
         """Return numbers for all cells. Raises ModelError for impossible numbers."""
-        made = np.array(np.broadcast_to(values, self.mesh.cells), dtype=float, order="C")
         least = -math.inf if item.minimum is None else item.minimum
-        wrong = ~np.isfinite(made) | (made < least)
-        if np.any(wrong):
-            place = tuple(int(axis[0]) for axis in np.nonzero(wrong))
-            bound = "finite numbers" if least == -math.inf else f"finite numbers from {least:.6g} on"
-            fault = f"{counted(int(wrong.sum()), 'cell')} cannot be: {made[place]:.6g} at {place} [E0811]"
-            raise ModelError(Problem(self.system.place(f"data.{item.name}"), fault, bound))
-        return made
+        return numbers_of_cells(self.mesh, values, least, self.system.place(f"data.{item.name}"))
 
     def read(self, item: Data) -> Array:
         """Return the numbers of a file, of the shape of the mesh. Raises FileError, ModelError."""

@@ -30,6 +30,8 @@ CHECKPOINT = "checkpoint.npz"
 CHECKPOINT_EVERY = 60.0
 #: Settings that may differ if a run goes on.
 _OPEN = ("samples", "field")
+#: Settings that are arguments of a sampler.
+_OF_SAMPLERS = ("method", "step", "duration", "first", "jitter", "guard", "chains", "start", "seed", "bins")
 _GOLDEN = 0.6180339887498949
 
 
@@ -131,30 +133,16 @@ class _Run:
 
     def started(self, resume: bool) -> Sampler:
         settings = self.settings
-        start: Any = settings.start
+        given: Any = {name: value for name, value in vars(settings).items() if name in _OF_SAMPLERS}
         if resume:
-            start = None
-        elif Path(start).suffix == ".npy":
-            start = start_fields(Path(start), self.problem, settings.chains)
+            given["start"] = None
+        elif Path(settings.start).suffix == ".npy":
+            given["start"] = start_fields(Path(settings.start), self.problem, settings.chains)
         size = self.problem.mesh.size
         count = min(settings.watched, size)
         stride = next(step for step in range(round(size * _GOLDEN), 2 * size) if math.gcd(step, size) == 1)
         spread = np.sort(np.arange(count) * stride % size)
-        return Sampler(
-            self.problem.posterior,
-            method=settings.method,
-            step=settings.step,
-            duration=settings.duration,
-            mass=self.mass,
-            first=settings.first,  # type: ignore[arg-type]  # its value is checked there
-            jitter=settings.jitter,
-            guard=settings.guard,
-            chains=settings.chains,
-            start=start,
-            seed=settings.seed,
-            watched=spread,
-            bins=settings.bins,
-        )
+        return Sampler(self.problem.posterior, mass=self.mass, watched=spread, **given)
 
     def go(self, bar: Progress | None, interrupts: Interrupts, every: float) -> FieldSamples:
         """Make missing parts, and return all."""
@@ -165,7 +153,7 @@ class _Run:
         def stop() -> bool:
             return interrupts.heard
 
-        def counted(outcome: Outcome) -> None:
+        def drawn(_: int, outcome: Outcome, __: float) -> None:
             nonlocal saved
             now = time.perf_counter()
             self.gradients += outcome.gradients
@@ -180,10 +168,7 @@ class _Run:
             row = (outcome.error, outcome.accepted, outcome.gradients, potential)
             self.warm_up[chain, self.warmed[chain]] = row
             self.warmed[chain] += 1
-            counted(outcome)
-
-        def drawn(_: int, outcome: Outcome, __: float) -> None:
-            counted(outcome)
+            drawn(chain, outcome, potential)
 
         if bar is not None:
             bar(int(self.warmed.sum() + self.record.counts.sum()), total)
