@@ -6,6 +6,7 @@ import dataclasses
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -284,6 +285,22 @@ def sample(file: str, folder: str, resume: bool, plots: bool, as_json: bool, **o
     return INTERRUPTED if result.interrupted else 0
 
 
+_WORST = "gradients_per_independent_sample_of_worst_scale"
+#: Rows of figures of samples, by the keys of their summary.
+_FIGURES = {
+    "acceptance": "{acceptance:.3f}, {expected_acceptance:.3f} by the mean of errors",
+    "energy errors": "mean {mean_energy_error:.4g}, half variance {half_variance_of_energy_errors:.4g}",
+    "mean of exp(-error)": "{mean_weight:.4f} +- {mean_weight_error:.4f}, to be 1",
+    "split R-hat": "{r_hat_of_cells:.4f} of the worst of {watched}, {r_hat_of_scales:.4f} of the worst scale",
+    "autocorrelation time": "{autocorrelation_of_cells:.3g} trajectories in cells,"
+    " {autocorrelation_of_worst_scale:.3g} of the worst scale",
+    "gradients per independent sample": "{gradients_per_independent_sample_of_cells:.3g} in cells,"
+    f" {{{_WORST}:.3g}} +- {{worst_error:.2g}} of the worst scale",
+    "(truth - mean)/deviation": "mean {truth_over_deviation[mean]:.4f},"
+    " deviation {truth_over_deviation[deviation]:.4f}, to be 0 and 1",
+}
+
+
 def _print_samples(samples: FieldSamples) -> None:
     told, mesh = samples.summary(), samples.problem.mesh
     unit = samples.problem.system.unit
@@ -296,42 +313,15 @@ def _print_samples(samples: FieldSamples) -> None:
         ("largest frequency", f"{samples.frequency:.4g}"),
         ("gradients", f"{samples.gradients} in {samples.seconds:.3g} s"),
     ]
-    if samples.count:
-        rows += [
-            ("acceptance", f"{told['acceptance']:.3f}, {told['expected_acceptance']:.3f} by the mean of errors"),
-            (
-                "energy errors",
-                f"mean {told['mean_energy_error']:.4g}, half variance {told['half_variance_of_energy_errors']:.4g}",
-            ),
-            ("mean of exp(-error)", f"{told['mean_weight']:.4f} +- {told['mean_weight_error']:.4f}, to be 1"),
-        ]
-    if "r_hat_of_cells" in told:
-        worst = told["gradients_per_independent_sample_of_worst_scale"]
-        rows += [
-            (
-                "split R-hat",
-                f"{told['r_hat_of_cells']:.4f} of the worst of {counted(samples.samples.cells.shape[2], 'cell')},"
-                f" {told['r_hat_of_scales']:.4f} of the worst scale",
-            ),
-            (
-                "autocorrelation time",
-                f"{told['autocorrelation_of_cells']:.3g} trajectories in cells,"
-                f" {told['autocorrelation_of_worst_scale']:.3g} of the worst scale",
-            ),
-            (
-                "gradients per independent sample",
-                f"{told['gradients_per_independent_sample_of_cells']:.3g} in cells,"
-                f" {worst:.3g} +- {worst * told['autocorrelation_error']:.2g} of the worst scale",
-            ),
-        ]
-    if "truth_over_deviation" in told:
-        z = told["truth_over_deviation"]
-        rows += [("(truth - mean)/deviation", f"mean {z['mean']:.4f}, deviation {z['deviation']:.4f}, to be 0 and 1")]
+    told["watched"] = counted(samples.samples.cells.shape[2], "cell")
+    if "autocorrelation_error" in told:
+        told["worst_error"] = told[_WORST] * told["autocorrelation_error"]
+    for name, text in _FIGURES.items():
+        with suppress(KeyError):  # a few samples have no such figure
+            rows.append((name, text.format_map(told)))
     print_table(f"{samples.name}: {samples.problem.watched}", ("", ""), rows)
     heads = ("k", "prior", "truth", "samples", "deviation", "of the mean", "correlation", "R-hat", "autocorrelation")
-    table = [
-        tuple("-" if math.isnan(value) else f"{value:.4g}" for value in vars(scale).values())
-        for scale in samples.scales()
-    ]
+    scales = [vars(scale).values() for scale in samples.scales()]
+    table = [tuple("-" if math.isnan(value) else f"{value:.4g}" for value in values) for values in scales]
     if table:
         print_table("scales: power of a mode", heads, table, numeric=tuple(range(len(heads))))

@@ -257,16 +257,13 @@ class FieldPosterior:
         fields = [] if self.prior_alone else self._to_cells(np.ascontiguousarray(spectrum))
         if self._transforms.scale != 1.0:  # arrays of the plans, which products write to
             fields = [field.copy() for field in fields]
-        routines = self._routines
 
         def product(direction: Complex) -> Complex:
             self.products += 1
             result = direction.copy()
             if fields:
                 along = self._to_cells(np.ascontiguousarray(direction))
-                routines.lib.eomgen_field_curvature(
-                    self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
-                )
+                self._curve(fields, along)
                 self._from_cells(self._transforms, 1.0, along, result)
             return result
 
@@ -370,6 +367,11 @@ class FieldPosterior:
             self._routines.add(size, symbol, by.spectrum(number, field), to, beside)
             beside = None
 
+    def _curve(self, fields: Sequence[Reals], along: Sequence[Reals]) -> None:
+        """Put the product of each cell's second derivatives with a direction in place of the direction."""
+        pointers = self._routines.pointers
+        self._routines.lib.eomgen_field_curvature(self.mesh.size, pointers(fields), self._data, pointers(along))
+
     # -- scales ------------------------------------------------------------------------------------------------------
 
     def mass(self, choice: str = "fisher") -> Array | None:
@@ -425,16 +427,14 @@ class FieldPosterior:
         weights = weights / weights.sum()
         operators = self.operators.values()  # a mask is in the energy already
         deviations = [math.sqrt(replace(operator, mask=None).variance) for operator in operators]
-        routines, count = self._routines, len(deviations)
+        count = len(deviations)
         means = [0.0] * count
         for place in np.ndindex(*(len(nodes),) * count):
             fields = [np.full(self.mesh.cells, d * nodes[k]) for d, k in zip(deviations, place, strict=True)]
             weight = math.prod(float(weights[k]) for k in place)
             for number in range(count):
                 along = [np.full(self.mesh.cells, float(number == other)) for other in range(count)]
-                routines.lib.eomgen_field_curvature(
-                    self.mesh.size, routines.pointers(fields), self._data, routines.pointers(along)
-                )
+                self._curve(fields, along)
                 means[number] += weight * float(np.mean(along[number]))
         if not all(map(math.isfinite, means)):
             fault = "the curvature of the energy of a cell has no finite mean under the prior [E0813]"
@@ -554,9 +554,7 @@ class FieldPosterior:
             return None
         if len(fields) == 1:
             bent = np.ones(self.mesh.cells)
-            self._routines.lib.eomgen_field_curvature(
-                self.mesh.size, self._routines.pointers(fields), self._data, self._routines.pointers([bent])
-            )
+            self._curve(fields, [bent])
             if float(bent.min()) >= 0.0:
                 return None
         hessian, root, product = self.hessian(x), np.sqrt(inverse), self.mesh.product

@@ -19,7 +19,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import Problem, UsageError
 from eomgen.products.reliability.random_processes.covariance import (
     Constant,
@@ -106,13 +106,11 @@ def expand(
     if isinstance(covariance, Constant):
         variance = np.array([covariance.standard_deviation**2 * duration])
         return Expansion(duration, variance, float(variance[0]), lambda times: np.full((1, len(times)), duration**-0.5))
-    if (
-        modes is None and share is not None and not isinstance(covariance, CovarianceTable)
-    ):  # has a spectrum that is integrated
+    if modes is None and share is not None and not isinstance(covariance, CovarianceTable):
         _refuse_far(covariance, duration, share)
     if isinstance(covariance, Exponential):
         return _chosen(_closed_form(covariance, duration), share, modes)
-    return _converged([[covariance]], duration, share, modes, repair)[0]
+    return expand_jointly([[covariance]], duration, share=share, modes=modes, repair=repair)[0]
 
 
 def expand_jointly(
@@ -126,32 +124,26 @@ def expand_jointly(
     """Return the modes of processes with a matrix of covariances and cross covariances, for each process.
 
     All processes have the same variables: g_p(t) = sum sqrt(lambda_i) phi_pi(t) z_i, the phi_i orthonormal over all
-    processes together, so eigenvalues, total and share belong to the whole group.
+    processes together, so eigenvalues, total and share belong to the whole group. Panels are doubled until the
+    eigenvalues have converged.
 
     Raises
     ------
     UsageError
         As of ``expand``.
     """
-    return _converged(covariances, duration, share, modes, repair)
-
-
-def _converged(
-    covariances: Sequence[Sequence[Covariance]], duration: float, share: float | None, modes: int | None, repair: bool
-) -> list[Expansion]:
-    """Return the expansion of each process, with the number of panels needed for convergence."""
     count, panels, before = len(covariances), 2, np.zeros(0)
 
     def of_each(expansion: Expansion) -> list[Expansion]:
-        function, total, values = expansion.function, expansion.total, expansion.eigenvalues
+        function = expansion.function
         if count == 1:
-            return [Expansion(duration, values, total, lambda t: function(t)[:, 0], repaired=expansion.repaired)]
+            return [replace(expansion, function=lambda t: function(t)[:, 0])]
         edges = np.linspace(0.0, duration, panels + 1)
         nodes, weights = gauss_legendre(edges, _NODES + 1)  # none of these is one of the modes' nodes
         shares = function(nodes.ravel()) ** 2 @ weights.ravel()
 
         def one(own: int) -> Expansion:
-            return Expansion(duration, values, total, lambda t: function(t)[:, own], shares[:, own], expansion.repaired)
+            return replace(expansion, function=lambda t: function(t)[:, own], shares=shares[:, own])
 
         return [one(own) for own in range(count)]
 
@@ -237,10 +229,7 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
         fault = f"the process has {known} modes in this window beyond rounding, and {modes} are asked for [E0972]"
         raise UsageError(Problem("", fault, "fewer modes, or a share"))
     function = expansion.function
-    values = expansion.eigenvalues[:modes]
-    return Expansion(
-        expansion.duration, values, expansion.total, lambda t: function(t)[:modes], repaired=expansion.repaired
-    )
+    return replace(expansion, eigenvalues=expansion.eigenvalues[:modes], function=lambda t: function(t)[:modes])
 
 
 def _nystrom(covariances: Sequence[Sequence[Covariance]], duration: float, panels: int, repair: bool) -> Expansion:

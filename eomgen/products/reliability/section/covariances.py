@@ -4,7 +4,7 @@ g, quantiles."""
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -90,6 +90,12 @@ _KEYS = {
 }
 
 
+def _deviation(key: str, entry: written.RandomProcess, values: Values) -> float:
+    """Return the standard deviation of g."""
+    given = 1.0 if entry.standard_deviation is None else entry.standard_deviation
+    return values.constant(f"{key}.standard_deviation", given)
+
+
 class Covariances:
     """Reader of covariances, which reports faults.
 
@@ -111,22 +117,16 @@ class Covariances:
         over, other = ("time", "distance") if entry.speed is None else ("distance", "time")
         wanted = row.over_time if entry.speed is None else row.over_distance
         if wanted is None:
-            self.report.add(
-                f"{key}.type",
-                f"{kind} is a process over {other} [E0974]",
-                "speed = 20" if over == "time" else "no speed",
-            )
+            hint = "speed = 20" if over == "time" else "no speed"
+            self.report.add(f"{key}.type", f"{kind} is a process over {other} [E0974]", hint)
             return None
         given = {word: getattr(entry, word) for word in _KEYS}
         if entry.table is not None:
             given["points"] = entry.points or ()
         missing = [_KEYS[word] or word for word in wanted if given[word] is None]
         if missing:
-            self.report.add(
-                key,
-                f"{kind} over {over} needs {' and '.join(missing)} [E0975]",
-                f"{missing[0].partition(' ')[0]} = ...",
-            )
+            fault = f"{kind} over {over} needs {' and '.join(missing)} [E0975]"
+            self.report.add(key, fault, f"{missing[0].partition(' ')[0]} = ...")
         for word, value in given.items():
             if value is not None and word not in wanted and not missing:
                 written_as = _KEYS[word] or word
@@ -134,8 +134,7 @@ class Covariances:
                 self.report.add(f"{key}.{written_as.partition(' ')[0]}", fault, " and ".join(wanted))
         deviation = []
         if row.deviation:
-            written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
-            value = self.values.constant(f"{key}.standard_deviation", written_value)
+            value = _deviation(key, entry, self.values)
             if not value > 0.0:
                 fault = f"the standard deviation {value:.6g} is not positive [E0987]"
                 self.report.add(f"{key}.standard_deviation", fault, "standard_deviation = 1")
@@ -175,11 +174,9 @@ class Covariances:
     def _points(self, key: str, name: str, entry: written.RandomProcess) -> Curve | None:
         """Return the points of a covariance or a spectrum; None for a fault, which is reported."""
         spectrum = entry.type == "spectrum"
-        shape = (
-            Shape(points=entry.points, table=entry.table, interpolation="linear", outside="hold")
-            if spectrum
-            else Shape(points=entry.points, table=entry.table, interpolation="quintic", outside="error")
-        )
+        rule: Any = {"interpolation": "linear", "outside": "hold"}
+        rule = rule if spectrum else {"interpolation": "quintic", "outside": "error"}
+        shape = Shape(points=entry.points, table=entry.table, **rule)
         before = len(self.report.noted)
         curve = self.curves.through_points(key, name, shape)
         if len(self.report.noted) > before or self.report.concerns(key):  # refused units are reported before
@@ -341,9 +338,8 @@ class Translations:
 
     def _standard_curve(self, name: str, entry: written.RandomProcess, curve: Curve) -> Formula:
         """Return a curve of the standard normal variable of g."""
-        mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
-        written_value = 1.0 if entry.standard_deviation is None else entry.standard_deviation
-        deviation = self.values.constant(f"{key_of('random', name)}.standard_deviation", written_value)
+        key = key_of("random", name)
+        mean, deviation = self.values.constant(f"{key}.mean", entry.mean), _deviation(key, entry, self.values)
         g: Formula = Symbol("gaussian") if mean == 0.0 else Symbol("gaussian") - mean
         return Application(curve, g if deviation == 1.0 else g / deviation)
 
@@ -369,12 +365,17 @@ class Translations:
         def map_of(g: Array) -> Array:
             if isinstance(formula, Application) and isinstance(formula.curve, Curve):
                 return np.asarray(formula.curve(np.clip(g, -BEYOND, BEYOND)))
-            value = evaluate_batch(
-                formula, lambda symbol: g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
-            )
-            return np.asarray(np.broadcast_to(value, np.shape(g)))
+            return self._values_at(formula, g)
 
         return underlying(covariance, map_of, window)
+
+    def _values_at(self, formula: Formula, g: Array) -> Array:
+        """Return the values of a translation at values of g."""
+
+        def value_of(symbol: Symbol) -> ArrayLike:
+            return g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
+
+        return np.asarray(np.broadcast_to(evaluate_batch(formula, value_of), np.shape(g)))
 
     def _mentions_refused(self, formula: Formula) -> bool:
         """Return whether a formula mentions a refused parameter, so that values of the formula are unknown."""
@@ -387,11 +388,7 @@ class Translations:
             return
         away = np.linspace(-_FARTHEST, _FARTHEST, _PLACES)
         g = process.mean + process.standard_deviation * away
-
-        def value_of(symbol: Symbol) -> ArrayLike:
-            return g if symbol.kind == "gaussian" else self.values.parameters[symbol.name]
-
-        value = np.broadcast_to(evaluate_batch(formula, value_of), np.shape(g))
+        value = self._values_at(formula, g)
         key = f"{key_of('random', process.name)}.translation"
         if not np.all(np.isfinite(value)):
             worst = int(np.argmin(np.isfinite(value)))

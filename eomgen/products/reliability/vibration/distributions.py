@@ -239,9 +239,7 @@ def counted_instead(wanted: Array, distribution: Distribution, about_mean: Draws
     the probabilities; return the distribution and notes."""
     z, y, *_ = about_mean.first(FEWEST)
     count, notes = len(z), []
-    below, above, low, high = (
-        part.copy() for part in (distribution.below, distribution.above, distribution.low, distribution.high)
-    )
+    below, above, low, high = (part.copy() for part in vars(distribution).values())
     for k, threshold in enumerate(wanted.tolist()):
         if np.isnan(below[k]) or np.isnan(y).any():
             continue
@@ -275,10 +273,8 @@ def relative_errors(one: Distribution, true: Distribution) -> Array:
 
 def disagreements(thresholds: Sequence[float], form: Distribution, true: Distribution) -> dict[int, str]:
     """Return, by index, the thresholds with a quadratic form far from the correction by samples."""
-    sides = ["above" if above <= 0.5 else "below" for above in true.above]
-    result = _apart(thresholds, sides, form, true)
     ending = "samples: the response is not a quadratic form there, and the form is left out; take `corrected`"
-    return {k: f"{text} by {ending}" for k, text in result.items()}
+    return {k: f"{text} by {ending}" for k, text in _apart(thresholds, form, true).items()}
 
 
 def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distribution) -> list[str]:
@@ -306,17 +302,15 @@ def doubts_of_forms(thresholds: Array, errors: Mapping[str, Array], true: Distri
 def against_samples(wanted: Array, form: Distribution, counted: Distribution) -> dict[int, str]:
     """Return by place the thresholds whose quadratic form gives another probability than samples of the whole
     distribution, on the side if there are fewer."""
-    sides = ["above" if above <= 0.5 else "below" for above in counted.above]
-    result = _apart(wanted.tolist(), sides, form, counted)
-    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in result.items()}
+    apart = _apart(wanted.tolist(), form, counted)
+    return {k: f"{text} by Monte Carlo: the form is left out, trust samples" for k, text in apart.items()}
 
 
-def _apart(
-    thresholds: Sequence[float], sides: Sequence[str], form: Distribution, counted: Distribution
-) -> dict[int, str]:
-    """Return by place the values of a form and of samples, if these differ."""
+def _apart(thresholds: Sequence[float], form: Distribution, counted: Distribution) -> dict[int, str]:
+    """Return by place the values of a form and of samples on the less probable side, if these differ."""
     result = {}
-    for k, (threshold, side) in enumerate(zip(thresholds, sides, strict=True)):
+    for k, threshold in enumerate(thresholds):
+        side = "above" if counted.above[k] <= 0.5 else "below"
         ours, theirs = float(getattr(form, side)[k]), float(getattr(counted, side)[k])
         error = 0.5 * float(counted.high[k] - counted.low[k]) / 1.96
         if abs(ours - theirs) > _SURE * error + _LIKE * max(ours, theirs):
@@ -342,7 +336,7 @@ def spread(one: Distribution, places: Sequence[int], count: int) -> Distribution
         result[list(places)] = values
         return result
 
-    return Distribution(*(wide(part) if len(part) else part for part in (one.below, one.above, one.low, one.high)))
+    return Distribution(*(wide(part) if len(part) else part for part in vars(one).values()))
 
 
 def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], samples: int, seed: int) -> Distribution:

@@ -482,7 +482,7 @@ class _VibrationStudy:
         self, about: dict[str, Distribution], wanted: Array, places: Sequence[int], whole: Distribution
     ) -> None:
         """Compare distributions at most probable points with corrected ones of all thresholds, and keep them."""
-        true = Distribution(*(part[places] for part in (whole.below, whole.above, whole.low, whole.high)))
+        true = Distribution(*(part[places] for part in vars(whole).values()))
         errors = {name: relative_errors(one, true) for name, one in about.items() if name not in _SAMPLED}
         self.notes += doubts_of_forms(wanted[places], errors, true)
         wrong = disagreements(wanted[places].tolist(), about["quadratic"], true)
