@@ -13,14 +13,13 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.integrators.families.family import LinearStep
 from eomgen.lie.product import difference
-from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, Equations
+from eomgen.products.derivatives.equations import EquationBlocks, EquationPartials, Equations, rows_of
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
     LinearRun,
     PartType,
     Start,
-    rows_of,
     undefined_derivatives,
 )
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices, reactions, turning
@@ -166,15 +165,9 @@ class StartedRun(LinearRun[PartType]):
     @cached_property
     def beginning(self) -> LinearizedStart:
         """The start of the run."""
-        start, run = self.motion.start, self.run
-        _, alpha_m, alpha_f, *_ = self.coefficients
+        start, (_, alpha_m, alpha_f, *_) = self.motion.start, self.coefficients
         share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
-        z = start.get("z", np.zeros(0))
-        state = start["q"], start["v"], z
-        times = run.grid.start, run.grid.step
-        return LinearizedStart(
-            self.equations, *times, *state, self._prescribed_at, self.moved_inputs, share, self.start.asked
-        )
+        return self.linear_start(self._prescribed_at, share)
 
     def of_equations(self, along: StateDirections) -> StateDirections:
         """Return directions without motions of multipliers of velocities, which are not in the equations."""

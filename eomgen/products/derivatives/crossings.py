@@ -19,6 +19,7 @@ from eomgen.formula.discontinuities import applications
 from eomgen.formula.evaluate import comparisons, symbols
 from eomgen.formula.nodes import Formula
 from eomgen.lie import product
+from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.linear_run import LinearRun
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
             if moving[branch]:
                 change = float(arguments[1][k, branch] - arguments[0][k, branch])
                 row = part.first + int(rows[k])
-                result.append(BranchCrossing(row, branch, _row(before, k), _row(after, k), change))
+                result.append(BranchCrossing(row, branch, rows_of(before, k), rows_of(after, k), change))
         if len(result) > _MOST:
             break
     return result[:_MOST]
@@ -196,10 +197,6 @@ def _along(
 def _of_tape(blocks: Mapping[str, Array]) -> dict[str, Array]:
     """Return input blocks with times as blocks of size 1."""
     return {name: array[:, np.newaxis] if name == "t" else array for name, array in blocks.items()}
-
-
-def _row(values: Mapping[str, Array], row: int) -> dict[str, Array]:
-    return {name: array if array.ndim == 1 and name == "p" else array[row] for name, array in values.items()}
 
 
 def _between(one: BranchCrossing, share: float) -> dict[str, Array]:

@@ -4,13 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
+from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.functions import Functions
 from eomgen.compiled.model import CompiledModel
+from eomgen.errors import NumericalError, Problem
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.system.system import second_blocks
 
@@ -85,6 +89,29 @@ class EquationBlocks:
     def at(self, rows: slice) -> EquationBlocks:
         """Return the partials at some of the rows."""
         return EquationBlocks(*(block[rows] for block in vars(self).values()))
+
+
+def rows_of(blocks: Mapping[str, Array], rows: slice | int | NDArray[Any]) -> dict[str, Array]:
+    """Return input blocks at some rows; parameters may be the same at all rows."""
+    return {name: array if name == "p" and array.ndim == 1 else array[rows] for name, array in blocks.items()}
+
+
+def bordered(M: Array, B: Array, across: Array | None = None) -> Array:
+    """Return M (..., nv, nv) with B below and ``across``, or the transposed B, to the right."""
+    across = np.swapaxes(B, -1, -2) if across is None else across
+    below = np.concatenate([B, np.zeros((*B.shape[:-1], B.shape[-2]))], axis=-1)
+    return np.concatenate([np.concatenate([M, across], axis=-1), below], axis=-2)
+
+
+def solved(matrix: Array, right: Array, times: Array) -> Array:
+    """Return -matrix^-1 right of n steps or rows. Raises NumericalError."""
+    try:
+        return np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        place = next((k for k, one in enumerate(matrix) if np.linalg.matrix_rank(one) < len(one)), 0)
+        fault = f"the equations near t = {times[place]:.9g} s, made linear, have no solution [E0637]"
+        hint = "a smaller step, or constraints that do not repeat"
+        raise NumericalError(Problem("sensitivities", fault, hint)) from None
 
 
 class Equations:
@@ -162,8 +189,7 @@ class Equations:
             return {}
         count = len(values["t"])
         if count == 1:  # without the bookkeeping of batches
-            inputs = {name: values[name] for name in functions.inputs(term)}
-            results = functions(term, {name: x if name == "p" and x.ndim == 1 else x[0] for name, x in inputs.items()})
+            results = functions(term, rows_of({name: values[name] for name in functions.inputs(term)}, 0))
             return {name: array[np.newaxis] for name, array in zip(functions.output_names(term), results, strict=True)}
         results = functions(term, values)
         by_name = dict(zip(functions.output_names(term), results, strict=True))
@@ -191,10 +217,28 @@ class Equations:
         """Rows of the record of a state: q, v, vdot, z and multipliers."""
         return 3 * self.nv + self.nz + self.nl
 
+    @property
+    def _of_outputs(self) -> dict[str, slice]:
+        """Columns of the partials of outputs in a record, by name of the block."""
+        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
+        ends = np.cumsum(list(sizes.values())).tolist()
+        return {name: slice(end - size, end) for (name, size), end in zip(sizes.items(), ends, strict=True)}
+
     def residuals(self, values: Mapping[str, Array]) -> Array:
         """Return e, (n, rows), of scenes without constraints."""
         (r,) = self.of("residual", values).values()
         return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
+
+    def accelerated(self, values: Mapping[str, Array]) -> dict[str, Array]:
+        """Return input blocks with the accelerations and the multipliers of their states; ``values`` have zeros."""
+        if self.nl and len(values["t"]) == 1:  # without the bookkeeping of batches
+            vdot, lam = (array[np.newaxis] for array in accelerations(self.model.functions, rows_of(values, 0)))
+        elif self.nl:
+            vdot, lam = accelerations(self.model.functions, values)
+        else:
+            (residual,), (M,) = self.of("residual", values).values(), self.of("mass", values).values()
+            vdot, lam = solved(M, residual[..., np.newaxis], values["t"])[..., 0], values["lam"]
+        return {**values, "a": vdot, "lam": lam}
 
     def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationPartials:
         """Return the partials of e; partials in the parameters are 0 unless ``parameters``."""
@@ -262,13 +306,10 @@ class Equations:
         """
         count, rows = len(values["t"]), len(self.outputs)
         partials = self.of("output_partials", values)
-        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        Y = np.zeros((count, rows, sum(sizes.values())))
-        first = 0
-        for name, size in sizes.items():
+        Y = np.zeros((count, rows, self.record_size))
+        for name, place in self._of_outputs.items():
             if name in partials:
-                Y[:, :, first : first + size] = self._rows(partials[name])
-            first += size
+                Y[:, :, place] = self._rows(partials[name])
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         Yp = self._parameters({name: self._rows(array) for name, array in by_parameters.items()}, "Yp", rows, count)
         return Y, self._with_inputs(Yp, values)
@@ -289,15 +330,12 @@ class Equations:
         used = np.flatnonzero(weights.any(axis=(0, 2)))
         partials = self.of("output_partials", values)
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
-        sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
-        of_state = np.zeros((len(weights), sum(sizes.values()), weights.shape[2]))
-        of_parameters = np.zeros((len(self.chosen) + self.driven, weights.shape[2]))
-        first = 0
-        for name, size in sizes.items():
-            for one in used.tolist() if name in partials and size else ():
+        of_state = np.zeros((len(weights), self.record_size, weights.shape[2]))
+        of_parameters = np.zeros((self.parameters, weights.shape[2]))
+        for name, place in self._of_outputs.items():
+            for one in used.tolist() if name in partials and place.stop > place.start else ():
                 row = partials[name][:, self.outputs[one], :, np.newaxis]
-                of_state[:, first : first + size] += row * weights[:, one, np.newaxis]
-            first += size
+                of_state[:, place] += row * weights[:, one, np.newaxis]
         for one in used.tolist() if "Yp" in by_parameters else ():
             of_parameters[: len(self.chosen)] += (
                 by_parameters["Yp"][:, self.outputs[one], self.chosen].T @ weights[:, one]

@@ -198,9 +198,9 @@ class JumpMotion(ReplayedRun):
     def _stretch(
         self, first: Array, last: Array, samples: NDArray[np.bool_], event: int, p: Array, *, renews: bool = False
     ) -> Stretch:
-        if len(self._held):  # values that are held over the stretch
+        if len(self.held):  # values that are held over the stretch
             first = first.copy()
-            first[self._held] = last[self._held]
+            first[self.held] = last[self.held]
         short = last[0] - first[0] <= SHORTEST * self.run.grid.step
         return Stretch(first, last, samples, event, bool(short), renews, p)
 
@@ -220,7 +220,7 @@ class JumpMotion(ReplayedRun):
         return clocks
 
     @property
-    def _held(self) -> NDArray[np.intp]:
+    def held(self) -> NDArray[np.intp]:
         """Places of the sampled states in a row."""
         first = self.stepper.sizes["row"] - self.run.model.nz
         return first + np.array([int(row["state"]) for row in self._clocks["rows"]], dtype=np.intp)

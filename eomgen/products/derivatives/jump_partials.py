@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.functions import Functions
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import Equations
+from eomgen.products.derivatives.equations import Equations, bordered
 from eomgen.simulation.stepping.inputs import InputSignals
 
 #: An imaginary increment with a square below rounding.
@@ -156,11 +156,8 @@ class JumpPartials:
         if nl:
             C = np.concatenate([given["B"], C], axis=1)
             d = np.concatenate([np.zeros((len(d), nl)), d], axis=1)
-        count = C.shape[1]
-        matrix = np.zeros((len(C), nv + count, nv + count), complex)
-        matrix[:, :nv, :nv], matrix[:, :nv, nv:], matrix[:, nv:, :nv] = given["M"], np.swapaxes(C, 1, 2), C
         right = np.concatenate([np.zeros((len(d), nv)), d], axis=1)
-        pushed: Array = np.linalg.solve(matrix, right[..., np.newaxis])[:, :nv, 0]
+        pushed: Array = np.linalg.solve(bordered(given["M"], C), right[..., np.newaxis])[:, :nv, 0]
         return pushed
 
     def _impulse(self, moved: Mapping[str, Array]) -> dict[str, Array]:

@@ -19,23 +19,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass
-from eomgen.compiled.constraints import accelerations
+from eomgen.base.data import dataclass, replace
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.integrators.families.family import LinearStep
 from eomgen.lie import product
 from eomgen.products.derivatives.alpha_run import StartedRun, step_matrices
-from eomgen.products.derivatives.equations import EquationPartials
-from eomgen.products.derivatives.jump_motion import JumpSegment, Stretch
+from eomgen.products.derivatives.equations import EquationPartials, bordered, rows_of
+from eomgen.products.derivatives.jump_motion import JumpMotion, JumpSegment, Stretch
 from eomgen.products.derivatives.jump_partials import EventPartials, JumpPartials
-from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start, rows_of
+from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
-from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
+from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.start import (
     STAGES,
     WEIGHTS,
     StateDirections,
     follows_inertia,
+    inertia_partials,
     nearest,
     position_weights,
 )
@@ -137,8 +137,10 @@ class JumpRun(StartedRun[JumpPart]):
     A state has dq, dv, dvdot, da, dz, dzdot and dr, then the changes of W, then the record of the last row.
     """
 
+    motion: JumpMotion
+
     def __init__(
-        self, motion: ReplayedRun, method: LinearStep, start: Start, by: DerivativeVariables, rows: Sequence[int]
+        self, motion: JumpMotion, method: LinearStep, start: Start, by: DerivativeVariables, rows: Sequence[int]
     ) -> None:
         super().__init__(motion, method, start, by, rows)
         count, self._method = self.equations.parameters, method
@@ -209,10 +211,7 @@ class JumpRun(StartedRun[JumpPart]):
 
     def without_jumps(self, part: RunSegment) -> tuple[NDArray[np.intp], dict[str, Array], dict[str, Array]]:
         assert isinstance(part, JumpSegment)  # for mypy
-        steps = np.arange(len(part.samples))
-        plain = np.array([k for k in steps if k not in part.cut], dtype=np.intp)
-        firsts = part.rows[:-1].copy()
-        firsts[:, self._held] = part.rows[1:, self._held]
+        plain, firsts = self._plain(part)
         pairs = [(k, stretch) for k, stretches in part.cut.items() for stretch in stretches]
         numbers = np.concatenate([plain, np.array([k for k, _ in pairs], dtype=np.intp)])
         p = np.concatenate([part.p[plain], *(stretch.p[np.newaxis] for _, stretch in pairs)])
@@ -228,10 +227,7 @@ class JumpRun(StartedRun[JumpPart]):
         assert isinstance(part, JumpSegment)  # for mypy
         states, blocks = states_of(part.rows, self.run.model), self.values(part)[1]
         moves: list[Sweep | Cut] = []
-        plain = np.array([k for k in range(len(part.samples)) if k not in part.cut], dtype=int)
-        firsts = part.rows[:-1].copy()
-        held = self._held
-        firsts[:, held] = part.rows[1:, held]
+        plain, firsts = self._plain(part)
         before, after = states_of(firsts[plain], self.run.model), States(*(block[plain + 1] for block in states))
         anew = plain[part.anew[plain]]
         sizes = np.full(len(anew), self.run.grid.step)
@@ -261,23 +257,22 @@ class JumpRun(StartedRun[JumpPart]):
         return JumpPart(part.first, states, blocks, moves)
 
     @staticmethod
-    def _cuts(part: JumpSegment, plain: Array, position: int) -> Iterator[int]:
+    def _cuts(part: JumpSegment, plain: NDArray[np.intp], position: int) -> Iterator[int]:
         """Yield the cut steps between a plain step and the plain step before it."""
         first = int(plain[position - 1]) + 1 if position else 0
         last = int(plain[position]) if position < len(plain) else len(part.samples)
         yield from range(first, last)
 
-    @property
-    def _held(self) -> NDArray[np.intp]:
-        """Places of the sampled states in a row."""
-        layout, model = self.motion.stepper.layout, self.run.model
-        first = self.motion.stepper.sizes["row"] - model.nz
-        return first + np.array([int(row["state"]) for row in layout["sampled"]], dtype=np.intp)
+    def _plain(self, part: JumpSegment) -> tuple[NDArray[np.intp], Array]:
+        """Return the steps that are not cut, and the rows at the starts of all steps with the values held over them."""
+        firsts, held = part.rows[:-1].copy(), self.motion.held
+        firsts[:, held] = part.rows[1:, held]
+        return np.array([k for k in range(len(part.samples)) if k not in part.cut], dtype=np.intp), firsts
 
     def _matrices(
         self,
         part: JumpSegment,
-        plain: Array,
+        plain: NDArray[np.intp],
         before: States,
         after: States,
         starts: Restarts,
@@ -319,13 +314,14 @@ class JumpRun(StartedRun[JumpPart]):
 
     def _with_time(self, partials: EquationPartials, by_time: Array | None) -> EquationPartials:
         """Return partials with a column for time after the parameters."""
-        e, none = partials, np.zeros((*partials.P.shape[:2], 1))
-        P = np.concatenate([e.P, none if by_time is None else by_time[..., np.newaxis]], axis=2)
-        return EquationPartials(e.Jq, e.Jv, e.Ja, e.Jz, e.Jlam, P)
+        column = np.zeros((*partials.P.shape[:2], 1)) if by_time is None else by_time[..., np.newaxis]
+        return replace(partials, P=np.concatenate([partials.P, column], axis=2))
 
     # -- starts ----------------------------------------------------------------------------------------------------
 
-    def _into_starts(self, part: JumpSegment, blocks: dict[str, Array], anew: Array, starts: Restarts) -> list[Cut]:
+    def _into_starts(
+        self, part: JumpSegment, blocks: dict[str, Array], anew: NDArray[np.intp], starts: Restarts
+    ) -> list[Cut]:
         """Return the maps from the row before each plain step that starts anew to the state of the start."""
         if not len(anew):
             return []
@@ -459,14 +455,9 @@ class JumpRun(StartedRun[JumpPart]):
         nv, nz, nl = e.nv, e.nz, e.nl
         dq, dv, dz, dp, dt = along
         values = self._blocks(states, p, at)
-        values["a"], values["lam"] = np.zeros_like(states.v), np.zeros((len(states.t), nl))
+        still = np.zeros_like(states.v), np.zeros((len(states.t), nl))
+        values = e.accelerated({**values, "a": still[0], "lam": still[1]})
         vdot, lam = values["a"], values["lam"]
-        if nl:
-            vdot, lam = accelerations(e.model.functions, values)
-        else:
-            (residual,), (M,) = e.of("residual", values).values(), e.of("mass", values).values()
-            vdot = np.asarray(-np.linalg.solve(M, residual[..., np.newaxis])[..., 0], dtype=np.float64)
-        values["a"], values["lam"] = vdot, lam
         by_time, of_accelerations = self.jumps.by_time(values, self._rates(at)) if moving else (None, None)
         partials = self._with_time(e.partials(values), by_time)
         right = partials.Jq @ dq + partials.Jv @ dv + partials.Jz @ dz + partials.P @ np.concatenate([dp, dt], axis=1)
@@ -480,32 +471,16 @@ class JumpRun(StartedRun[JumpPart]):
         below = by_state["Aq"] @ dq + by_state["Av"] @ dv + e.acceleration_parameters(values) @ dp
         if of_accelerations is not None:
             below = below + of_accelerations[..., np.newaxis] * dt
-        matrix = np.zeros((len(vdot), nv + nl, nv + nl))
-        matrix[:, :nv, :nv], matrix[:, :nv, nv:], matrix[:, nv:, :nv] = M, np.swapaxes(B, 1, 2), B
-        solution = np.linalg.solve(matrix, -np.concatenate([right[:, :nv], below], axis=1))
+        solution = np.linalg.solve(bordered(M, B), -np.concatenate([right[:, :nv], below], axis=1))
         return Accelerated(vdot, lam, partials, solution[:, :nv], solution[:, nv:], -right[:, nv : nv + nz])
 
     def _inertia(self, states: States, p: Array, along: tuple[Array, Array]) -> tuple[Array, Array]:
         """Return W at states, with changes."""
-        e, nv, count = self.equations, self.equations.nv, len(states.t)
-        unit = np.arange(nv)
-        many = States(*(np.repeat(block, nv + 1, axis=0) for block in states))
-        many = many._replace(
-            v=np.zeros_like(many.v),
-            a=np.tile(np.concatenate([np.zeros((1, nv)), np.eye(nv)]), (count, 1)),
-            multipliers=np.zeros_like(many.multipliers),
-        )
-        rows = np.repeat(np.broadcast_to(p, (count, len(e.p))), nv + 1, axis=0)
-        moving = e.partials(self._blocks(many, rows, many.t))
-        by_q, by_p, by_a = (
-            (block[:, :nv].reshape(count, nv + 1, nv, -1)[:, 1:] - block[:, :nv].reshape(count, nv + 1, nv, -1)[:, :1])
-            for block in (moving.Jq, moving.P, moving.Ja)
-        )
-        M = moving.Ja.reshape(count, nv + 1, -1, nv)[:, 0]
-        weights = position_weights(M[:, :nv], np.array([unit == "rad/s" for unit in e.model.v_units]))
-        del by_a
-        diagonal = by_q[:, unit, unit] @ along[0] + by_p[:, unit, unit] @ along[1]
-        return weights, -(weights**2 * follows_inertia(weights, M[:, :nv]))[..., np.newaxis] * diagonal
+        e = self.equations
+        M, by_q, by_p = inertia_partials(e, self._blocks(states, p, states.t))
+        weights = position_weights(M, np.array([unit == "rad/s" for unit in e.model.v_units]))
+        diagonal = by_q @ along[0] + by_p @ along[1]
+        return weights, -(weights**2 * follows_inertia(weights, M))[..., np.newaxis] * diagonal
 
     # -- cut steps ---------------------------------------------------------------------------------------------------
 
@@ -610,8 +585,7 @@ class JumpRun(StartedRun[JumpPart]):
         in_v, in_z = (after.v - before.v) / h, (after.z - before.z) / h
         parts = (partials.Jq, in_q), (partials.Jv, in_v), (partials.Jz, in_z)
         in_size = sum(J @ change[..., np.newaxis] for J, change in parts)
-        P = np.concatenate([partials.P, in_size], axis=2)
-        with_size = EquationPartials(partials.Jq, partials.Jv, partials.Ja, partials.Jz, partials.Jlam, P)
+        with_size = replace(partials, P=np.concatenate([partials.P, in_size], axis=2))
         made = self._step_matrices(with_size, before._replace(a=starts.vdot), after, p, a, starts.inertia, h)
         dp = np.zeros((count + 2 + starts.inertia.shape[1], self._width))
         dp[:count, self._columns[3]] = np.eye(count)

@@ -6,7 +6,7 @@ The linear form of a step belongs to its method: ``alpha_run``, ``transition_run
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
@@ -18,10 +18,10 @@ from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import NumericalError, Problem
 from eomgen.formula.features import rough_operations
-from eomgen.products.derivatives.equations import Equations
+from eomgen.products.derivatives.equations import Equations, rows_of
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
-from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest
+from eomgen.products.derivatives.start import LinearizedRest, LinearizedStart, StateDirections, at_rest
 from eomgen.simulation.stepping.run import Run
 from eomgen.simulation.stepping.states import PrescribedInputs, States, states_of
 
@@ -85,14 +85,43 @@ class DerivativeVariables:
     samples: Sequence[tuple[int, int]] = ()
 
 
-def rows_of(blocks: Mapping[str, Array], rows: slice | NDArray[Any]) -> dict[str, Array]:
-    """Return input blocks at some rows; parameters may be the same at all rows."""
-    return {name: array if name == "p" and array.ndim == 1 else array[rows] for name, array in blocks.items()}
-
-
 #: Part of a step by which a time may miss a row.
 _ROUNDED = 1e-6
 PartType = TypeVar("PartType", bound=LinearPart)
+
+
+@dataclass
+class RunAdjoint:
+    """Adjoints of functionals during a backward sweep.
+
+    Attributes
+    ----------
+    state : of the start of steps, (state, functionals)
+    parameters : (parameters, functionals)
+    record : of the row at the start of the part, (record, functionals)
+    """
+
+    state: Array
+    parameters: Array
+    record: Array
+
+    @classmethod
+    def of(cls, run: LinearRun[Any], count: int) -> RunAdjoint:
+        """Return the adjoints of ``count`` functionals at the end of a run."""
+        return cls(*(np.zeros((len(along), count)) for along in (run.state, run.along.dp, run.record)))
+
+    def sources(self, run: LinearRun[Any], part: LinearPart, weights: Sequence[RowWeights]) -> tuple[Array, Array]:
+        """Return the weights of outputs at the rows of a part, and derivatives of functionals by the ends of its steps;
+        derivatives by its first row are kept, and derivatives in parameters are added."""
+        of_outputs = run.row_weights(part, weights)
+        direct = run.of_rows(part, of_outputs, self.parameters)
+        self.record = direct[0]
+        return of_outputs, direct[1:]
+
+    def gradients(self, run: LinearRun[Any]) -> Array:
+        """Return the derivatives of the functionals, (functionals, directions), at the start of a run."""
+        result: Array = self.state.T @ run.state + self.record.T @ run.record + self.parameters.T @ run.along.dp
+        return result
 
 
 class LinearRun(ABC, Generic[PartType]):
@@ -209,7 +238,7 @@ class LinearRun(ABC, Generic[PartType]):
         own = of_outputs if whole else of_outputs[weighed]
         of_state, of_parameters = self.equations.weighed_outputs(blocks, own)
         if weighed[0] == 0 and part.first > 0:
-            first = {name: array if name == "p" and array.ndim == 1 else array[:1] for name, array in blocks.items()}
+            first = rows_of(blocks, slice(1))
             of_parameters = of_parameters - self.equations.weighed_outputs(first, own[:1])[1]
         by[: len(of_parameters)] += of_parameters
         if whole:
@@ -217,6 +246,13 @@ class LinearRun(ABC, Generic[PartType]):
         result = np.zeros((len(of_outputs), *of_state.shape[1:]))
         result[weighed] = of_state
         return result
+
+    def linear_start(self, prescribed_at: Callable[[float], PrescribedInputs], share: float) -> LinearizedStart:
+        """Return the start made linear; ``prescribed_at`` and ``share`` as of ``LinearizedStart``."""
+        begun, grid = self.motion.start, self.run.grid
+        state = begun["q"], begun["v"], begun.get("z", np.zeros(0))
+        start = self.equations, grid.start, grid.step, *state, prescribed_at, self.moved_inputs, share
+        return LinearizedStart(*start, self.start.asked)
 
     def _directions(self) -> StateDirections:
         """Return the directions at the start."""

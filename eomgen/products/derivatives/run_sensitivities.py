@@ -17,9 +17,10 @@ from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.derivatives import second_order
 from eomgen.products.derivatives.alpha_run import AlphaRun
+from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.functionals import Functional, RowWeights, read_functional
-from eomgen.products.derivatives.linear_run import LinearRun, rows_of, undefined_derivatives
-from eomgen.products.derivatives.start import LinearizedRest, StateDirections, at_rest, on_constraints
+from eomgen.products.derivatives.linear_run import LinearRun, RunAdjoint, undefined_derivatives
+from eomgen.products.derivatives.start import StateDirections, at_rest, on_constraints
 from eomgen.products.derivatives.stationary_run import StationaryRun
 from eomgen.products.derivatives.transition_run import TransitionRun
 
@@ -34,43 +35,36 @@ def input_derivatives(run: AlphaRun, weights: RowWeights) -> Array:
         The rest from which the run starts is undetermined.
     """
     result = np.zeros((run.motion.steps + 1, run.run.model.nu))
-    state = np.zeros((run.linear.state_size, 1))
-    of_parameters = np.zeros((len(run.along.dp), 1))
-    record = np.zeros((1, run.linear.record_size, 1))
+    adjoint = RunAdjoint.of(run, 1)
     for part in map(run.of_part, run.motion.backwards()):
-        of_outputs = run.row_weights(part, [weights])
-        record = run.of_rows(part, of_outputs, of_parameters)
-        multipliers, _ = run.linear.adjoints(part.matrices, record[1:], state, of_parameters, part.times)
+        multipliers, _, of_outputs = second_order.take_back(run, part, [weights], adjoint)
         by_u, outputs_by_u = run.equations.input_partials(part.blocks)
         first = 0 if part.first == 0 else 1
         rows = slice(part.first + first, part.first + len(by_u))
         result[rows] += np.einsum("no,nou->nu", of_outputs[first:, :, 0], outputs_by_u[first:])
         result[part.first + 1 : part.first + len(by_u)] -= np.einsum("ne,neu->nu", multipliers[..., 0], by_u[1:])
-    result[:2] += run.beginning.of_inputs(state[:, 0], record[0, :, 0])
+    state, record, of_parameters = adjoint.state[:, 0], adjoint.record[:, 0], adjoint.parameters[:, 0]
+    result[:2] += run.beginning.of_inputs(state, record)
     if run.start.at_rest:
         moved = _resting(run)
         along = on_constraints(run.beginning, moved, run.inverse_inertia) if run.run.model.multipliers else moved
         of_equations = run.of_equations(along)
         begun, row = run.beginning.tangents(of_equations, run.beginning.stages(of_equations))
-        result[0] += begun.T @ state[:, 0] + row.T @ record[0, :, 0] + along.dp.T @ of_parameters[:, 0]
+        result[0] += begun.T @ state + row.T @ record + along.dp.T @ of_parameters
     return result
 
 
 def _resting(run: AlphaRun) -> StateDirections:
     """Return the changes, by the inputs at the first row, of the rest from which a run starts, one direction each."""
-    equations, rest = run.equations, _rest(run)
+    equations, rest = run.equations, run.rest
+    if rest is None:
+        t = np.array([run.run.grid.start])
+        rest = at_rest(equations, run.start.asked, t, run.prescribed(t), run.moved_inputs(t))
     nv, nz, nu = equations.nv, equations.nz, run.run.model.nu
     by_u, _ = equations.input_partials(rest.values)
     slopes = -np.linalg.solve(rest.matrix, by_u[0, : len(rest.matrix)])
     dq, dz, _ = np.split(slopes, np.cumsum([nv, nz]))
     return StateDirections(dq, np.zeros((nv, nu)), dz, np.zeros((equations.parameters, nu)))
-
-
-def _rest(run: AlphaRun) -> LinearizedRest:
-    if run.rest is not None:
-        return run.rest
-    t = np.array([run.run.grid.start])
-    return at_rest(run.equations, run.start.asked, t, run.prescribed(t), run.moved_inputs(t))
 
 
 @checked_calls("model.sensitivities(...), which makes one", wrt="by")
@@ -213,13 +207,11 @@ class Sensitivities:
             known = second_order.gradients(run, weights)
             self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
             return self._finite(known.values)
-        state = np.zeros((len(run.state), len(weights)))
-        of_parameters = np.zeros((len(run.along.dp), len(weights)))
-        direct = np.zeros((1, len(run.record), len(weights)))
+        adjoint = RunAdjoint.of(run, len(weights))
         for part in map(run.of_part, run.motion.backwards()):
-            direct = run.of_rows(part, run.row_weights(part, weights), of_parameters)
-            run.take_back(part, direct[1:], state, of_parameters)
-        return self._finite(state.T @ run.state + direct[0].T @ run.record + of_parameters.T @ run.along.dp)
+            _, direct = adjoint.sources(run, part, weights)
+            run.take_back(part, direct, adjoint.state, adjoint.parameters)
+        return self._finite(adjoint.gradients(run))
 
     # -- second derivatives --------------------------------------------------------------------------------------------
 

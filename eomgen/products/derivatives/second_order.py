@@ -41,7 +41,9 @@ from eomgen.lie import numeric, product
 from eomgen.lie.groups import Group, group_named
 from eomgen.lie.product import Factor, difference
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
+from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.functionals import RowWeights
+from eomgen.products.derivatives.linear_run import RunAdjoint
 from eomgen.products.derivatives.start import (
     LinearizedRest,
     StartDerivatives,
@@ -169,7 +171,7 @@ class StartSecondDerivatives:
         rows = [self._row(one.dq, one.dp[:size]) for one in self.on]
         changes = self.equations.second_partials(units, multipliers, np.repeat(rows[1][np.newaxis], nv + 1, axis=0))
         self.hessian += rows[0].T @ changes.sum(axis=0)
-        back.q = back.q - omega @ inertia_partials(self.start)[0]
+        back.q = back.q - omega @ inertia_partials(self.equations, self.start.first[0])[1][0]
 
     def _velocity(self, back: StartDerivatives) -> None:
         """Take velocities that are moved onto the constraints."""
@@ -262,27 +264,6 @@ class StartSecondDerivatives:
         return result
 
 
-@dataclass
-class _AlphaAdjoint:
-    """Adjoints of functionals during the backward sweep.
-
-    Attributes
-    ----------
-    state : (state_size, functionals)
-    parameters : (parameters, functionals)
-    record : of the row at the start of the part, (record_size, functionals)
-    """
-
-    state: Array
-    parameters: Array
-    record: Array
-
-    @classmethod
-    def of(cls, run: AlphaRun, count: int) -> _AlphaAdjoint:
-        sizes = run.linear.state_size, len(run.along.dp), run.linear.record_size
-        return cls(*(np.zeros((size, count)) for size in sizes))
-
-
 class SweepRemainders(NamedTuple):
     """Remainders of adjoints of functionals in a part.
 
@@ -309,7 +290,7 @@ class Gradients:
 
     values: Array
     parts: list[SweepRemainders]
-    adjoint: _AlphaAdjoint
+    adjoint: RunAdjoint
 
 
 @dataclass(frozen=True)
@@ -358,7 +339,7 @@ class _AlphaTangents:
         """Add the derivatives by steps and parameters of W B^T eta, which D has with a minus; ``of_D``: by D."""
         equations, W, matrices = run.equations, run.inverse_inertia, self.part.matrices
         nv, chosen = equations.nv, equations.parameters
-        before = {name: array if name == "p" else array[:-1] for name, array in self.part.blocks.items()}
+        before = rows_of(self.part.blocks, slice(-1))
         dq, deta, dW = self.steps[:, :nv], self.steps[:, 2 * nv :], self.parameters[chosen:]
         dp = np.broadcast_to(self.parameters[:chosen], (len(dq), *self.parameters[:chosen].shape))
         along = np.concatenate([dq, deta, dp], axis=1)
@@ -374,14 +355,12 @@ class _AlphaTangents:
 
 def gradients(run: AlphaRun, weights: Sequence[RowWeights]) -> Gradients:
     """Return the gradients of functionals by one adjoint run of all."""
-    adjoint, parts = _AlphaAdjoint.of(run, len(weights)), []
+    adjoint, parts = RunAdjoint.of(run, len(weights)), []
     for part in map(run.of_part, run.motion.backwards()):
-        swept = _back(run, part, weights, adjoint)
+        swept = take_back(run, part, weights, adjoint)
         if run.motion.kept:
             parts.append(swept)
-    result: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record
-    result += adjoint.parameters.T @ run.along.dp
-    return Gradients(result, parts, adjoint)
+    return Gradients(adjoint.gradients(run), parts, adjoint)
 
 
 def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | None = None) -> tuple[Array, Array]:
@@ -391,10 +370,10 @@ def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | No
     Rounding of the second derivatives is symmetrised: the result is half the sum with the transpose.
     """
     swept = list(known.parts) if known is not None else []
-    adjoint = known.adjoint if known is not None and swept else _AlphaAdjoint.of(run, len(weights))
+    adjoint = known.adjoint if known is not None and swept else RunAdjoint.of(run, len(weights))
     result = np.zeros((len(weights), run.size, run.size))
     for number_of_part, tangents in enumerate(_parts(run, run.along, run.state, run.record)):
-        of_part = swept[number_of_part] if swept else _back(run, tangents.part, weights, adjoint)
+        of_part = swept[number_of_part] if swept else take_back(run, tangents.part, weights, adjoint)
         multipliers, ends, of_outputs = of_part
         for number in range(len(weights)):
             of_rows, of_steps, of_parameters = tangents.changes(
@@ -405,20 +384,19 @@ def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | No
     for number in range(len(weights)):
         of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
         result[number] += StartSecondDerivatives(run).of(*of_start)
-    first: Array = adjoint.state.T @ run.state + adjoint.record.T @ run.record + adjoint.parameters.T @ run.along.dp
-    return first, 0.5 * (result + np.swapaxes(result, 1, 2))
+    return adjoint.gradients(run), 0.5 * (result + np.swapaxes(result, 1, 2))
 
 
 def hessian_products(run: AlphaRun, weights: RowWeights, directions: Array) -> Array:
     """Return the Hessian of a functional times ``directions`` (directions, columns), by adjoints of second order."""
-    first, second = _AlphaAdjoint.of(run, 1), _AlphaAdjoint.of(run, directions.shape[1])
+    first, second = RunAdjoint.of(run, 1), RunAdjoint.of(run, directions.shape[1])
     asked, chosen = (
         StateDirections(*(part @ directions for part in vars(of).values())) for of in (run.asked, run.along)
     )
     width = run.linear.record_size
     for tangents in _parts(run, chosen, run.state @ directions, run.record @ directions):
         part = tangents.part
-        multipliers, ends, of_outputs = _back(run, part, [weights], first)
+        multipliers, ends, of_outputs = take_back(run, part, [weights], first)
         of_rows, of_steps, of_parameters = tangents.changes(run, multipliers[..., 0], ends[..., 0], of_outputs[..., 0])
         second.parameters += of_parameters
         second.parameters[: len(run.asked.dp)] += of_rows[:, width:].sum(axis=0)
@@ -462,10 +440,8 @@ def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -
         yield _AlphaTangents(part, np.concatenate([rows, of_parameters], axis=1), steps, along.dp, turning)
 
 
-def _back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: _AlphaAdjoint) -> SweepRemainders:
+def take_back(run: AlphaRun, part: AlphaPart, weights: Sequence[RowWeights], adjoint: RunAdjoint) -> SweepRemainders:
     """Take adjoints through a part."""
-    of_outputs = run.row_weights(part, weights)
-    direct = run.of_rows(part, of_outputs, adjoint.parameters)
-    multipliers, ends = run.take_back(part, direct[1:], adjoint.state, adjoint.parameters)
-    adjoint.record = direct[0]
+    of_outputs, direct = adjoint.sources(run, part, weights)
+    multipliers, ends = run.take_back(part, direct, adjoint.state, adjoint.parameters)
     return SweepRemainders(multipliers, ends, of_outputs)

@@ -22,11 +22,11 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.compiled.constraints import accelerations
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.families.family import LinearTransitions
 from eomgen.lie import product
-from eomgen.products.derivatives.linear_run import DerivativeVariables, Start, rows_of
+from eomgen.products.derivatives.equations import rows_of, solved
+from eomgen.products.derivatives.linear_run import DerivativeVariables, Start
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -136,13 +136,7 @@ class StageRun(TransitionRun):
     def _slopes(self, theta: Moved, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs) -> Slopes:
         equations, factors = self.equations, self.equations.model.factors
         nv = equations.nv
-        values = self._blocks(place.value, v.value, z.value, t, given)
-        if equations.nl:
-            values["a"], values["lam"] = accelerations(equations.model.functions, values)
-        else:
-            (M,) = equations.of("mass", values).values()
-            (r,) = equations.of("residual", values).values()
-            values["a"] = self.solved(M, r[:, :, np.newaxis], t)[:, :, 0]
+        values = equations.accelerated(self._blocks(place.value, v.value, z.value, t, given))
         partials = equations.partials(values)
         forced = self.forced(values, partials)[:, :nv]
         state = self._state(place, v, z)
@@ -198,7 +192,7 @@ class StageRun(TransitionRun):
             turned = product.tangent(factors, delta) @ unit
             off = e.Jq[:, rows] @ dq
             off[:, :, size:] += e.P[:, rows]
-            dq = dq + turned @ self.solved(e.Jq[:, rows] @ turned, off, t)
+            dq = dq + turned @ solved(e.Jq[:, rows] @ turned, off, t)
         w = equations.of("constraint_velocity", values)["w"]
         B = e.Jv[:, rates]
         corrected = v.value - (unit @ np.linalg.solve(B @ unit, w[:, :, np.newaxis]))[:, :, 0]
@@ -207,7 +201,7 @@ class StageRun(TransitionRun):
         by_parameters = equations.partials(values).P[:, rates]
         off = Z @ dq + B @ v.along
         off[:, :, size:] += by_parameters
-        return Moved(q, dq), Moved(corrected, v.along + unit @ self.solved(B @ unit, off, t))
+        return Moved(q, dq), Moved(corrected, v.along + unit @ solved(B @ unit, off, t))
 
     def _moved_onto(self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, unit: Array) -> Moved:
         """Return positions on the constraints of positions, with constraints on velocities besides: Newton's steps hold
@@ -227,13 +221,13 @@ class StageRun(TransitionRun):
             still = equations.partials(values)
             B = still.Jv[:, rates] @ unit
             off = np.concatenate([Phi, np.zeros((len(Phi), nl - nh))], axis=1)[:, :, np.newaxis]
-            x = (unit @ self.solved(B, off, t))[:, :, 0]
+            x = (unit @ solved(B, off, t))[:, :, 0]
             moving = equations.partials({**values, "v": x})
             change = (moving.Jq[:, rates] - still.Jq[:, rates]) @ dq
             change[:, :, size:] += moving.P[:, rates] - still.P[:, rates]
             change[:, :nh] += still.Jq[:, rows] @ dq
             change[:, :nh, size:] += still.P[:, rows]
-            dx = unit @ self.solved(B, change, t)
+            dx = unit @ solved(B, change, t)
             dq = product.transport(factors, x) @ dq + product.tangent(factors, x) @ dx
             q = product.update(factors, q, x)
             if np.max(np.abs(x), initial=0.0) < 1e-15 * (1.0 + np.max(np.abs(q))):

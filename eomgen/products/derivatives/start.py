@@ -19,7 +19,7 @@ begin with their rates alone.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
@@ -28,11 +28,10 @@ from numpy.typing import NDArray
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.compiled.constraints import accelerations
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import EquationPartials, Equations
+from eomgen.products.derivatives.equations import EquationPartials, Equations, bordered
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
 
@@ -182,7 +181,7 @@ class _Correction:
     def of(cls, partials: EquationPartials, B: Array, off: Array) -> _Correction:
         """Return the step by which the rows B change by ``off``."""
         nv = B.shape[1]
-        matrix = _bordered(partials.Ja[0, :nv], B, -B.T)
+        matrix = bordered(partials.Ja[0, :nv], B, -B.T)
         solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off]))
         return cls(solution[:nv], solution[nv:], matrix)
 
@@ -214,14 +213,6 @@ class _Correction:
             moved = moved + by_p @ dp[:own]
         solution: Array = np.linalg.solve(self.matrix, np.concatenate([-forces, of_off - moved]))
         return solution[:nv]
-
-
-def _bordered(M: Array, B: Array, across: Array) -> Array:
-    """Return M with B below and ``across`` to the right."""
-    count, nv = B.shape
-    matrix = np.zeros((nv + count, nv + count))
-    matrix[:nv, :nv], matrix[nv:, :nv], matrix[:nv, nv:] = M, B, across
-    return matrix
 
 
 def _values(
@@ -416,7 +407,7 @@ class LinearizedStart:
         by_state = equations.of("acceleration_partials", values)
         below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
         below = below + equations.acceleration_parameters(values)[0] @ along.dp
-        matrix = _bordered(M, B, B.T)
+        matrix = bordered(M, B)
         solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
         of_constraints = by_state["Aq"][0], by_state["Av"][0]
         dvdot, dlam = solution[:nv], solution[nv:]
@@ -433,18 +424,8 @@ class LinearizedStart:
         times = np.array([self.t + share * self.step])
         states = States(times, q[None], v[None], *zeros, self.z[None])
         values = equations.values(states, self.prescribed_at(share), self.moved_inputs(times))
-        vdot, lam = self._solved(values)
-        values["a"], values["lam"] = vdot[None], lam[None]
+        values = equations.accelerated(values)
         return values, equations.partials(values)
-
-    def _solved(self, values: dict[str, Array]) -> tuple[Array, Array]:
-        """Return vdot and the multipliers at one state."""
-        if self.equations.nl:
-            one = {name: array if name == "p" else array[0] for name, array in values.items()}
-            return accelerations(self.equations.model.functions, one)
-        (residual,) = self.equations.of("residual", values).values()
-        (M,) = self.equations.of("mass", values).values()
-        return np.linalg.solve(M[0], -residual[0]), np.zeros(0)
 
 
 def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inertia: Array) -> StateDirections:
@@ -473,8 +454,8 @@ def on_constraints(start: LinearizedStart, along: StateDirections, inverse_inert
     dv = dv - nearest(M, by_v[nh:], rates)
     if not inverse_inertia.size:
         return StateDirections(dq, dv, along.dz, along.dp)
-    by_q, by_p = inertia_partials(start)
-    diagonal = by_q @ dq + by_p @ along.dp  # change of M_ii
+    _, by_q, by_p = inertia_partials(equations, start.first[0])
+    diagonal = by_q[0] @ dq + by_p[0] @ along.dp  # change of M_ii
     dW = -(inverse_inertia**2 * follows_inertia(inverse_inertia, M))[:, np.newaxis] * diagonal
     return StateDirections(dq, dv, along.dz, np.concatenate([along.dp, dW]))
 
@@ -498,24 +479,23 @@ def follows_inertia(W: Array, M: Array) -> NDArray[np.bool_]:
     return result
 
 
-def inertia_partials(start: LinearizedStart) -> tuple[Array, Array]:
-    """Return the partials of the diagonal of M at the start in q, (nv, nv), and in the parameters, (nv, parameters)."""
-    equations, nv = start.equations, start.equations.nv
-    unit = np.arange(nv)
-    many = States(
-        np.full(nv + 1, start.t),
-        np.repeat(start.q[None], nv + 1, axis=0),
-        np.zeros((nv + 1, nv)),
-        np.concatenate([np.zeros((1, nv)), np.eye(nv)]),
-        np.zeros((nv + 1, equations.nl)),
-        np.repeat(start.z[None], nv + 1, axis=0),
-    )
-    given = start.prescribed_at(0.0)
-    repeated = PrescribedInputs(*(None if array is None else np.repeat(array, nv + 1, axis=0) for array in given))
-    moving = equations.values(many, repeated)
-    of_residual = [equations.of("partials", moving)["K"], equations.parameter_rows(moving, "Rp", nv)]
-    by_q, by_p = ((array[1:] - array[:1])[unit, unit] for array in of_residual)
-    return by_q, np.concatenate([by_p, np.zeros((nv, equations.driven))], axis=1)
+def inertia_partials(equations: Equations, values: Mapping[str, Array]) -> tuple[Array, Array, Array]:
+    """Return M at n states (n, nv, nv), and the partials of its diagonal in q, (n, nv, nv), and in the parameters, (n,
+    nv, parameters)."""
+    nv, count, unit = equations.nv, len(values["t"]), np.arange(equations.nv)
+    many = {
+        name: array if name == "p" and array.ndim == 1 else np.repeat(array, nv + 1, axis=0)
+        for name, array in values.items()
+    }
+    many["v"], many["lam"] = np.zeros_like(many["v"]), np.zeros_like(many["lam"])
+    many["a"] = np.tile(np.concatenate([np.zeros((1, nv)), np.eye(nv)]), (count, 1))
+    of_residual = equations.of("partials", many)
+    each = [
+        block.reshape(count, nv + 1, nv, -1)
+        for block in (of_residual["M"], of_residual["K"], equations.parameter_rows(many, "Rp", nv))
+    ]
+    by_q, by_p = ((block[:, 1:] - block[:, :1])[:, unit, unit] for block in each[1:])
+    return each[0][:, 0], by_q, np.concatenate([by_p, np.zeros((count, nv, equations.driven))], axis=2)
 
 
 def nearest(M: Array, B: Array, off: Array) -> Array:

@@ -17,6 +17,7 @@ from scipy import fft
 
 from eomgen.base.arrays import Array
 from eomgen.products.derivatives.alpha_run import AlphaPart, AlphaRun
+from eomgen.products.derivatives.equations import rows_of
 from eomgen.products.derivatives.functionals import RowWeights
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.second_order import StartSecondDerivatives
@@ -102,7 +103,7 @@ class StationaryRun:
         for first in range(0, row + 1 if bending else 0, together):
             part = slice(first, min(first + together, row + 1))
             along = np.broadcast_to(direct, (part.stop - first, *direct.shape))
-            own = self._blocks_at(part)
+            own = rows_of(self.part.blocks, part)
             bent = self.run.equations.second_partials(own, of_rows[part], along, weights[part])[:, bending]
             changes = self._changes[part]  # (rows, components, parameters)
             result += np.einsum("nci,ncd,ndj->ij", changes, bent[:, :state_count, :state_count], changes, optimize=True)
@@ -188,10 +189,6 @@ class StationaryRun:
         of_rows, weights, along = (np.broadcast_to(numbers, (rows, len(numbers))) for numbers in drawn)
         bent = equations.second_partials(self.part.blocks, of_rows, along[:, :, np.newaxis], weights)
         return [int(row) for row in np.flatnonzero(np.any(bent, axis=(0, 2)))]
-
-    def _blocks_at(self, rows: slice) -> dict[str, Array]:
-        """Return the arguments of the equations at some rows."""
-        return {name: array if name == "p" else array[rows] for name, array in self.part.blocks.items()}
 
 
 def _is_constant(run: AlphaRun, part: AlphaPart) -> bool:

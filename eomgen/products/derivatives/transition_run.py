@@ -17,9 +17,8 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
-from eomgen.errors import NumericalError, Problem
 from eomgen.formula.evaluate import symbols
-from eomgen.products.derivatives.equations import EquationPartials
+from eomgen.products.derivatives.equations import EquationPartials, bordered, solved
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -28,7 +27,7 @@ from eomgen.products.derivatives.linear_run import (
     undefined_derivatives,
 )
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
-from eomgen.products.derivatives.start import LinearizedStart, on_constraints
+from eomgen.products.derivatives.start import on_constraints
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 
 
@@ -75,17 +74,10 @@ class TransitionRun(LinearRun[TransitionPart]):
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         self.size_of_state = 2 * self.equations.nv + self.equations.nz
-        begun, t, step = motion.start, self.run.grid.start, self.run.grid.step
-        state = begun["q"], begun["v"], begun.get("z", np.zeros(0))
-        self.beginning = LinearizedStart(
-            self.equations, t, step, *state, self._at_start, self.moved_inputs, 0.0, start.asked
-        )
+        self.beginning = self.linear_start(lambda _: self.prescribed(np.array([self.run.grid.start])), 0.0)
         self.along = on_constraints(self.beginning, self.asked, np.zeros(0)) if self.equations.nl else self.asked
         _, self.record = self.beginning.tangents(self.along, self.beginning.stages(self.along))
         self.state = np.concatenate([self.along.dq, self.along.dv, self.along.dz])
-
-    def _at_start(self, _: float) -> PrescribedInputs:
-        return self.prescribed(np.array([self.run.grid.start]))
 
     @abstractmethod
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
@@ -116,27 +108,14 @@ class TransitionRun(LinearRun[TransitionPart]):
         nv, nz, nl, count = equations.nv, equations.nz, equations.nl, len(e.Jq)
         right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
         if not nl:
-            return self.solved(e.Ja[:, :nv], right, blocks["t"])
+            return solved(e.Ja[:, :nv], right, blocks["t"])
         by_state = equations.of("acceleration_partials", blocks)
         none = np.zeros((count, nl, nz))
         below = np.concatenate(
             [by_state["Aq"], by_state["Av"], none, equations.acceleration_parameters(blocks)], axis=2
         )
-        B = e.Jv[:, -nl:]
-        matrix = np.zeros((count, nv + nl, nv + nl))
-        matrix[:, :nv, :nv], matrix[:, nv:, :nv], matrix[:, :nv, nv:] = e.Ja[:, :nv], B, np.swapaxes(B, 1, 2)
-        return self.solved(matrix, np.concatenate([right, below], axis=1), blocks["t"])
-
-    def solved(self, matrix: Array, right: Array, times: Array) -> Array:
-        """Return -matrix^-1 right of n steps or rows. Raises NumericalError."""
-        try:
-            result = np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
-        except np.linalg.LinAlgError:
-            place = next((k for k, one in enumerate(matrix) if np.linalg.matrix_rank(one) < len(one)), 0)
-            fault = f"the equations near t = {times[place]:.9g} s, made linear, have no solution [E0637]"
-            hint = "a smaller step, or constraints that do not repeat"
-            raise NumericalError(Problem("sensitivities", fault, hint)) from None
-        return result
+        matrix = bordered(e.Ja[:, :nv], e.Jv[:, -nl:])
+        return solved(matrix, np.concatenate([right, below], axis=1), blocks["t"])
 
     def by_formulas(self) -> bool:
         """Return whether inputs follow formulas with parameters among the directions."""
