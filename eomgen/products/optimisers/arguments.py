@@ -7,13 +7,18 @@ with w and x of the quaternion, and n its squared length, the body-frame rotatio
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from eomgen.compiled.argument_derivatives import size_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.lie.product import Factor
 from eomgen.system.terms import ARGUMENTS, TERMS
+
+if TYPE_CHECKING:
+    from eomgen.pipeline.model import Model
 
 Array = Any
 #: Terms that are offered as differentiable functions.
@@ -23,18 +28,6 @@ OFFERED = ("inverse_dynamics", "forward_dynamics")
 def arguments_of(name: str) -> list[str]:
     """Return the arguments in which a term has derivatives, q first."""
     return [block for block in ARGUMENTS if block in TERMS[f"{name}_derivatives"].inputs]
-
-
-def check_model(place: str, model: object) -> None:
-    """Raise UsageError for anything but a compiled model, and ModelError for a model with force laws in Python."""
-    if not isinstance(model, CompiledModel):
-        raise UsageError(
-            Problem(place, f"a model is needed, not {type(model).__name__} [E2193]", "eomgen.build(scene)")
-        )
-    if model.library.layout.get("python"):
-        raise ModelError(
-            Problem(place, f"{model.name} has force laws in Python [E0945]", "the laws in C, [laws] source")
-        )
 
 
 def of_run(
@@ -55,6 +48,61 @@ def no_array(name: str, value: object) -> UsageError:
     return UsageError(
         Problem(name, f"an array of real numbers is needed, not {type(value).__name__} [E2194]", "a list of numbers")
     )
+
+
+class ModelFunctions(ABC):
+    """Functions of a model for a library of arrays.
+
+    Parameters
+    ----------
+    place : name of the library, for messages
+    model : compiled, without force laws in Python
+    """
+
+    def __init__(self, place: str, model: Model) -> None:
+        if not isinstance(model, CompiledModel):
+            raise UsageError(
+                Problem(place, f"a model is needed, not {type(model).__name__} [E2193]", "eomgen.build(scene)")
+            )
+        if model.library.layout.get("python"):
+            raise ModelError(
+                Problem(place, f"{model.name} has force laws in Python [E0945]", "the laws in C, [laws] source")
+            )
+        model.finish_compilation()
+        self._place, self._model = place, model
+        self._sizes = self._evaluator.functions.sizes
+        self._defaults = {"p": self._evaluator.parameters(None), "z": self._evaluator.internal(None)}
+
+    @property
+    def _evaluator(self) -> Any:
+        return self._model.evaluator
+
+    @abstractmethod
+    def _array(self, name: str, value: Any) -> Array:
+        """Return an array of real numbers. Raises UsageError."""
+
+    def _check_unconstrained(self) -> None:
+        """Raise ModelError for a model with constraints."""
+        if self._model.multipliers:
+            fault = (
+                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v"
+                f" alone [E0946]"
+            )
+            hint = "inverse_dynamics; simulate, whose gradients go through loops"
+            raise ModelError(Problem(self._place, fault, hint))
+
+    def _parameters(self, given: Mapping[str, Any]) -> list[Array]:
+        """Return the tunable parameters in order, from values by name. Raises UsageError for other names."""
+        names = self._evaluator.parameter_names
+        for name in given:
+            if name not in names:
+                self._evaluator.parameters({name: 0.0})
+        values = {**dict(zip(names, self._defaults["p"], strict=True)), **given}
+        return [self._array(name, values[name]) for name in names]
+
+    def _directions(self, blocks: Iterable[str]) -> dict[str, int]:
+        """Return the number of directions of arguments."""
+        return {block: size_of(self._evaluator.functions, block) for block in blocks}
 
 
 class FactorRun(NamedTuple):

@@ -62,6 +62,13 @@ def ordered(shape: tuple[int, int], rows: Places, columns: Places, places: Place
     return Pattern(shape, rows[order], columns[order], places[order])
 
 
+def symmetric(width: int, low: Places, left: Places) -> Pattern:
+    """Return the pattern of a symmetric matrix from rows and columns of its lower triangle, in both triangles."""
+    numbers, off = np.arange(len(low)), low != left
+    rows, columns = np.concatenate([low, left[off]]), np.concatenate([left, low[off]])
+    return ordered((width, width), rows, columns, np.concatenate([numbers, numbers[off]]))
+
+
 def dense(height: int, width: int = 1) -> Pattern:
     """Return the pattern of a full matrix, with places column by column."""
     columns, rows = np.divmod(np.arange(height * width), height)
@@ -131,16 +138,9 @@ def plain(program: Program, name: str) -> Exported:
     width = sum(sizes.values())
     rows, across = unpacked_places(program.patterns[f"{name}_derivatives"])
     low, left = (columns[places] for places in unpacked_places(program.patterns[f"{name}_hessian"]))
-    numbers, off = np.arange(len(low)), low != left
-    both = ordered(
-        (width, width),
-        np.concatenate([low, left[off]]),
-        np.concatenate([left, low[off]]),
-        np.concatenate([numbers, numbers[off]]),
-    )
     jacobian = ordered((height, width), rows, columns[across], np.arange(len(rows)))
     output, first = (function.outputs[0].name, height), len(rows)
-    result = Exported(name, sizes, output, jacobian, both, first, first + len(numbers))
+    result = Exported(name, sizes, output, jacobian, symmetric(width, low, left), first, first + len(low))
     return in_components(program, result) if turning(program) and "q" in sizes else result
 
 
@@ -234,15 +234,12 @@ def in_components(program: Program, tangent: Exported) -> Exported:
     counts |= {"T": to_q.first, "S": to_q.second, "gradient": len(slots), "middle": len(middle)}
     places = dict(zip(counts, np.cumsum([0, *counts.values()]).tolist(), strict=False))
     low, across = np.array(list(known), np.int64).reshape(-1, 2).T
-    rows, columns = np.array(lower, np.int64).reshape(-1, 2).T
-    numbers, off = np.arange(len(lower)), rows != columns
-    both = np.concatenate([rows, columns[off]]), np.concatenate([columns, rows[off]])
     return Exported(
         tangent.name,
         {**tangent.sizes, "q": program.input_size("q")},
         tangent.output,
         ordered((tangent.output[1], width), low, across, np.arange(len(known))),
-        ordered((width, width), both[0], both[1], np.concatenate([numbers, numbers[off]])),
+        symmetric(width, *np.array(lower, np.int64).reshape(-1, 2).T),
         len(known),
         sum(counts.values()),
         {"counts": counts, "places": places, "tables": tables, "factors": to_q.factors},
@@ -430,18 +427,9 @@ def exported_group_function(function: GroupFunction) -> Exported:
     width = sum(function.sizes.values())
     rows, columns = np.array(function.jacobian).T
     low, left = np.array(function.hessian).T
-    off, numbers = low != left, np.arange(len(low))
-    both = np.concatenate([low, left[off]]), np.concatenate([left, low[off]])
-    first = len(rows)
-    return Exported(
-        function.name,
-        function.sizes,
-        ("out", function.size),
-        ordered((function.size, width), rows, columns, np.arange(first)),
-        ordered((width, width), *both, np.concatenate([numbers, numbers[off]])),
-        first,
-        first + len(numbers),
-    )
+    jacobian = ordered((function.size, width), rows, columns, np.arange(len(rows)))
+    output, work = ("out", function.size), len(rows) + len(low)
+    return Exported(function.name, function.sizes, output, jacobian, symmetric(width, low, left), len(rows), work)
 
 
 def of_dense(nonzero: NDArray[np.bool_], width: int) -> Pattern:

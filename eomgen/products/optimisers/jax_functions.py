@@ -19,12 +19,12 @@ from eomgen.base.messages import Log
 from eomgen.base.threads import thread_count
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, chosen
-from eomgen.errors import EomgenError, ModelError, Problem, UsageError
+from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.products.optimisers.arguments import (
     OFFERED,
+    ModelFunctions,
     arguments_of,
     bracket,
-    check_model,
     factor_runs,
     gradient_in_components,
     left_trivialised,
@@ -101,7 +101,7 @@ def jax(model: Model) -> JaxFunctions:
 
 
 @checked_calls("eomgen.jax(model), which makes one")
-class JaxFunctions:
+class JaxFunctions(ModelFunctions):
     """The dynamics of a model as functions of JAX arrays.
 
     Arguments that are not given are the values of the scene: inputs follow the formulas at t, parameters and internal
@@ -117,14 +117,9 @@ class JaxFunctions:
     def __init__(self, model: Model) -> None:
         self._jax = _package()
         _check_precision(self._jax)
-        check_model("jax", model)
-        model.finish_compilation()
-        evaluator = model.evaluator
-        self._model = model
-        self._sizes = evaluator.functions.sizes
-        self._factors = tuple(evaluator.factors)
+        super().__init__("jax", model)
+        self._factors = tuple(self._evaluator.factors)
         self._calls: dict[str, _TermCall] = {}
-        self._defaults = {"p": evaluator.parameters(None), "z": evaluator.internal(None)}
         self._dynamics = {name: self._differentiable(name) for name in OFFERED}
 
     def forward_dynamics(
@@ -160,12 +155,7 @@ class JaxFunctions:
         UsageError
             A wrong shape, or an unknown parameter.
         """
-        if self._model.multipliers:
-            fault = (
-                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v"
-                f" alone [E0946]"
-            )
-            raise ModelError(Problem("jax", fault, "inverse_dynamics; simulate, whose gradients go through loops"))
+        self._check_unconstrained()
         return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(
@@ -261,7 +251,7 @@ class JaxFunctions:
         """
         jnp = self._jax.numpy
         _check_precision(self._jax)
-        given = of_run(q, v, parameters, inputs, self._real)
+        given = of_run(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         unknown = {name: np.zeros(array.shape) for name, array in given["inputs"].items()}
@@ -297,8 +287,7 @@ class JaxFunctions:
 
         run = self._jax.custom_vjp(rows)
         run.defvjp(rows_and_values, adjoint)
-        table = run(given)
-        return {name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in runs.columns.items()}
+        return runs.by_output(run(given))
 
     @property
     def in_lanes(self) -> dict[str, bool]:
@@ -312,7 +301,7 @@ class JaxFunctions:
             if value is None and block not in ("q", "v", "a", "t"):
                 array = jnp.asarray(self._inputs(given) if block == "u" else self._defaults[block])
             else:
-                array = self._by_name(value) if isinstance(value, Mapping) else self._real(block, value)
+                array = self._by_name(value) if isinstance(value, Mapping) else self._array(block, value)
             expected = () if block == "t" else (self._sizes[{"a": "v"}.get(block, block)],)
             if array.shape != expected:
                 fault = f"{block} has the shape {array.shape}, and {name} takes {expected} [E0947]"
@@ -321,14 +310,9 @@ class JaxFunctions:
         return self._dynamics[name](*(values[block] for block in arguments_of(name)))
 
     def _by_name(self, given: Mapping[str, Any]) -> Array:
-        names = self._model.evaluator.parameter_names
-        for name in given:
-            if name not in names:
-                self._model.evaluator.parameters({name: 0.0})
-        values = {**dict(zip(names, self._defaults["p"], strict=True)), **given}
-        return self._jax.numpy.stack([self._real(name, values[name]) for name in names])
+        return self._jax.numpy.stack(self._parameters(given))
 
-    def _real(self, name: str, value: Any) -> Array:
+    def _array(self, name: str, value: Any) -> Array:
         """Return an array of float64."""
         _check_precision(self._jax)
         try:
@@ -341,7 +325,7 @@ class JaxFunctions:
 
     def _inputs(self, given: Mapping[str, Any]) -> Array:
         """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
-        if "inputs" not in self._model.evaluator.functions:
+        if "inputs" not in self._evaluator.functions:
             return np.zeros(self._sizes["u"])
         jnp = self._jax.numpy
         p = given["p"]
@@ -371,11 +355,11 @@ class JaxFunctions:
         """Return arguments of some samples near the initial state, (samples, size) each, to compare lanes with."""
         generator = np.random.default_rng(1)
         values = {block: generator.uniform(-0.5, 0.5, (_COMPARED, size)) for block, size in sizes.items()}
-        fixed = {"t": np.zeros(1), "p": self._defaults["p"], "q": self._model.evaluator.initial_q}
+        fixed = {"t": np.zeros(1), "p": self._defaults["p"], "q": self._evaluator.initial_q}
         values |= {block: np.tile(fixed[block], (_COMPARED, 1)) for block in sizes if block in fixed}
         if "base" in values:
             at_rest = {"t": np.zeros(1), "p": self._defaults["p"]}
-            values["base"] = np.tile(self._model.evaluator.functions("base", at_rest)[0], (_COMPARED, 1))
+            values["base"] = np.tile(self._evaluator.functions("base", at_rest)[0], (_COMPARED, 1))
         return list(values.values())
 
     @property
@@ -390,9 +374,7 @@ class JaxFunctions:
         Tangents are of one sample: ``_primitive`` maps these over batches.
         """
         jnp, blocks = self._jax.numpy, arguments_of(name)
-        sizes = {
-            block: 1 if block == "t" else self._sizes[{"q": "v", "a": "v"}.get(block, block)] for block in ARGUMENTS
-        }
+        sizes = self._directions(ARGUMENTS)
         firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
         place = np.full(sum(sizes.values()), -1)
         taken = np.concatenate([firsts[block] + np.arange(sizes[block]) for block in blocks]).astype(int)

@@ -100,10 +100,7 @@ class Runs:
     def gradient(self, values: Mapping[str, Any], weights: Any) -> dict[str, Any]:
         """Return the gradient of weights . outputs, by one adjoint; in q left-trivialised."""
         run, table = self._run(values), np.asarray(weights)
-        functional = {
-            name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in self.columns.items()
-        }
-        entries = dict(zip(run.by, run.gradients([functional])[0], strict=True))
+        entries = dict(zip(run.by, run.gradients([self.by_output(table)])[0], strict=True))
         by_input = {
             name: np.array([entries[f"inputs.{name}[{k}]"] for k in range(len(values["inputs"][name]))])
             for name in self._inputs
@@ -115,3 +112,7 @@ class Runs:
             "parameters": {name: np.float64(entries[name]) for name in values["parameters"]},
             "inputs": by_input,
         }
+
+    def by_output(self, table: Any) -> dict[str, Any]:
+        """Return the outputs of a table (rows, components) by name."""
+        return {name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in self.columns.items()}

@@ -15,11 +15,11 @@ import numpy as np
 
 from eomgen.base.calls import checked_call, checked_calls
 from eomgen.compiled.argument_derivatives import Sparsity
-from eomgen.errors import ModelError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.products.optimisers.arguments import (
+    ModelFunctions,
     arguments_of,
     bracket,
-    check_model,
     gradient_in_components,
     no_array,
     of_run,
@@ -61,7 +61,7 @@ def torch(model: Model) -> TorchFunctions:
 
 
 @checked_calls("eomgen.torch(model), which makes one")
-class TorchFunctions:
+class TorchFunctions(ModelFunctions):
     """The dynamics of a model as functions of PyTorch tensors.
 
     Arguments are (..., size) with leading axes that broadcast: a batch is one call of the C, in lanes and threads.
@@ -77,12 +77,7 @@ class TorchFunctions:
 
     def __init__(self, model: Model) -> None:
         self._operators = _operators()
-        check_model("torch", model)
-        model.finish_compilation()
-        evaluator = model.evaluator
-        self._model = model
-        self._sizes = evaluator.functions.sizes
-        self._defaults = {"p": evaluator.parameters(None), "z": evaluator.internal(None)}
+        super().__init__("torch", model)
         self._number = len(_MODELS)
         _MODELS.append(self)  # graphs of PyTorch hold the number, for the time of the process
 
@@ -121,12 +116,7 @@ class TorchFunctions:
         ModelError
             A scene with constraints.
         """
-        if self._model.multipliers:
-            fault = (
-                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v"
-                f" alone [E0946]"
-            )
-            raise ModelError(Problem("torch", fault, "inverse_dynamics; simulate, whose gradients go through loops"))
+        self._check_unconstrained()
         return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(
@@ -209,11 +199,11 @@ class TorchFunctions:
         UsageError
             As ``model.sensitivities``: no outputs, or a method without derivatives.
         """
-        given = of_run(q, v, parameters, inputs, self._tensor)
+        given = of_run(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         table = self._operators.run(runs, *runs.flat(given))
-        return {name: table[:, places].reshape(len(table), *shape) for name, (places, shape) in runs.columns.items()}
+        return runs.by_output(table)
 
     def _evaluated(self, name: str, given: Mapping[str, Any]) -> Tensor:
         package, tensors = self._operators.package, dict[str, Tensor]()
@@ -223,38 +213,33 @@ class TorchFunctions:
             if value is None and block in self._defaults:
                 tensors[block] = package.from_numpy(np.array(self._defaults[block], float))
             else:
-                tensors[block] = self._by_name(value) if isinstance(value, Mapping) else self._tensor(block, value)
+                tensors[block] = self._by_name(value) if isinstance(value, Mapping) else self._array(block, value)
         if "u" not in tensors:
             tensors["u"] = self._inputs_of_scene(*self._broadcast(name, {"t": tensors["t"], "p": tensors["p"]}))
         taken = {block: tensors[block] for block in arguments_of(name)}
         result: Tensor = self._operators.value(self._number, name, *self._broadcast(name, taken))
         return result
 
-    def _tensor(self, block: str, value: Any) -> Tensor:
+    def _array(self, name: str, value: Any) -> Tensor:
         """Return a tensor of float64 on the processor. Raises UsageError for float32 and other devices."""
         package = self._operators.package
         if not package.is_tensor(value):
             try:
                 return package.as_tensor(value, dtype=package.float64)
             except (TypeError, ValueError, RuntimeError):
-                raise no_array(block, value) from None
+                raise no_array(name, value) from None
         if value.dtype != package.float64:
-            fault = f"{block} is of {value.dtype}, and derivatives are exact to rounding of torch.float64 [E0951]"
-            raise UsageError(Problem(block, fault, f"{block}.double(); torch.set_default_dtype(torch.float64)"))
+            fault = f"{name} is of {value.dtype}, and derivatives are exact to rounding of torch.float64 [E0951]"
+            raise UsageError(Problem(name, fault, f"{name}.double(); torch.set_default_dtype(torch.float64)"))
         if value.device.type != "cpu":
-            fault = f"{block} is on {value.device}, and the compiled C runs on the processor [E0952]"
-            raise UsageError(Problem(block, fault, f"{block}.cpu()"))
+            fault = f"{name} is on {value.device}, and the compiled C runs on the processor [E0952]"
+            raise UsageError(Problem(name, fault, f"{name}.cpu()"))
         return value
 
     def _by_name(self, given: Mapping[str, Any]) -> Tensor:
         """Return the tunable parameters in order, (..., np)."""
-        evaluator, package = self._model.evaluator, self._operators.package
-        for name in given:
-            if name not in evaluator.parameter_names:
-                evaluator.parameters({name: 0.0})
-        values = {**dict(zip(evaluator.parameter_names, self._defaults["p"], strict=True)), **given}
-        parts = [self._tensor(name, values[name]) for name in evaluator.parameter_names]
-        return package.stack(package.broadcast_tensors(*parts), -1)
+        package = self._operators.package
+        return package.stack(package.broadcast_tensors(*self._parameters(given)), -1)
 
     def _broadcast(self, name: str, blocks: Mapping[str, Tensor]) -> list[Tensor]:
         """Return tensors with equal leading axes. Raises UsageError for sizes that do not fit."""
@@ -279,7 +264,7 @@ class TorchFunctions:
 
     def _inputs_of_scene(self, t: Tensor, p: Tensor) -> Tensor:
         """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
-        if "inputs" not in self._model.evaluator.functions:
+        if "inputs" not in self._evaluator.functions:
             return t.new_zeros((*t.shape, self.inputs))
         inputs: Tensor = self._operators.inputs(self._number, "inputs", t, p)
         return inputs
@@ -299,7 +284,7 @@ class TorchFunctions:
         (..., nu) tensor
             In SI units.
         """
-        values = self._model.evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
+        values = self._evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
         return self._made(values)
 
     @property
@@ -320,7 +305,7 @@ class TorchFunctions:
         int
             Number of directions.
         """
-        return sum(self._directions(name).values())
+        return sum(self._directions(arguments_of(name)).values())
 
     def values(self, name: str, tensors: Sequence[Tensor]) -> Tensor:
         """Evaluate a term.
@@ -406,7 +391,7 @@ class TorchFunctions:
         nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)
         products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.rows]]
         result = self._by_columns(name, pattern, products)
-        turning = [factor for factor in self._model.evaluator.factors if factor.group != "R"]
+        turning = [factor for factor in self._evaluator.factors if factor.group != "R"]
         if turning:
             gradient = self.gradient(name, tensors, weights)
             for factor in turning:
@@ -431,8 +416,12 @@ class TorchFunctions:
         list of tensor
             One for each argument.
         """
-        parts = dict(zip(arguments_of(name), gradient.split(list(self._directions(name).values()), -1), strict=True))
-        factors = self._model.evaluator.factors
+        parts = dict(
+            zip(
+                arguments_of(name), gradient.split(list(self._directions(arguments_of(name)).values()), -1), strict=True
+            )
+        )
+        factors = self._evaluator.factors
         parts["q"] = gradient_in_components(self._operators.package, factors, tensors[0], parts["q"])
         parts["t"] = parts["t"][..., 0]
         return list(parts.values())
@@ -440,14 +429,9 @@ class TorchFunctions:
     def _made(self, array: Any) -> Tensor:
         return self._operators.package.from_numpy(np.array(array, float))
 
-    def _directions(self, name: str) -> dict[str, int]:
-        """Return the number of directions of each argument of a term."""
-        sizes = {**self._sizes, "q": self._sizes["v"], "a": self._sizes["v"], "t": 1}
-        return {block: sizes[block] for block in arguments_of(name)}
-
     def _places(self, name: str, pattern: Sparsity) -> Any:
         """Return the direction of each column of a pattern."""
-        directions = self._directions(name)
+        directions = self._directions(arguments_of(name))
         firsts = dict(zip(directions, np.cumsum([0, *directions.values()]).tolist(), strict=False))
         return np.concatenate([firsts[block] + np.arange(directions[block]) for block in pattern.arguments]).astype(int)
 
