@@ -285,10 +285,8 @@ class _ClusterEnsemble:
             fault = f"workers died over and over while they ran {samples} [E0647]"
             hint = "more memory for each worker; finished samples are kept, for resume"
         elif status == "error" and kind == "ModuleNotFoundError":
-            fault, hint = (
-                f"a worker lacks a part that the ensemble needs: {error} [E0648]",
-                "the same packages on all machines",
-            )
+            fault = f"a worker lacks a part that the ensemble needs: {error} [E0648]"
+            hint = "the same packages on all machines"
         elif status == "error":
             fault, hint = f"{samples} cannot be run: {_first_line(error)} [E0650]", "the logs of its workers"
         else:

@@ -77,11 +77,8 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
     file = options.pop("table")
     table = None if file is None else _read_samples(Path(file))
     if not vary and table is None:
-        fault, hint = (
-            "nothing varies: all samples would be the same [E0652]",
-            "--vary 'mass=normal(1, 0.1)', or --table FILE",
-        )
-        raise UsageError(Problem("--vary", fault, hint))
+        fault = "nothing varies: all samples would be the same [E0652]"
+        raise UsageError(Problem("--vary", fault, "--vary 'mass=normal(1, 0.1)', or --table FILE"))
     described = read_scene(scene, options)
     profile = options.pop("profile")
     with building(described.name):
@@ -181,16 +178,7 @@ def _print(result: Ensemble) -> None:
         rows.append((column, unit if unit != "1" else "", *mean, *(f"{x:.5g}" for x in (*of_column, high[-1])), told))
     title = f"{result.scene}: {counted(good, 'sample')}, {result.design}, at t = {result.t[-1]:.9g} s"
     header = (
-        "column",
-        "unit",
-        "mean",
-        "error of\nmean",
-        "deviation",
-        "smallest",
-        "5 %",
-        "median",
-        "95 %",
-        "largest",
-        "error of\nsteps",
+        *("column", "unit", "mean", "error of\nmean", "deviation"),
+        *("smallest", "5 %", "median", "95 %", "largest", "error of\nsteps"),
     )
     print_table(title, header, rows, numeric=tuple(range(2, len(header))), optional=(5, 9, 3))

@@ -122,31 +122,21 @@ DISTRIBUTIONS: dict[str, Kind] = {
         ("low", "mode", "high"), "low <= mode <= high, low < high", lambda a, c, b: a <= c <= b and a < b, _triangular
     ),
     "exponential": Kind(
-        ("mean",),
-        "mean > 0",
-        lambda m: m > 0.0,
-        lambda m: lambda p: -m * np.log1p(-p),
+        ("mean",), "mean > 0", lambda m: m > 0.0, lambda m: lambda p: -m * np.log1p(-p),
         upper=lambda m: lambda q: -m * np.log(q),
     ),
     "weibull": Kind(
-        ("scale", "shape"),
-        "scale > 0, shape > 0",
-        lambda a, k: a > 0.0 and k > 0.0,
-        lambda a, k: lambda p: a * (-np.log1p(-p)) ** (1.0 / k),
-        ("shape",),
+        ("scale", "shape"), "scale > 0, shape > 0", lambda a, k: a > 0.0 and k > 0.0,
+        lambda a, k: lambda p: a * (-np.log1p(-p)) ** (1.0 / k), ("shape",),
         lambda a, k: lambda q: a * (-np.log(q)) ** (1.0 / k),
     ),
     "integers": Kind(
-        ("low", "high"),
-        "whole numbers, low < high",
+        ("low", "high"), "whole numbers, low < high",
         lambda a, b: a.is_integer() and b.is_integer() and a < b and max(abs(a), abs(b)) < 2.0**52,
         _integers,
     ),
     "gumbel": Kind(
-        ("location", "scale"),
-        "scale > 0",
-        lambda m, b: b > 0.0,
-        lambda m, b: lambda p: m - b * np.log(-np.log(p)),
+        ("location", "scale"), "scale > 0", lambda m, b: b > 0.0, lambda m, b: lambda p: m - b * np.log(-np.log(p)),
         upper=lambda m, b: lambda q: m - b * np.log(-np.log1p(-q)),
     ),
 }  # fmt: skip  # a table

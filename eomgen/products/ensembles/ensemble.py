@@ -278,12 +278,8 @@ class Ensemble:
     def results(self) -> dict[str, Array]:
         """The smallest, the largest and the final value of each column, (done,) each: ``output.tip.max``; NaN if the
         sample failed."""
-        every = self._samples[1]
-        return {
-            f"{column}.{part}": every[:, k, i]
-            for k, column in enumerate(self.columns)
-            for i, part in enumerate(EXTREMES)
-        }
+        names = [f"{column}.{part}" for column in self.columns for part in EXTREMES]
+        return dict(zip(names, self._samples[1].reshape(self.done, len(names)).T, strict=True))
 
     def sensitivity(self, result: str) -> Ranking:
         """Return the shares of the varied quantities in the variance of a result, such as ``output.tip.max``.
@@ -349,6 +345,11 @@ class Ensemble:
         ended = "; ended by Ctrl-C" if self.interrupted else ""
         return "; ".join(filter(None, (f"{done}{failed}{ended}", self.how, str(self.error), *self.notes)))
 
+    def _moments(self, column: str) -> dict[str, Array]:
+        """Return mean, deviation and envelope of a column over time, by the names in files."""
+        low, high = self.envelope(column)
+        return {"mean": self.mean(column), "deviation": self.deviation(column), "min": low, "max": high}
+
     def to_dict(self) -> dict[str, Any]:
         """Return the final summary of the ensemble, as JSON data.
 
@@ -359,20 +360,13 @@ class Ensemble:
         """
         last = {}
         for column in self.columns:
-            low, high = self.envelope(column)
-            place = {"mean": self.mean(column)[-1], "deviation": self.deviation(column)[-1]}
-            place |= {"min": low[-1], "max": high[-1]}
-            quantiles = self.quantile(column, QUANTILES)[:, -1]
-            place |= {f"quantile {p:g}": x for p, x in zip(QUANTILES, quantiles.tolist(), strict=True)}
-            last[column] = {name: float(value) for name, value in place.items()}
+            of_column = self._moments(column)
+            quantiles = zip(QUANTILES, self.quantile(column, QUANTILES), strict=True)
+            of_column |= {f"quantile {p:g}": row for p, row in quantiles}
+            last[column] = {name: float(values[-1]) for name, values in of_column.items()}
+        own = ("scene", "method", "design", "seed", "asked", "done", "interrupted")
         return {
-            "scene": self.scene,
-            "method": self.method,
-            "design": self.design,
-            "seed": self.seed,
-            "asked": self.asked,
-            "done": self.done,
-            "interrupted": self.interrupted,
+            **{name: getattr(self, name) for name in own},
             "failed": len(self.failed),
             "seconds": self.seconds,
             "how": self.how,
@@ -412,9 +406,7 @@ class Ensemble:
         target = make_folder(Path(folder))
         over_time: dict[str, Array] = {"t": self.t}
         for column in self.columns:
-            low, high = self.envelope(column)
-            own = {"count": self.count(column), "mean": self.mean(column), "deviation": self.deviation(column)}
-            own |= {"min": low, "max": high}
+            own = {"count": self.count(column), **self._moments(column)}
             quantiles = self.quantile(column, QUANTILES)
             own |= {f"q{100 * p:g}": row for p, row in zip(QUANTILES, quantiles, strict=True)}
             over_time |= {f"{column}.{name}": values for name, values in own.items()}

@@ -328,25 +328,16 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
     if dimensions == 1:
         whole = {names[0]: 1.0}
         return Ranking(result, "Sobol' indices", whole, whole)
-    blocks: Mapping[Literal["f_A", "f_B", "f_AB"], Array] = {
-        "f_A": f_A[np.newaxis],
-        "f_B": f_B[np.newaxis],
-        "f_AB": f_AB[:, np.newaxis],
-    }
+    blocks: Mapping[Literal["f_A", "f_B", "f_AB"], Array]
+    blocks = {"f_A": f_A[np.newaxis], "f_B": f_B[np.newaxis], "f_AB": f_AB[:, np.newaxis]}
     indices = stats.sobol_indices(func=blocks, n=n)
     first, total = np.ravel(indices.first_order).tolist(), np.ravel(indices.total_order).tolist()
     order = sorted(range(dimensions), key=lambda k: -total[k])
     of_first, of_total = (
         {names[k]: (float(low[k]), float(high[k])) for k in order} for low, high in _resampled(f_A, f_B, f_AB)
     )
-    return Ranking(
-        result,
-        "Sobol' indices",
-        {names[k]: first[k] for k in order},
-        {names[k]: total[k] for k in order},
-        of_first,
-        of_total,
-    )
+    by_first, by_total = ({names[k]: values[k] for k in order} for values in (first, total))
+    return Ranking(result, "Sobol' indices", by_first, by_total, of_first, of_total)
 
 
 def _resampled(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:

@@ -68,10 +68,8 @@ def law_of(model: CompiledModel, name: str, where: str) -> int:
         number = seas.index(of)
         if kind == "seed" and _waves(model)[number].variables:
             return len(model.description.inputs) + number
-        fault, hint = (
-            f"{of} are waves, whose numbers are fixed in the code [E0689]",
-            f"variables = true in [waves.{of}]",
-        )
+        fault = f"{of} are waves, whose numbers are fixed in the code [E0689]"
+        hint = f"variables = true in [waves.{of}]"
         if kind != "seed":
             fault = f"{of} are waves, which are as high as their spectrum says [E0693]"
             hint = f'height = "height" in the spectrum of [waves.{of}], a tunable parameter, which varies'

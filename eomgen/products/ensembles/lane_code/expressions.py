@@ -108,14 +108,9 @@ class Expressions(ABC):
     def to(self, value: Value, kind: Type, node: Any) -> str:
         """Return the text of a value as another type."""
         match kind, value.type:
-            case (
-                (Real(), Real())
-                | (LaneIntegers(), LaneIntegers())
-                | (Constant(), Constant())
-                | (UniformInteger(), UniformInteger())
-            ):
+            case (Real(), Real()) | (LaneIntegers(), LaneIntegers()) | (LaneStructure(), LaneStructure()):
                 return value.text
-            case LaneStructure(), LaneStructure():
+            case (Constant(), Constant()) | (UniformInteger(), UniformInteger()):
                 return value.text
             case Real(), Constant() | UniformInteger():
                 return f"EG_WIDE((double)({value.text}))"
@@ -308,7 +303,7 @@ class Expressions(ABC):
         if condition.decided is not None:
             return self.value(node.iftrue if condition.decided else node.iffalse)
         if isinstance(condition.type, UniformInteger | Constant | Pointer):
-            one, other, kind = self._common(self._argument(node.iftrue), self._argument(node.iffalse), node)
+            one, other, kind = self._common(self.argument(node.iftrue), self.argument(node.iffalse), node)
             return Value(f"({condition.text} ? {one} : {other})", kind)
         holds = self.fresh("holds")
         prelude = f"const eg_wholes {holds} = {self.truths(condition)}; "
@@ -326,14 +321,10 @@ class Expressions(ABC):
         if any(isinstance(value.type, Pointer | Array | LaneStructure) for value in values):
             raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
         one, other, kind = self._common(values[0], values[1], node)
-        if isinstance(kind, UniformInteger):
-            kind = LaneIntegers()
+        if isinstance(kind, UniformInteger | Constant):
+            kind = Real() if isinstance(kind, Constant) else LaneIntegers()
             one, other = (self.to(value, kind, node) for value in values)
-        if isinstance(kind, Constant):
-            kind = Real()
-            one, other = (self.to(value, kind, node) for value in values)
-        pick = "eg_pick" if isinstance(kind, Real) else "eg_pick_wholes"
-        return Value(f"({{ {prelude}{pick}({holds}, {one}, {other}); }})", kind)
+        return Value(f"({{ {prelude}{picked(holds, one, other, kind)}; }})", kind)
 
     def _cast(self, node: Any) -> Value:
         kind = type_of(node.to_type.type, self.source)
@@ -491,12 +482,13 @@ class Expressions(ABC):
     def _function(self, name: str, given: list[Any], node: Any) -> Value:
         self.functions.add(name)
         texts = [
-            self.to(self._argument(item), kind, node)
+            self.to(self.argument(item), kind, node)
             for item, kind in zip(given, self.source.functions[name], strict=True)
         ]
         return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", NoValue())
 
-    def _argument(self, node: Any) -> Value:
+    def argument(self, node: Any) -> Value:
+        """Return an expression, an array as the address of its first element."""
         value = self.value(node)
         return value.as_pointer() if isinstance(value.type, Array) else value
 
@@ -506,7 +498,7 @@ class Expressions(ABC):
             self.called.append(name)
         texts = []
         for item, (parameter, kind) in zip(given, routine.parameters, strict=True):
-            value = self._argument(item)
+            value = self.argument(item)
             if isinstance(kind, UniformInteger):
                 if not isinstance(value.type, UniformInteger):
                     routine.varying.add(parameter)
@@ -563,6 +555,11 @@ class Expressions(ABC):
             for item, member in zip(node.exprs, members, strict=False)
         ]
         return "{ " + ", ".join(texts) + " }"
+
+
+def picked(mask: str, one: str, other: str, kind: Type) -> str:
+    """Return the choice between two values of a type in each lane."""
+    return f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({mask}, {one}, {other})"
 
 
 def _compared_with_null(node: Any) -> frozenset[str]:

@@ -7,7 +7,7 @@ from typing import Any
 
 from pycparser import c_ast
 
-from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value
+from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value, picked
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
@@ -27,6 +27,7 @@ from eomgen.products.ensembles.lane_code.source import (
     in_lanes,
     leaf,
     no_lanes,
+    qualifiers,
     shared,
     spelled,
     table_text,
@@ -112,10 +113,14 @@ class RoutineText(Expressions):
 
     def _braces(self, node: Any) -> bool:
         self._line("{")
+        going = self._inner_block(node)
+        self._line("}")
+        return going
+
+    def _inner_block(self, node: Any) -> bool:
         self.depth += 1
         going = self._block(node)
         self.depth -= 1
-        self._line("}")
         return going
 
     def _statement(self, node: Any) -> bool:
@@ -167,56 +172,47 @@ class RoutineText(Expressions):
         if node.name in ("live", "result"):
             raise no_lanes(f"the name {node.name}, which masks have", node)
         kind = type_of(node.type, self.source)
-        constant = "const" in node.quals or (isinstance(node.type, c_ast.ArrayDecl) and "const" in _quals(node.type))
+        constant = "const" in node.quals or (
+            isinstance(node.type, c_ast.ArrayDecl) and "const" in qualifiers(node.type)
+        )
         if "static" in node.storage and constant:
             self._static(node, kind)
             return
-        base = kind
-        if isinstance(kind, UniformInteger):
-            kind = LaneIntegers() if node.name in self.routine.varying else kind
-        elif isinstance(kind, Pointer):
-            if node.init is None:
-                kind = Pointer(self.routine.elements.get(node.name, in_lanes(kind.to)))
-                self.variables[-1][node.name] = Variable(kind, self.region)
-                self._line(f"{declared(node.name, kind)};")
-                return
-            value = self.value(node.init)
-            if isinstance(value.type, Array):
-                value = value.as_pointer()
-            if value.null:
-                value = Value(value.text, in_lanes(kind), null=node.name not in self.routine.given)
-            self.variables[-1][node.name] = Variable(value.type, self.region, value.null)
-            self._line(f"{declared(node.name, value.type)} = {value.text};")
+        if isinstance(kind, Pointer):
+            self._pointer(node, kind)
             return
-        else:
-            kind = in_lanes(kind)
-        if node.init is None:
-            self.variables[-1][node.name] = Variable(kind, self.region)
-            self._line(f"{declared(node.name, kind)};")
-            return
+        whole = isinstance(kind, UniformInteger)
+        kind = in_lanes(kind) if not whole or node.name in self.routine.varying else kind
+        text = ""
         if isinstance(node.init, c_ast.InitList):
             text = self.listed(node.init, kind)
-        else:
+        elif node.init is not None:
             value = self.value(node.init)
-            if (
-                isinstance(base, UniformInteger)
-                and isinstance(kind, UniformInteger)
-                and not isinstance(value.type, UniformInteger)
-            ):
+            if whole and isinstance(kind, UniformInteger) and not isinstance(value.type, UniformInteger):
                 self.vary(node.name)
                 kind = LaneIntegers()
             text = self.to(value, kind, node)
-        self.variables[-1][node.name] = Variable(kind, self.region)
-        self._line(f"{declared(node.name, kind)} = {text};")
+        self._declare(node.name, kind, text)
+
+    def _declare(self, name: str, kind: Type, text: str = "", *, null: bool = False) -> None:
+        """Write the declaration of a variable that begins with a value, if any."""
+        self.variables[-1][name] = Variable(kind, self.region, null)
+        self._line(f"{declared(name, kind)} = {text};" if text else f"{declared(name, kind)};")
+
+    def _pointer(self, node: Any, kind: Pointer) -> None:
+        """Write the declaration of a pointer, whose values are of the type of its first value."""
+        if node.init is None:
+            self._declare(node.name, Pointer(self.routine.elements.get(node.name, in_lanes(kind.to))))
+            return
+        value = self.argument(node.init)
+        if value.null:
+            value = Value(value.text, in_lanes(kind), null=node.name not in self.routine.given)
+        self._declare(node.name, value.type, value.text, null=value.null)
 
     def _static(self, node: Any, kind: Type) -> None:
-        if (
-            isinstance(kind, LaneStructure) or node.name in self.routine.widened
-        ):  # vectors are not constants of the language
+        if isinstance(kind, LaneStructure) or node.name in self.routine.widened:  # vectors are no constants of C
             kind = in_lanes(kind)
-            self.variables[-1][node.name] = Variable(kind, self.region)
-            text = "{{0}}" if node.init is None else self.listed(node.init, kind)
-            self._line(f"{declared(node.name, kind)} = {text};")
+            self._declare(node.name, kind, "{{0}}" if node.init is None else self.listed(node.init, kind))
             return
         kind = shared(kind)
         self.variables[-1][node.name] = Variable(kind, self.region)
@@ -285,8 +281,7 @@ class RoutineText(Expressions):
         if isinstance(place.type, LaneStructure):
             given = f"{spelled(place.type)} eg_given = {text}"
             return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
-        pick = "eg_pick" if isinstance(place.type, Real) else "eg_pick_wholes"
-        return f"{place.text} = {pick}({self.mask()}, {text}, {place.text})"
+        return f"{place.text} = {picked(self.mask(), text, place.text, place.type)}"
 
     def _return(self, node: Any) -> None:
         value = ""
@@ -314,12 +309,9 @@ class RoutineText(Expressions):
             regions = regions.outer
 
     def _picked(self, mask: str, value: str, other: str) -> str:
-        match self.returns:
-            case Real():
-                return f"eg_pick({mask}, {value}, {other})"
-            case LaneIntegers():
-                return f"eg_pick_wholes({mask}, {value}, {other})"
-        raise no_lanes("a structure, returned where lanes part company", self.routine.node)
+        if not isinstance(self.returns, Real | LaneIntegers):
+            raise no_lanes("a structure, returned where lanes part company", self.routine.node)
+        return picked(mask, value, other, self.returns)
 
     def _leave(self, here: str, masks: set[str]) -> None:
         gone = self.fresh("gone")
@@ -352,14 +344,10 @@ class RoutineText(Expressions):
             return chosen is None or self._braces(chosen)
         if isinstance(condition.type, UniformInteger | Constant | Pointer):
             self._line(f"if ({condition.text}) {{")
-            self.depth += 1
-            self._block(node.iftrue)
-            self.depth -= 1
+            self._inner_block(node.iftrue)
             if node.iffalse is not None:
                 self._line("} else {")
-                self.depth += 1
-                self._block(node.iffalse)
-                self.depth -= 1
+                self._inner_block(node.iffalse)
             self._line("}")
             return True
         self.parts = True
@@ -457,9 +445,7 @@ class RoutineText(Expressions):
             self._line(f"for (; !{again} || {test}; {again} = 1) {{")
         else:
             self._line(f"for (; {test}; {self._step(step)}) {{")
-        self.depth += 1
-        self._block(body)
-        self.depth -= 1
+        self._inner_block(body)
         self._line("}")
         self.loops.pop()
         self._rejoin(self.region)
@@ -505,9 +491,3 @@ class _DivergentLanes(Exception):
     def __init__(self, loop: Loop) -> None:
         super().__init__("lanes part company")
         self.loop = loop
-
-
-def _quals(node: Any) -> list[str]:
-    while not isinstance(node, c_ast.TypeDecl):
-        node = node.type
-    return list(node.quals)

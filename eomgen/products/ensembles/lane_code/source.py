@@ -331,7 +331,7 @@ def _read_table(item: Any, source: LaneSource) -> None:
     kind = type_of(item.type, source)
     if isinstance(kind, Array) and isinstance(kind.of, Pointer):  # names, which no lane asks for
         return
-    if "const" not in item.quals and "const" not in _quals(item.type):
+    if "const" not in item.quals and "const" not in qualifiers(item.type):
         raise no_lanes(f"the variable {item.name} of the whole file", item)
     source.tables[item.name] = shared(kind)
     source.texts.append(table_text(item, source.tables[item.name]))
@@ -355,7 +355,8 @@ def table_text(item: Any, kind: Type) -> str:
     return f"static const {declared(item.name, kind)} = {f'{{ {text} }}' if isinstance(kind, Array) else text};"
 
 
-def _quals(node: Any) -> list[str]:
+def qualifiers(node: Any) -> list[str]:
+    """Return the qualifiers of the innermost type of a declarator."""
     while not isinstance(node, c_ast.TypeDecl):
         node = node.type
     return list(node.quals)

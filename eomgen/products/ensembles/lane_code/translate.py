@@ -25,8 +25,8 @@ from eomgen.products.ensembles.lane_code.source import (
     Pointer,
     Type,
     UntranslatableConstruct,
+    declared,
     read,
-    spelled,
 )
 from eomgen.toolchain.builder import REFUSED, Preprocess
 from eomgen.toolchain.library import LaneLibrary, Library
@@ -100,10 +100,7 @@ def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[
     order = [name for name in source.routines if name in made]
     parts = [*source.texts]
     for name in functions:
-        parameters = ", ".join(
-            spelled(kind) + ("" if spelled(kind).endswith("*") else " ") for kind in source.functions[name]
-        )
-        parts.append(f"void {name}({parameters});")
+        parts.append(f"void {name}({', '.join(declared('', kind) for kind in source.functions[name])});")
         parts.append(_masked(name, source, outputs[name]))
     for name in sorted({name for routine in made.values() for name in routine.foreign}):
         parts.append(_each(name, source.foreign[name]))
@@ -165,8 +162,8 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
 def _masked(name: str, source: LaneSource, sizes: list[int]) -> str:
     """Return the function of a model that does not change other lanes."""
     kinds = source.functions[name]
-    declared = [f"{spelled(kind)}{'' if spelled(kind).endswith('*') else ' '}x{i}" for i, kind in enumerate(kinds)]
-    given, before, behind, results = [], [], [], 0
+    taken = [declared(f"x{i}", kind) for i, kind in enumerate(kinds)]
+    given, before, behind = [], [], []
     first = len(kinds) - len(sizes)
     for i, kind in enumerate(kinds):
         if i < first or not isinstance(kind, Pointer):
@@ -176,10 +173,9 @@ def _masked(name: str, source: LaneSource, sizes: list[int]) -> str:
         before.append(f"    real y{i}[{size}];")
         behind.append(f"    if (x{i}) eg_merge(mask, x{i}, y{i}, {sizes[i - first]} * sizeof(real));")
         given.append(f"y{i}")
-        results += 1
-    lines = [f"static void eg_masked_{name}({', '.join(['eg_wholes mask', *declared])})", "{"]
-    lines += before
+    lines = [f"static void eg_masked_{name}({', '.join(['eg_wholes mask', *taken])})", "{"]
     lines += [
+        *before,
         "    if (eg_all(mask)) {",
         f"        {name}({', '.join(f'x{i}' for i in range(len(kinds)))});",
         "        return;",
