@@ -111,8 +111,8 @@ class RunAdjoint:
         return cls(*(np.zeros((len(along), count)) for along in (run.state, run.along.dp, run.record)))
 
     def sources(self, run: LinearRun[Any], part: LinearPart, weights: Sequence[RowWeights]) -> tuple[Array, Array]:
-        """Return the weights of outputs at the rows of a part, and derivatives of functionals by the ends of its steps;
-        derivatives by its first row are kept, and derivatives in parameters are added."""
+        """Return the weights of outputs at the rows of a part, and derivatives of functionals by the ends of the
+        steps; derivatives by the first row are kept, and derivatives in parameters are added."""
         of_outputs = run.row_weights(part, weights)
         direct = run.of_rows(part, of_outputs, self.parameters)
         self.record = direct[0]

@@ -480,8 +480,8 @@ def follows_inertia(W: Array, M: Array) -> NDArray[np.bool_]:
 
 
 def inertia_partials(equations: Equations, values: Mapping[str, Array]) -> tuple[Array, Array, Array]:
-    """Return M at n states (n, nv, nv), and the partials of its diagonal in q, (n, nv, nv), and in the parameters, (n,
-    nv, parameters)."""
+    """Return M at n states (n, nv, nv), and partials of the diagonal in q, (n, nv, nv), and in the parameters, (n, nv,
+    parameters)."""
     nv, count, unit = equations.nv, len(values["t"]), np.arange(equations.nv)
     many = {
         name: array if name == "p" and array.ndim == 1 else np.repeat(array, nv + 1, axis=0)

@@ -206,7 +206,7 @@ def simulate_many(
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     alike = CommonRunData.of(model, pilot)
     work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
-    threads = thread_count() if workers is None else count_of("workers", workers)
+    threads = _workers(workers)
     with (
         nullcontext() if cluster is None else connected(cluster, workers) as machines,
         _alone(target),
@@ -374,6 +374,10 @@ def _rest(
         return {}
     state = {"q": pilot.q[0], "v": pilot.v[0]} | ({"z": pilot.z[0]} if model.nz else {})
     return {"start": "equilibrium", "initial": state}
+
+
+def _workers(workers: int | None) -> int:
+    return thread_count() if workers is None else count_of("workers", workers)
 
 
 def _designed(

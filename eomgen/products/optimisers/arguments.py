@@ -7,7 +7,6 @@ with w and x of the quaternion, and n its squared length, the body-frame rotatio
 from __future__ import annotations
 
 import itertools
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -50,13 +49,18 @@ def no_array(name: str, value: object) -> UsageError:
     )
 
 
-class ModelFunctions(ABC):
-    """Functions of a model for a library of arrays.
+class ModelArguments:
+    """Arguments of the functions of a model for a library of arrays.
 
     Parameters
     ----------
     place : name of the library, for messages
     model : compiled, without force laws in Python
+
+    Attributes
+    ----------
+    sizes : numbers of each argument
+    defaults : values of the scene, of parameters and internal states
     """
 
     def __init__(self, place: str, model: Model) -> None:
@@ -69,40 +73,37 @@ class ModelFunctions(ABC):
                 Problem(place, f"{model.name} has force laws in Python [E0945]", "the laws in C, [laws] source")
             )
         model.finish_compilation()
-        self._place, self._model = place, model
-        self._sizes = self._evaluator.functions.sizes
-        self._defaults = {"p": self._evaluator.parameters(None), "z": self._evaluator.internal(None)}
+        self.place, self.model = place, model
+        self.sizes = self.evaluator.functions.sizes
+        self.defaults = {"p": self.evaluator.parameters(None), "z": self.evaluator.internal(None)}
 
     @property
-    def _evaluator(self) -> Any:
-        return self._model.evaluator
+    def evaluator(self) -> Any:
+        """Evaluation of the model's terms."""
+        return self.model.evaluator
 
-    @abstractmethod
-    def _array(self, name: str, value: Any) -> Array:
-        """Return an array of real numbers. Raises UsageError."""
-
-    def _check_unconstrained(self) -> None:
+    def check_unconstrained(self) -> None:
         """Raise ModelError for a model with constraints."""
-        if self._model.multipliers:
+        if self.model.multipliers:
             fault = (
-                f"{self._model.name} has constraints, and accelerations of a loop are not a function of q and v"
+                f"{self.model.name} has constraints, and accelerations of a loop are not a function of q and v"
                 f" alone [E0946]"
             )
             hint = "inverse_dynamics; simulate, whose gradients go through loops"
-            raise ModelError(Problem(self._place, fault, hint))
+            raise ModelError(Problem(self.place, fault, hint))
 
-    def _parameters(self, given: Mapping[str, Any]) -> list[Array]:
-        """Return the tunable parameters in order, from values by name. Raises UsageError for other names."""
-        names = self._evaluator.parameter_names
+    def parameters(self, given: Mapping[str, Any], array: Callable[[str, Any], Array]) -> list[Array]:
+        """Return the tunable parameters in order, from values by name; ``array`` makes each. Raises UsageError."""
+        names = self.evaluator.parameter_names
         for name in given:
             if name not in names:
-                self._evaluator.parameters({name: 0.0})
-        values = {**dict(zip(names, self._defaults["p"], strict=True)), **given}
-        return [self._array(name, values[name]) for name in names]
+                self.evaluator.parameters({name: 0.0})
+        values = {**dict(zip(names, self.defaults["p"], strict=True)), **given}
+        return [array(name, values[name]) for name in names]
 
-    def _directions(self, blocks: Iterable[str]) -> dict[str, int]:
+    def directions(self, blocks: Iterable[str]) -> dict[str, int]:
         """Return the number of directions of arguments."""
-        return {block: size_of(self._evaluator.functions, block) for block in blocks}
+        return {block: size_of(self.evaluator.functions, block) for block in blocks}
 
 
 class FactorRun(NamedTuple):

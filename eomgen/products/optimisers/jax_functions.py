@@ -22,7 +22,7 @@ from eomgen.compiled.functions import LEAST, Choice, Functions, LaneCompanions, 
 from eomgen.errors import EomgenError, Problem, UsageError
 from eomgen.products.optimisers.arguments import (
     OFFERED,
-    ModelFunctions,
+    ModelArguments,
     arguments_of,
     bracket,
     factor_runs,
@@ -101,7 +101,7 @@ def jax(model: Model) -> JaxFunctions:
 
 
 @checked_calls("eomgen.jax(model), which makes one")
-class JaxFunctions(ModelFunctions):
+class JaxFunctions:
     """The dynamics of a model as functions of JAX arrays.
 
     Arguments that are not given are the values of the scene: inputs follow the formulas at t, parameters and internal
@@ -117,8 +117,8 @@ class JaxFunctions(ModelFunctions):
     def __init__(self, model: Model) -> None:
         self._jax = _package()
         _check_precision(self._jax)
-        super().__init__("jax", model)
-        self._factors = tuple(self._evaluator.factors)
+        self._model, self._scene = model, ModelArguments("jax", model)
+        self._factors = tuple(self._scene.evaluator.factors)
         self._calls: dict[str, _TermCall] = {}
         self._dynamics = {name: self._differentiable(name) for name in OFFERED}
 
@@ -155,7 +155,7 @@ class JaxFunctions(ModelFunctions):
         UsageError
             A wrong shape, or an unknown parameter.
         """
-        self._check_unconstrained()
+        self._scene.check_unconstrained()
         return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(
@@ -299,10 +299,10 @@ class JaxFunctions(ModelFunctions):
         values = {}
         for block, value in given.items():
             if value is None and block not in ("q", "v", "a", "t"):
-                array = jnp.asarray(self._inputs(given) if block == "u" else self._defaults[block])
+                array = jnp.asarray(self._inputs(given) if block == "u" else self._scene.defaults[block])
             else:
                 array = self._by_name(value) if isinstance(value, Mapping) else self._array(block, value)
-            expected = () if block == "t" else (self._sizes[{"a": "v"}.get(block, block)],)
+            expected = () if block == "t" else (self._scene.sizes[{"a": "v"}.get(block, block)],)
             if array.shape != expected:
                 fault = f"{block} has the shape {array.shape}, and {name} takes {expected} [E0947]"
                 raise UsageError(Problem(block, fault, f"one sample; jax.vmap({name}) for a batch"))
@@ -310,7 +310,7 @@ class JaxFunctions(ModelFunctions):
         return self._dynamics[name](*(values[block] for block in arguments_of(name)))
 
     def _by_name(self, given: Mapping[str, Any]) -> Array:
-        return self._jax.numpy.stack(self._parameters(given))
+        return self._jax.numpy.stack(self._scene.parameters(given, self._array))
 
     def _array(self, name: str, value: Any) -> Array:
         """Return an array of float64."""
@@ -325,11 +325,11 @@ class JaxFunctions(ModelFunctions):
 
     def _inputs(self, given: Mapping[str, Any]) -> Array:
         """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
-        if "inputs" not in self._evaluator.functions:
-            return np.zeros(self._sizes["u"])
+        if "inputs" not in self._scene.evaluator.functions:
+            return np.zeros(self._scene.sizes["u"])
         jnp = self._jax.numpy
         p = given["p"]
-        p = self._defaults["p"] if p is None else self._by_name(p) if isinstance(p, Mapping) else p
+        p = self._scene.defaults["p"] if p is None else self._by_name(p) if isinstance(p, Mapping) else p
         return self._held_inputs(jnp.asarray(given["t"], float).reshape(1), jnp.asarray(p, float))
 
     @functools.cached_property
@@ -355,11 +355,11 @@ class JaxFunctions(ModelFunctions):
         """Return arguments of some samples near the initial state, (samples, size) each, to compare lanes with."""
         generator = np.random.default_rng(1)
         values = {block: generator.uniform(-0.5, 0.5, (_COMPARED, size)) for block, size in sizes.items()}
-        fixed = {"t": np.zeros(1), "p": self._defaults["p"], "q": self._evaluator.initial_q}
+        fixed = {"t": np.zeros(1), "p": self._scene.defaults["p"], "q": self._scene.evaluator.initial_q}
         values |= {block: np.tile(fixed[block], (_COMPARED, 1)) for block in sizes if block in fixed}
         if "base" in values:
-            at_rest = {"t": np.zeros(1), "p": self._defaults["p"]}
-            values["base"] = np.tile(self._evaluator.functions("base", at_rest)[0], (_COMPARED, 1))
+            at_rest = {"t": np.zeros(1), "p": self._scene.defaults["p"]}
+            values["base"] = np.tile(self._scene.evaluator.functions("base", at_rest)[0], (_COMPARED, 1))
         return list(values.values())
 
     @property
@@ -374,7 +374,7 @@ class JaxFunctions(ModelFunctions):
         Tangents are of one sample: ``_primitive`` maps these over batches.
         """
         jnp, blocks = self._jax.numpy, arguments_of(name)
-        sizes = self._directions(ARGUMENTS)
+        sizes = self._scene.directions(ARGUMENTS)
         firsts = dict(zip(sizes, np.cumsum([0, *sizes.values()]).tolist(), strict=False))
         place = np.full(sum(sizes.values()), -1)
         taken = np.concatenate([firsts[block] + np.arange(sizes[block]) for block in blocks]).astype(int)

@@ -17,7 +17,7 @@ from eomgen.base.calls import checked_call, checked_calls
 from eomgen.compiled.argument_derivatives import Sparsity
 from eomgen.errors import Problem, UsageError
 from eomgen.products.optimisers.arguments import (
-    ModelFunctions,
+    ModelArguments,
     arguments_of,
     bracket,
     gradient_in_components,
@@ -61,7 +61,7 @@ def torch(model: Model) -> TorchFunctions:
 
 
 @checked_calls("eomgen.torch(model), which makes one")
-class TorchFunctions(ModelFunctions):
+class TorchFunctions:
     """The dynamics of a model as functions of PyTorch tensors.
 
     Arguments are (..., size) with leading axes that broadcast: a batch is one call of the C, in lanes and threads.
@@ -77,7 +77,7 @@ class TorchFunctions(ModelFunctions):
 
     def __init__(self, model: Model) -> None:
         self._operators = _operators()
-        super().__init__("torch", model)
+        self._model, self._scene = model, ModelArguments("torch", model)
         self._number = len(_MODELS)
         _MODELS.append(self)  # graphs of PyTorch hold the number, for the time of the process
 
@@ -116,7 +116,7 @@ class TorchFunctions(ModelFunctions):
         ModelError
             A scene with constraints.
         """
-        self._check_unconstrained()
+        self._scene.check_unconstrained()
         return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(
@@ -210,8 +210,8 @@ class TorchFunctions(ModelFunctions):
         for block, value in given.items():
             if value is None and block == "u":
                 continue
-            if value is None and block in self._defaults:
-                tensors[block] = package.from_numpy(np.array(self._defaults[block], float))
+            if value is None and block in self._scene.defaults:
+                tensors[block] = package.from_numpy(np.array(self._scene.defaults[block], float))
             else:
                 tensors[block] = self._by_name(value) if isinstance(value, Mapping) else self._array(block, value)
         if "u" not in tensors:
@@ -239,7 +239,7 @@ class TorchFunctions(ModelFunctions):
     def _by_name(self, given: Mapping[str, Any]) -> Tensor:
         """Return the tunable parameters in order, (..., np)."""
         package = self._operators.package
-        return package.stack(package.broadcast_tensors(*self._parameters(given)), -1)
+        return package.stack(package.broadcast_tensors(*self._scene.parameters(given, self._array)), -1)
 
     def _broadcast(self, name: str, blocks: Mapping[str, Tensor]) -> list[Tensor]:
         """Return tensors with equal leading axes. Raises UsageError for sizes that do not fit."""
@@ -248,7 +248,7 @@ class TorchFunctions(ModelFunctions):
             if block == "t":
                 leading[block] = tensor.shape
                 continue
-            size = self._sizes[{"a": "v"}.get(block, block)]
+            size = self._scene.sizes[{"a": "v"}.get(block, block)]
             if not tensor.ndim or tensor.shape[-1] != size:
                 fault = f"{block} has the shape {tuple(tensor.shape)}, and {name} takes (..., {size}) [E0953]"
                 raise UsageError(Problem(block, fault, "samples along leading axes"))
@@ -264,7 +264,7 @@ class TorchFunctions(ModelFunctions):
 
     def _inputs_of_scene(self, t: Tensor, p: Tensor) -> Tensor:
         """Return the inputs that the formulas of the scene give at t, whose derivatives are refused."""
-        if "inputs" not in self._evaluator.functions:
+        if "inputs" not in self._scene.evaluator.functions:
             return t.new_zeros((*t.shape, self.inputs))
         inputs: Tensor = self._operators.inputs(self._number, "inputs", t, p)
         return inputs
@@ -284,13 +284,13 @@ class TorchFunctions(ModelFunctions):
         (..., nu) tensor
             In SI units.
         """
-        values = self._evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
+        values = self._scene.evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
         return self._made(values)
 
     @property
     def inputs(self) -> int:
         """Number of inputs of the scene."""
-        return int(self._sizes["u"])
+        return int(self._scene.sizes["u"])
 
     def size(self, name: str) -> int:
         """Return the number of directions of all arguments of a term.
@@ -305,7 +305,7 @@ class TorchFunctions(ModelFunctions):
         int
             Number of directions.
         """
-        return sum(self._directions(arguments_of(name)).values())
+        return sum(self._scene.directions(arguments_of(name)).values())
 
     def values(self, name: str, tensors: Sequence[Tensor]) -> Tensor:
         """Evaluate a term.
@@ -364,7 +364,7 @@ class TorchFunctions(ModelFunctions):
         pattern, nonzeros = self._jacobian(name, tensors)
         order = np.argsort(pattern.rows, kind="stable")
         products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.columns]]
-        return self._made(_sums(products[..., order], np.bincount(pattern.rows, minlength=self._sizes["v"])))
+        return self._made(_sums(products[..., order], np.bincount(pattern.rows, minlength=self._scene.sizes["v"])))
 
     def curvature(self, name: str, tensors: Sequence[Tensor], weights: Tensor, along: Tensor) -> Tensor:
         """Evaluate the change of J^T weights . along in each direction, (..., directions).
@@ -391,7 +391,7 @@ class TorchFunctions(ModelFunctions):
         nonzeros = self._model.hessian(name, weights.numpy(force=True), **self._keywords(name, tensors), sparse=True)
         products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.rows]]
         result = self._by_columns(name, pattern, products)
-        turning = [factor for factor in self._evaluator.factors if factor.group != "R"]
+        turning = [factor for factor in self._scene.evaluator.factors if factor.group != "R"]
         if turning:
             gradient = self.gradient(name, tensors, weights)
             for factor in turning:
@@ -416,12 +416,9 @@ class TorchFunctions(ModelFunctions):
         list of tensor
             One for each argument.
         """
-        parts = dict(
-            zip(
-                arguments_of(name), gradient.split(list(self._directions(arguments_of(name)).values()), -1), strict=True
-            )
-        )
-        factors = self._evaluator.factors
+        directions = self._scene.directions(arguments_of(name))
+        parts = dict(zip(directions, gradient.split(list(directions.values()), -1), strict=True))
+        factors = self._scene.evaluator.factors
         parts["q"] = gradient_in_components(self._operators.package, factors, tensors[0], parts["q"])
         parts["t"] = parts["t"][..., 0]
         return list(parts.values())
@@ -431,7 +428,7 @@ class TorchFunctions(ModelFunctions):
 
     def _places(self, name: str, pattern: Sparsity) -> Any:
         """Return the direction of each column of a pattern."""
-        directions = self._directions(arguments_of(name))
+        directions = self._scene.directions(arguments_of(name))
         firsts = dict(zip(directions, np.cumsum([0, *directions.values()]).tolist(), strict=False))
         return np.concatenate([firsts[block] + np.arange(directions[block]) for block in pattern.arguments]).astype(int)
 

@@ -324,7 +324,7 @@ class Expressions(ABC):
         if isinstance(kind, UniformInteger | Constant):
             kind = Real() if isinstance(kind, Constant) else LaneIntegers()
             one, other = (self.to(value, kind, node) for value in values)
-        return Value(f"({{ {prelude}{picked(holds, one, other, kind)}; }})", kind)
+        return Value(f"({{ {prelude}{pick(holds, one, other, kind)}; }})", kind)
 
     def _cast(self, node: Any) -> Value:
         kind = type_of(node.to_type.type, self.source)
@@ -488,7 +488,7 @@ class Expressions(ABC):
         return Value(f"eg_masked_{name}({', '.join([self.mask(), *texts])})", NoValue())
 
     def argument(self, node: Any) -> Value:
-        """Return an expression, an array as the address of its first element."""
+        """Return an expression, an array as the address of the first element."""
         value = self.value(node)
         return value.as_pointer() if isinstance(value.type, Array) else value
 
@@ -557,7 +557,7 @@ class Expressions(ABC):
         return "{ " + ", ".join(texts) + " }"
 
 
-def picked(mask: str, one: str, other: str, kind: Type) -> str:
+def pick(mask: str, one: str, other: str, kind: Type) -> str:
     """Return the choice between two values of a type in each lane."""
     return f"{'eg_pick' if isinstance(kind, Real) else 'eg_pick_wholes'}({mask}, {one}, {other})"
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from pycparser import c_ast
 
-from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value, picked
+from eomgen.products.ensembles.lane_code.expressions import Expressions, Place, Value, pick
 from eomgen.products.ensembles.lane_code.source import (
     Array,
     Constant,
@@ -200,7 +200,7 @@ class RoutineText(Expressions):
         self._line(f"{declared(name, kind)} = {text};" if text else f"{declared(name, kind)};")
 
     def _pointer(self, node: Any, kind: Pointer) -> None:
-        """Write the declaration of a pointer, whose values are of the type of its first value."""
+        """Write the declaration of a pointer with the type of the first value."""
         if node.init is None:
             self._declare(node.name, Pointer(self.routine.elements.get(node.name, in_lanes(kind.to))))
             return
@@ -210,7 +210,8 @@ class RoutineText(Expressions):
         self._declare(node.name, value.type, value.text, null=value.null)
 
     def _static(self, node: Any, kind: Type) -> None:
-        if isinstance(kind, LaneStructure) or node.name in self.routine.widened:  # vectors are no constants of C
+        if isinstance(kind, LaneStructure) or node.name in self.routine.widened:
+            # vectors are not constants of the language
             kind = in_lanes(kind)
             self._declare(node.name, kind, "{{0}}" if node.init is None else self.listed(node.init, kind))
             return
@@ -281,7 +282,7 @@ class RoutineText(Expressions):
         if isinstance(place.type, LaneStructure):
             given = f"{spelled(place.type)} eg_given = {text}"
             return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
-        return f"{place.text} = {picked(self.mask(), text, place.text, place.type)}"
+        return f"{place.text} = {pick(self.mask(), text, place.text, place.type)}"
 
     def _return(self, node: Any) -> None:
         value = ""
@@ -311,7 +312,7 @@ class RoutineText(Expressions):
     def _picked(self, mask: str, value: str, other: str) -> str:
         if not isinstance(self.returns, Real | LaneIntegers):
             raise no_lanes("a structure, returned where lanes part company", self.routine.node)
-        return picked(mask, value, other, self.returns)
+        return pick(mask, value, other, self.returns)
 
     def _leave(self, here: str, masks: set[str]) -> None:
         gone = self.fresh("gone")
