@@ -143,11 +143,10 @@ class StartedRun(LinearRun[PartType]):
     inverse_inertia : W = 1/M_ii of the start, by which multipliers move positions; empty if there is none
     """
 
-    def __init__(
-        self, motion: ReplayedRun, method: LinearStep, start: Start, by: DerivativeVariables, rows: Sequence[int]
-    ) -> None:
+    def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
-        model, begun = self.run.model, motion.start
+        model, begun, method = self.run.model, motion.start, self.run.method.linear_step
+        assert isinstance(method, LinearStep)  # for mypy
         self.coefficients = (self.run.grid.step, *method)
         holonomic = self.equations.holonomic
         self.inverse_inertia = begun.get("inverse_inertia", np.zeros(0)) if holonomic else np.zeros(0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -21,17 +20,8 @@ from eomgen.system.system import second_blocks
 #: Terms for the partials, if present in a scene.
 _TERMS = (
     *("mass", "residual", "partials", "internal_rate", "internal_partials", "constraint_jacobian"),
-    *(
-        "constraint",
-        "constraint_velocity",
-        "constraint_bias",
-        "velocity_partials",
-        "acceleration_partials",
-        "reaction_partials",
-        "outputs",
-        "output_partials",
-    ),
-    *("parameter_partials", "output_parameter_partials"),
+    *("constraint", "constraint_velocity", "constraint_bias", "velocity_partials", "acceleration_partials"),
+    *("reaction_partials", "outputs", "output_partials", "parameter_partials", "output_parameter_partials"),
 )
 
 
@@ -150,24 +140,17 @@ class Equations:
             outputs=sum(int(item["size"]) for item in model.library.layout["outputs"]),
             parameters=len(model.parameters),
         )
+        self._later: dict[str, CompiledModel] = {}
         self._known_zeros: dict[tuple[int, ...], Array] = {}
         self._weighted, self._along = places.places("weights"), places.places("direction")
 
     def _functions(self, term: str) -> Functions:
-        """Return the evaluation of a term."""
-        if term == "second_partials":
-            return self._second.functions
-        return (self._by_inputs if term == "linearization" else self.model).functions
-
-    @cached_property
-    def _by_inputs(self) -> CompiledModel:
-        """Partials in inputs, compiled at first use."""
-        return self.model.having(("linearization",))
-
-    @cached_property
-    def _second(self) -> CompiledModel:
-        """Second derivatives, compiled at first use."""
-        return self.model.having(("second_partials",))
+        """Return the evaluation of a term; partials in inputs and second derivatives are compiled at first use."""
+        if term not in ("linearization", "second_partials"):
+            return self.model.functions
+        if term not in self._later:
+            self._later[term] = self.model.having((term,))
+        return self._later[term].functions
 
     def values(self, states: States, given: PrescribedInputs, du: Array | None = None) -> dict[str, Array]:
         """Return input blocks at rows; ``du``: changes of inputs along directions, None: none."""

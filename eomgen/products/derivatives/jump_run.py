@@ -21,7 +21,6 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.errors import NumericalError, Problem, UsageError
-from eomgen.integrators.families.family import LinearStep
 from eomgen.lie import product
 from eomgen.products.derivatives.alpha_run import StartedRun, step_matrices
 from eomgen.products.derivatives.equations import EquationPartials, bordered, rows_of
@@ -139,11 +138,9 @@ class JumpRun(StartedRun[JumpPart]):
 
     motion: JumpMotion
 
-    def __init__(
-        self, motion: JumpMotion, method: LinearStep, start: Start, by: DerivativeVariables, rows: Sequence[int]
-    ) -> None:
-        super().__init__(motion, method, start, by, rows)
-        count, self._method = self.equations.parameters, method
+    def __init__(self, motion: JumpMotion, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
+        super().__init__(motion, start, by, rows)
+        count = self.equations.parameters
         self.jumps = JumpPartials(self.equations, self.run.signals, motion.stepper.layout["method"])
         self.state = np.concatenate([self.state, self.along.dp[count:], self.record])
         self.along = StateDirections(self.along.dq, self.along.dv, self.along.dz, self.along.dp[:count])
@@ -309,7 +306,7 @@ class JumpRun(StartedRun[JumpPart]):
         inertia: Array,
         size: Any,
     ) -> StepMatrices:
-        coefficients, values = (size, *self._method), self._blocks(before, p, before.t)
+        coefficients, values = (size, *self.coefficients[1:]), self._blocks(before, p, before.t)
         return step_matrices(self.equations, partials, before, after, values, a, coefficients, inertia)[0]
 
     def _with_time(self, partials: EquationPartials, by_time: Array | None) -> EquationPartials:
@@ -593,7 +590,7 @@ class JumpRun(StartedRun[JumpPart]):
         for k, size in enumerate(sizes.tolist()):
             dp[count + 2 :] = starts.of_inertia[k]
             one = made.at(slice(k, k + 1))
-            own = LinearSteps(e.model.functions.sizes, factors, (size, *self._method), e.holonomic)
+            own = LinearSteps(e.model.functions.sizes, factors, (size, *self.coefficients[1:]), e.holonomic)
             record, _ = own.tangents(one, dp, starts.state[k].copy(), after.t[k : k + 1])
             through = record[0]
             through[:nv, -1] += in_q[k]

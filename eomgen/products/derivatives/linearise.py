@@ -6,7 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -212,16 +212,18 @@ def _linear_run(
 ) -> LinearRun[Any]:
     """Return the run with linearised steps."""
     model = run.model
+    motion: type[ReplayedRun]
+    linear: Callable[..., LinearRun[Any]]
     if isinstance(step, LinearStep):
         of_step = 48 * (model.nv + model.nz) * (model.nv + model.nz + len(model.multipliers))
-        if stepper.layout["sampled"] or "events" in stepper.layout["method"]:
-            return JumpRun(JumpMotion(run, stepper, state, of_step), step, start, by, rows)
-        return AlphaRun(ReplayedRun(run, stepper, state, of_step), step, start, by, rows)
-    of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
-    if step.b:
-        moving: type[ReplayedRun] = PartitionedMotion if model.multipliers else ReplayedRun
-        return StageRun(moving(run, stepper, state, of_step), step, start, by, rows)
-    return VariationalRun(ReplayedRun(run, stepper, state, of_step), start, by, rows)
+        jumps = stepper.layout["sampled"] or "events" in stepper.layout["method"]
+        motion = JumpMotion if jumps else ReplayedRun
+        linear = JumpRun if jumps else AlphaRun
+    else:
+        of_step = 32 * (2 * (model.nv + len(model.multipliers)) + model.nz) ** 2
+        motion = PartitionedMotion if step.b and model.multipliers else ReplayedRun
+        linear = StageRun if step.b else VariationalRun
+    return linear(motion(run, stepper, state, of_step), start, by, rows)
 
 
 def _directions(
@@ -240,7 +242,8 @@ def _directions(
         if not any(name in names for names in known.values()):
             of_state = str(name).startswith(("q.", "v.", "z."))
             fault = "component of the initial state" if of_state else "parameter"
-            check_name(fault, name, [*places, *rates, *states] if of_state else parameters, _fixed(model))
+            fixed = list(model.evaluator.fixed_parameters)
+            check_name(fault, name, [*places, *rates, *states] if of_state else parameters, fixed)
     columns = {block: [names.index(name) for name in chosen if name in names] for block, names in known.items()}
     ordered = [known[block][column] for block in "pqvz" for column in columns[block]]
     if len(set(ordered)) < len(chosen) or len(set(samples)) < len(samples):
@@ -287,10 +290,6 @@ def _samples(
         rows = [-1] if row is None else range(steps + 1) if row == ":" else [int(row)]
         result += [(name if one < 0 else f"inputs.{match['name']}[{one}]", (column, one)) for one in rows]
     return result
-
-
-def _fixed(model: CompiledModel) -> Sequence[str]:
-    return list(model.evaluator.fixed_parameters)
 
 
 def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[int]]:

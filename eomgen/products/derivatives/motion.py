@@ -48,13 +48,18 @@ class ReplayedRun:
     ----------
     of_step : bytes of the matrices of a step
     kept : bytes of rows that are kept
+
+    Attributes
+    ----------
+    first_row : the row at the start, (width,)
+    kept : whether rows are kept, and not stepped again
     """
 
     def __init__(self, run: Run, stepper: Stepper, state: InitialState, of_step: int, kept: int = KEPT_BYTES) -> None:
         self.run, self.stepper = run, stepper
         self.steps = run.grid.whole
         self.length = max(min(PART_BYTES // of_step, LONGEST), SHORTEST, math.isqrt(self.steps))
-        self._kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
+        self.kept = kept >= 8 * (self.steps + 1) * stepper.sizes["row"]
         self.done = 0
         self._parts: list[RunSegment] = []
         self._checkpoints: list[tuple[int, Any]] = []
@@ -72,17 +77,7 @@ class ReplayedRun:
             hint = f"a step of {0.1 * run.grid.step:.3g} s, or an initial state nearer to balance"
             raise NumericalError(Problem("sensitivities", f"{fault} no derivatives [E0621]", hint))
         self._first = stepper.memory
-        self._row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
-
-    @property
-    def first_row(self) -> Array:
-        """The row at the start, (width,)."""
-        return self._row
-
-    @property
-    def kept(self) -> bool:
-        """Whether rows are kept, and not stepped again."""
-        return self._kept
+        self.first_row = stepper.row if table is None else stepper.row_with(np.ascontiguousarray(table))
 
     @property
     def parts(self) -> int:
@@ -93,12 +88,12 @@ class ReplayedRun:
         """Yield the parts in order; data for going backwards are kept."""
         self.stepper.restore(*self._first)
         self._parts, self._checkpoints, self.done = [], [], 0
-        row = self._row
+        row = self.first_row
         while self.done < self.steps:
-            if not self._kept:
+            if not self.kept:
                 self._checkpoints.append((self.done, (row, *self.stepper.memory)))
             part = self._stepped(row)
-            if self._kept:
+            if self.kept:
                 self._parts.append(part)
             row = part.rows[-1]
             yield part
@@ -108,7 +103,7 @@ class ReplayedRun:
         if not self._parts and not self._checkpoints:
             for _ in self.forwards():
                 pass
-        if self._kept:
+        if self.kept:
             yield from reversed(self._parts)
             return
         for done, (row, *memory) in reversed(self._checkpoints):

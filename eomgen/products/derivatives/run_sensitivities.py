@@ -437,9 +437,8 @@ class Sensitivities:
         if not isinstance(run, AlphaRun):
             jumps = "the state jumps along the run, at samples or events"
             why = f"steps are of {run.run.name}" if isinstance(run, TransitionRun) else jumps
-            raise UsageError(
-                Problem(wanted, f"{why}, and second derivatives are not known [E0629]", "differences of gradient(...)")
-            )
+            fault = f"{why}, and second derivatives are not known [E0629]"
+            raise UsageError(Problem(wanted, fault, "differences of gradient(...)"))
         if run.follows and run.start.slopes is not None:
             fault = (
                 "the state that the run starts from follows from parameters, and its second derivatives are not"

@@ -16,6 +16,7 @@ Slopes are Theta_i = v_i + [theta_i, v_i]/2 + [theta_i, [theta_i, v_i]]/12, acce
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,7 +27,6 @@ from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.families.family import LinearTransitions
 from eomgen.lie import product
 from eomgen.products.derivatives.equations import rows_of, solved
-from eomgen.products.derivatives.linear_run import DerivativeVariables, Start
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -79,16 +79,12 @@ class Slopes:
 class StageRun(TransitionRun):
     """A run of an explicit method with linearised steps."""
 
-    def __init__(
-        self,
-        motion: ReplayedRun,
-        method: LinearTransitions,
-        start: Start,
-        by: DerivativeVariables,
-        rows: Sequence[int],
-    ) -> None:
-        super().__init__(motion, start, by, rows)
-        self.method = method
+    @cached_property
+    def method(self) -> LinearTransitions:
+        """Coefficients of the method."""
+        step = self.run.method.linear_step
+        assert isinstance(step, LinearTransitions)  # for mypy
+        return step
 
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
         equations, h, count, before = self.equations, self.run.grid.step, len(ends.before.t), ends.before
@@ -245,6 +241,5 @@ class StageRun(TransitionRun):
         if missed.any():
             t = float(after.t[int(np.argmax(missed))])
             fault = f"the step to t = {t:.9g} s passes a singular position, or changes its dependent components within"
-            raise NumericalError(
-                Problem("sensitivities", f"{fault}: it has no derivatives [E0634]", "generalized_alpha")
-            )
+            fault = f"{fault}: it has no derivatives [E0634]"
+            raise NumericalError(Problem("sensitivities", fault, "generalized_alpha"))
