@@ -28,7 +28,7 @@ from eomgen.products.derivatives.jump_motion import JumpMotion, JumpSegment, Str
 from eomgen.products.derivatives.jump_partials import EventPartials, JumpPartials
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start
 from eomgen.products.derivatives.linear_steps import LinearSteps, StepMatrices
-from eomgen.products.derivatives.motion import RunSegment
+from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.start import (
     STAGES,
     WEIGHTS,
@@ -138,8 +138,9 @@ class JumpRun(StartedRun[JumpPart]):
 
     motion: JumpMotion
 
-    def __init__(self, motion: JumpMotion, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
+    def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
+        assert isinstance(motion, JumpMotion)  # for mypy
         count = self.equations.parameters
         self.jumps = JumpPartials(self.equations, self.run.signals, motion.stepper.layout["method"])
         self.state = np.concatenate([self.state, self.along.dp[count:], self.record])

@@ -196,9 +196,8 @@ def _check_versions(client: Any, name: str) -> None:
         if version != __version__:
             fault = f"its eomgen is {version} [E0645]" if version else "it has no eomgen [E0646]"
             hint = f"pip install eomgen=={__version__} where it runs"
-            raise UsageError(
-                Problem(f"cluster {name}, worker {address}", f"{fault}, and here it is {__version__}", hint)
-            )
+            fault = f"{fault}, and here it is {__version__}"
+            raise UsageError(Problem(f"cluster {name}, worker {address}", fault, hint))
 
 
 class _ClusterEnsemble:

@@ -129,9 +129,8 @@ def _varied(texts: tuple[str, ...]) -> dict[str, str]:
             fault = "a name and a distribution are needed [E0653]"
             raise UsageError(Problem(f"--vary {text}", fault, "--vary 'mass=normal(1, 0.1)'"))
         if name in result:
-            raise UsageError(
-                Problem(f"--vary {text}", f"{name} varies twice [E0654]", "one distribution for each name")
-            )
+            fault = f"{name} varies twice [E0654]"
+            raise UsageError(Problem(f"--vary {text}", fault, "one distribution for each name"))
         result[name] = how
     return result
 

@@ -126,9 +126,8 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     """
     dimensions = len(distributions)
     if dimensions > (most := _MOST_DIMENSIONS.get(name, dimensions)):
-        raise UsageError(
-            Problem("design", f"{name} has {most} dimensions at most, not {dimensions} [E0656]", "monte_carlo")
-        )
+        fault = f"{name} has {most} dimensions at most, not {dimensions} [E0656]"
+        raise UsageError(Problem("design", fault, "monte_carlo"))
     if name == "latin_hypercube" and samples * dimensions > _MOST_AT_ONCE:
         fault = f"{name} makes all of its {samples * dimensions} numbers at once, {_MOST_AT_ONCE} at most [E0657]"
         raise UsageError(Problem("samples", fault, "fewer of them, or sobol"))

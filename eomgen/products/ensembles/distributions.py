@@ -210,9 +210,8 @@ def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[flo
         raise UsageError(Problem(where, fault, signature))
     if name == "logspace":
         if not (low > 0.0 and high > 0.0):
-            raise UsageError(
-                Problem(where, f"{name} needs ends above 0; here {low:.9g} and {high:.9g} [E0665]", "linspace")
-            )
+            fault = f"{name} needs ends above 0; here {low:.9g} and {high:.9g} [E0665]"
+            raise UsageError(Problem(where, fault, "linspace"))
         return tuple(np.geomspace(low, high, int(count)).tolist())
     return tuple(np.linspace(low, high, int(count)).tolist())
 

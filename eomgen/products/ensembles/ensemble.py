@@ -223,9 +223,8 @@ class Ensemble:
         """
         wanted = numbers("quantile", probability)
         if wanted.ndim > 1 or not np.all((wanted >= 0.0) & (wanted <= 1.0)):
-            raise UsageError(
-                Problem("quantile", f"probabilities lie between 0 and 1, not {probability!r} [E0667]", "0.95")
-            )
+            fault = f"probabilities lie between 0 and 1, not {probability!r} [E0667]"
+            raise UsageError(Problem("quantile", fault, "0.95"))
         result = self.reduction.quantiles(self._place(column), np.atleast_1d(wanted))
         return result[0] if wanted.ndim == 0 else result
 
@@ -311,9 +310,8 @@ class Ensemble:
         ['damper', 'v.body']
         """
         if result not in self.results:
-            raise UsageError(
-                Problem("sensitivity", f"there is no result {shown(result)} [E0668]", nearest(result, self.results))
-            )
+            fault = f"there is no result {shown(result)} [E0668]"
+            raise UsageError(Problem("sensitivity", fault, nearest(result, self.results)))
         values = self.results[result]
         shares = ranking(self.design, self.asked, self.values, result, values)
         spread = float(np.nanstd(values))
@@ -329,9 +327,8 @@ class Ensemble:
         for name in (column, f"output.{column}"):
             if name in self.columns:
                 return self.columns.index(name)
-        raise UsageError(
-            Problem("column", f"there is no column {shown(str(column))} [E0669]", nearest(column, self.columns))
-        )
+        fault = f"there is no column {shown(str(column))} [E0669]"
+        raise UsageError(Problem("column", fault, nearest(column, self.columns)))
 
     # -- files ---------------------------------------------------------------------------------------------------------
 

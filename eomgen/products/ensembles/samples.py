@@ -72,11 +72,7 @@ class LaneRunner:
 
     def _input_tables(self, values: Array, parameters: Array) -> Array:
         """Return inputs that change with time, (samples, rows, nu)."""
-        held = {
-            item.name: column
-            for item, column in zip(self.options.items, values.T, strict=True)
-            if item.block == "inputs"
-        }
+        held = {item.name: column for item, column in self.options.columns(values, "inputs")}
         laws = [self.options.laws(row, partial(np.asarray, p)) for row, p in zip(values, parameters, strict=True)]
         return self.runs.input_tables(parameters, held, laws)
 
@@ -85,9 +81,8 @@ class LaneRunner:
         if held is None:
             return None
         inputs = np.repeat(held[np.newaxis], len(values), axis=0)
-        for item, column in zip(self.options.items, values.T, strict=True):
-            if item.block == "inputs":
-                inputs[:, self.model.inputs.index(item.name)] = column
+        for item, column in self.options.columns(values, "inputs"):
+            inputs[:, self.model.inputs.index(item.name)] = column
         return inputs
 
     def _starts(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -124,18 +119,15 @@ class LaneRunner:
                 else:
                     starts[k] = np.concatenate([own.q, own.v, own.z])
         begins = {"q": 0, "v": model.nq, "z": model.nq + model.nv}
-        for item, column in zip(self.options.items, values.T, strict=True):
-            if item.block in begins:
-                starts[:, begins[item.block] + item.place] = column
+        for item, column in self.options.columns(values, *begins):
+            starts[:, begins[item.block] + item.place] = column
         return starts, refused
 
     def _starts_one_by_one(self, values: Array, parameters: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return starts and refused samples, with a check of the redundant constraint rows, or a search for rest, for
         each sample."""
         model = self.model
-        starts = np.repeat(
-            np.concatenate([model.initial_q, model.initial_v, model.initial_z])[np.newaxis], len(values), axis=0
-        )
+        starts = np.tile(np.concatenate([model.initial_q, model.initial_v, model.initial_z]), (len(values), 1))
         refused = np.zeros(len(values), dtype=bool)
         for k, row in enumerate(values):
             given = self.options.of(row)

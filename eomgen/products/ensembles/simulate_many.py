@@ -434,9 +434,8 @@ def _numbers(keep: Sequence[int], samples: int) -> frozenset[int]:
     result = set()
     for number in keep if isinstance(keep, Iterable) else [keep]:
         if isinstance(number, bool) or not isinstance(number, int | np.integer) or not 0 <= number < samples:
-            raise UsageError(
-                Problem("keep", f"{number!r} is not the number of a sample [E0679]", f"0 to {samples - 1}")
-            )
+            fault = f"{number!r} is not the number of a sample [E0679]"
+            raise UsageError(Problem("keep", fault, f"0 to {samples - 1}"))
         result.add(int(number))
     return frozenset(result)
 
@@ -452,9 +451,8 @@ def _with_largest_step(options: EnsembleOptions, pilot: Solution) -> EnsembleOpt
 def _check_kept(kept: Collection[int], keep_as: str, target: Path | None) -> None:
     """Raise UsageError if solutions of samples cannot be kept, or not as such files."""
     if kept and target is None:
-        raise UsageError(
-            Problem("keep", "solutions of samples are kept in a folder, and none is given [E0680]", "folder=...")
-        )
+        fault = "solutions of samples are kept in a folder, and none is given [E0680]"
+        raise UsageError(Problem("keep", fault, "folder=..."))
     if keep_as not in _KEPT_AS:
         hint = " or ".join(_KEPT_AS)
         raise UsageError(Problem("keep_as", f"solutions are not kept as {quoted(str(keep_as))} [E0681]", hint))

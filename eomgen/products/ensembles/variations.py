@@ -175,9 +175,8 @@ def own_seed(model: CompiledModel, place: int) -> int:
 
 def _track(item: Input) -> tuple[str, int]:
     if item.road is None:
-        raise UsageError(
-            Problem(f"input {item.name}", "it is not a random road [E0696]", "an input with a road of a class")
-        )
+        fault = "it is not a random road [E0696]"
+        raise UsageError(Problem(f"input {item.name}", fault, "an input with a road of a class"))
     return item.road.road_class, item.road.seed
 
 
@@ -336,9 +335,8 @@ def read_table(model: CompiledModel, table: Mapping[str, ArrayLike]) -> tuple[li
     result = [find_variation(model, name, "table") for name in names]
     columns = [_column(item, table[item.name]) for item in result]
     if not columns or columns[0].ndim != 1 or not len(columns[0]):
-        raise UsageError(
-            Problem("table", "it has no rows [E0704]", "a column of numbers for each name, a row for each sample")
-        )
+        fault = "it has no rows [E0704]"
+        raise UsageError(Problem("table", fault, "a column of numbers for each name, a row for each sample"))
     for name, column in zip(names, columns, strict=True):
         if column.shape != columns[0].shape:
             fault = f"{name} has {column.size} values, {names[0]} has {columns[0].size} [E0703]"
@@ -421,19 +419,19 @@ class VariedOptions:
             p = self.model.parameter_array(options.get("parameters"))
             state = initial_state(self.model, options.get("initial"), p, asked=True)
             parts = {"q": state.q, "v": state.v, "z": state.z}
-            for item, value in zip(self.items, values.tolist(), strict=True):
-                if item.block in parts:
-                    parts[item.block][item.place] = value
+            for item, value in self.columns(values, *parts):
+                parts[item.block][item.place] = value
             options["initial"] = {name: part for name, part in parts.items() if name != "z" or self.model.nz}
         return options
+
+    def columns(self, values: Array, *blocks: str) -> list[tuple[Variation, Any]]:
+        """Return varied quantities of some blocks with their values, of a sample (d,) or of several (samples, d)."""
+        return [(item, column) for item, column in zip(self.items, values.T, strict=True) if item.block in blocks]
 
     def laws(self, values: Array, parameters: Callable[[], Array]) -> dict[str, LawOverTime]:
         """Return the laws of inputs that differ from the common laws in a sample with the values (d,) and parameters
         (np,)."""
-        seeds, factors = (
-            {item.name: value for item, value in zip(self.items, values.tolist(), strict=True) if item.block == block}
-            for block in LAWS
-        )
+        seeds, factors = ({item.name: float(x) for item, x in self.columns(values, block)} for block in LAWS)
         return laws_of(self.model, parameters(), seeds, factors) if seeds or factors else {}
 
     def _given(self, block: str) -> Mapping[str, Any]:

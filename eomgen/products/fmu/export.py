@@ -279,9 +279,8 @@ def _licence_text(file: str | Path | None) -> str:
         raise FileError(Problem(shown(str(file)), "the licence is not a text in UTF-8 [E0864]", "plain text")) from None
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise FileError(
-            Problem(shown(str(file)), f"the licence cannot be read: {reason} [E0865]", nearby(Path(file)))
-        ) from None
+        fault = f"the licence cannot be read: {reason} [E0865]"
+        raise FileError(Problem(shown(str(file)), fault, nearby(Path(file)))) from None
 
 
 def _checked(
@@ -297,18 +296,16 @@ def _checked(
         if name not in TYPES:
             raise UsageError(Problem("types", f"there is no type {shown(name)} [E0867]", nearest(name, TYPES)))
     if not names:
-        raise UsageError(
-            Problem("types", "an FMU without model exchange and co-simulation has no use [E0868]", "me, cs")
-        )
+        fault = "an FMU without model exchange and co-simulation has no use [E0868]"
+        raise UsageError(Problem("types", fault, "me, cs"))
     if dae and (number != 3 or "me" not in names):
         fault = "differential-algebraic systems are a layer over model exchange of FMI 3.0 [E0869]"
         raise UsageError(Problem("dae", fault, "version 3 with me"))
     if arrays and number != 3:
         raise UsageError(Problem("arrays", "FMI 2.0 has scalars alone [E0871]", "version 3"))
     if minimal and "me" not in names:
-        raise UsageError(
-            Problem("minimal", "minimal coordinates are states of model exchange [E0872]", "types with me")
-        )
+        fault = "minimal coordinates are states of model exchange [E0872]"
+        raise UsageError(Problem("minimal", fault, "types with me"))
     if minimal and dae:
         fault = "a differential-algebraic system has all coordinates as states [E0870]"
         raise UsageError(Problem("minimal", fault, "dae or minimal alone"))

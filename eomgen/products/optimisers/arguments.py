@@ -65,13 +65,11 @@ class ModelArguments:
 
     def __init__(self, place: str, model: Model) -> None:
         if not isinstance(model, CompiledModel):
-            raise UsageError(
-                Problem(place, f"a model is needed, not {type(model).__name__} [E2193]", "eomgen.build(scene)")
-            )
+            fault = f"a model is needed, not {type(model).__name__} [E2193]"
+            raise UsageError(Problem(place, fault, "eomgen.build(scene)"))
         if model.library.layout.get("python"):
-            raise ModelError(
-                Problem(place, f"{model.name} has force laws in Python [E0945]", "the laws in C, [laws] source")
-            )
+            fault = f"{model.name} has force laws in Python [E0945]"
+            raise ModelError(Problem(place, fault, "the laws in C, [laws] source"))
         model.finish_compilation()
         self.place, self.model = place, model
         self.sizes = self.evaluator.functions.sizes

@@ -294,9 +294,8 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     exported = [*functions, *([] if step is None else [step.exported()])]
     if not exported:
         hint = "inverse_dynamics; residual and constraint, of scenes with constraints"
-        raise UsageError(
-            Problem("terms", f"{program.prefix} has none of the functions that the terms name [E2195]", hint)
-        )
+        fault = f"{program.prefix} has none of the functions that the terms name [E2195]"
+        raise UsageError(Problem("terms", fault, hint))
     texts = Texts()
     entries = [entry for item in exported for entry in _functions_of(program, item, texts)]
     longest = max(1, *(size for item in exported for size in item.sizes.values()), *(i.output[1] for i in exported))

@@ -77,9 +77,8 @@ def casadi(
     try:
         package: Any = import_module("casadi")
     except ImportError:
-        raise UsageError(
-            Problem("casadi", "the package casadi is not installed [E0940]", "pip install 'eomgen[casadi]'")
-        ) from None
+        fault = "the package casadi is not installed [E0940]"
+        raise UsageError(Problem("casadi", fault, "pip install 'eomgen[casadi]'")) from None
     described: Any = getattr(scene, "scene", scene)
     document, front_end = as_document(described)
     terms = checked_terms(terms)

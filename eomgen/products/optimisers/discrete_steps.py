@@ -427,9 +427,8 @@ def chain_of(program: Program, functions: Sequence[Exported], method: str | None
     terms = tuple(term for term in needed if term != "internal_rate" or program.sizes["z"])
     missing = [term for term in terms if term not in by_name]
     if missing and method is not None:
-        raise UsageError(
-            Problem("method", f"steps of {name} are made of other terms [E2196]", f"terms with {', '.join(missing)}")
-        )
+        fault = f"steps of {name} are made of other terms [E2196]"
+        raise UsageError(Problem("method", fault, f"terms with {', '.join(missing)}"))
     if reason or missing:
         return None
     return record(program, {term: by_name[term] for term in terms}, made, along)

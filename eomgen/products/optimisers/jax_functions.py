@@ -663,9 +663,8 @@ def _package() -> Any:
     try:
         package: Any = import_module("jax")
     except ImportError:
-        raise UsageError(
-            Problem("jax", "the package jax is not installed [E0949]", "pip install 'eomgen[jax]'")
-        ) from None
+        fault = "the package jax is not installed [E0949]"
+        raise UsageError(Problem("jax", fault, "pip install 'eomgen[jax]'")) from None
     _, address = _handler()
     package.ffi.register_ffi_target(_TARGET, package.ffi.pycapsule(ctypes.c_void_p(address)), platform="cpu")
     return package

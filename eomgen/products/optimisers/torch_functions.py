@@ -257,9 +257,8 @@ class TorchFunctions:
             shape = package.broadcast_shapes(*leading.values())
         except RuntimeError:
             shapes = ", ".join(f"{block} {tuple(axes)}" for block, axes in leading.items())
-            raise UsageError(
-                Problem(name, f"the leading axes do not broadcast: {shapes} [E0261]", "batches of equal shape")
-            ) from None
+            fault = f"the leading axes do not broadcast: {shapes} [E0261]"
+            raise UsageError(Problem(name, fault, "batches of equal shape")) from None
         return [tensor.expand((*shape, *tensor.shape[len(leading[block]) :])) for block, tensor in blocks.items()]
 
     def _inputs_of_scene(self, t: Tensor, p: Tensor) -> Tensor:
@@ -478,9 +477,8 @@ def _operators() -> Operators:
     try:
         package: Any = import_module("torch")
     except ImportError:
-        raise UsageError(
-            Problem("torch", "the package torch is not installed [E0954]", "pip install 'eomgen[torch]'")
-        ) from None
+        fault = "the package torch is not installed [E0954]"
+        raise UsageError(Problem("torch", fault, "pip install 'eomgen[torch]'")) from None
 
     def operator(name: str, takes: str, kernel: Callable[..., Tensor], shape: Callable[..., Tensor]) -> Any:
         """Return an operator of tensors, the number of a model and a term, with the shape of the result."""
