@@ -105,15 +105,8 @@ def run(document: Hamiltonian, folder: str, options: Mapping[str, Any], *, plots
     target = make_folder(Path(folder))
     with building(document.name):
         model = build_hamiltonian(document, options["method"], options["profile"])
-    solution = model.simulate(
-        options["t_end"],
-        options["step"],
-        initial=starts or None,
-        parameters=changes or None,
-        record_every=options["record_every"],
-        tolerance=options["tolerance"],
-        error_estimate=options["error_estimate"],
-    )
+    settings = {name: options[name] for name in ("t_end", "step", "record_every", "tolerance", "error_estimate")}
+    solution = model.simulate(initial=starts or None, parameters=changes or None, **settings)
     files = [solution.save(target / "solution.npz"), solution.save(target / "solution.csv")]
     if plots:
         from eomgen.products.fields.hamiltonian.solution import draw  # noqa: PLC0415  # matplotlib comes with it

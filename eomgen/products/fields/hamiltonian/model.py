@@ -21,6 +21,8 @@ from eomgen.products.fields.hamiltonian.solution import FINER, HamiltonianSoluti
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
+#: Size and number of steps, and the number of these between rows.
+_Grid = tuple[float, int, int]
 #: Seconds between looks at the keyboard, and steps before the first.
 _SECONDS_AT_ONCE, _FIRST_STEPS = 0.1, 64
 #: Coordinates up to which the largest frequency at the start is worked out.
@@ -213,13 +215,13 @@ class HamiltonianModel(NamedAttributes):
         state = self._start(initial, values)
         began = time.perf_counter()
         kept = run.compensated if compensated is None else bool(compensated)
-        rows, counted, status = self._steps(chosen, step, steps, every, state, values, allowed, compensated=kept)
+        rows, counted, status = self._steps(chosen, (step, steps, every), state, values, allowed, compensated=kept)
         seconds = time.perf_counter() - began
         taken = np.minimum(np.arange(len(rows)) * every, counted[0])
 
         def compared(multiple: float, spacing: int, by_tolerance: float = 1.0) -> Array | None:
             grid = (multiple * step, round(steps / multiple), round(spacing / multiple))
-            result, _, ended = self._steps(chosen, *grid, state, values, allowed * by_tolerance, compensated=kept)
+            result, _, ended = self._steps(chosen, grid, state, values, allowed * by_tolerance, compensated=kept)
             if ended < 0:
                 raise KeyboardInterrupt
             return result if ended == 0 else None
@@ -288,23 +290,14 @@ class HamiltonianModel(NamedAttributes):
         }
 
     def _steps(
-        self,
-        method: Method,
-        step: float,
-        steps: int,
-        every: int,
-        state: Array,
-        values: Array,
-        tolerance: float,
-        *,
-        compensated: bool,
+        self, method: Method, grid: _Grid, state: Array, values: Array, tolerance: float, *, compensated: bool
     ) -> tuple[Array, list[int], int]:
         """Return rows of q and p, counts, and the end: 0 well, -1 interrupted, else a status.
 
         Calls of C also end within rows, so that Ctrl-C takes effect, with the bits of a single call; an interrupted run
         has the last state as last row.
         """
-        n, ffi = self.n, self.library.ffi
+        n, ffi, (step, steps, every) = self.n, self.library.ffi, grid
         whole, rest = divmod(steps, every)
         _check_memory(1 + whole + (rest > 0), 2 * n, steps)
         record = np.empty((1 + whole + (rest > 0), 2 * n))

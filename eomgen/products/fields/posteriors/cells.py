@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field
+from eomgen.base.data import dataclass, field, replace
 from eomgen.base.messages import NAME_RULE, is_legal, shown
 from eomgen.base.threads import share
 from eomgen.codegen.program import NEST_LIMIT
@@ -113,10 +113,8 @@ def poisson(mean: float, variance: float, bias: float = 1.0, response: bool = Fa
     ModelError
         The mean is not above 0.
     """
-    made = _of_counts(mean, variance, bias=bias)
-    if not response:
-        return CellEnergy("exp(e) - counts*e", _LOG_INTENSITY, made, _least(response))
-    return CellEnergy("response*exp(e) - observed*e", _OBSERVED, made, _least(response))
+    formulas = "exp(e) - counts*e", "response*exp(e) - observed*e"
+    return _counts_energy(formulas, response, mean, variance, bias=bias)
 
 
 def negative_binomial(
@@ -143,12 +141,9 @@ def negative_binomial(
     CellEnergy
         With the data ``counts``.
     """
-    made = _of_counts(mean, variance, bias=bias, beta=beta)
-    if not response:
-        formula = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
-        return CellEnergy(formula, _LOG_INTENSITY, made, _least(response))
-    formula = "(observed + beta)*log(1 + response*exp(e)/beta) - observed*e"
-    return CellEnergy(formula, _OBSERVED, made, _least(response))
+    plain = "(counts + beta)*log(1 + exp(e)/beta) - counts*e"
+    partly_seen = "(observed + beta)*log(1 + response*exp(e)/beta) - observed*e"
+    return _counts_energy((plain, partly_seen), response, mean, variance, bias=bias, beta=beta)
 
 
 def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, response: bool = False) -> CellEnergy:
@@ -173,20 +168,21 @@ def gaussian(mean: float, variance: float, deviation: float, bias: float = 1.0, 
     CellEnergy
         With the data ``counts``.
     """
-    formula = "(response*exp(e) - counts)**2/(2*deviation**2)" if response else "(exp(e) - counts)**2/(2*deviation**2)"
-    made = _of_counts(mean, variance, bias=bias, deviation=deviation)
-    return CellEnergy(formula, _LOG_INTENSITY, made, {"response": 0.0} if response else {})
+    formulas = "(exp(e) - counts)**2/(2*deviation**2)", "(response*exp(e) - counts)**2/(2*deviation**2)"
+    made = _counts_energy(formulas, response, mean, variance, bias=bias, deviation=deviation)
+    return replace(made, where=_LOG_INTENSITY, smallest={"response": 0.0} if response else {})
 
 
-def _of_counts(mean: float, variance: float, **more: float) -> dict[str, float]:
+def _counts_energy(
+    formulas: tuple[str, str], response: bool, mean: float, variance: float, **more: float
+) -> CellEnergy:
+    """Return the energy of counts by the first of two formulas, with a response by the second."""
     if not mean > 0.0:
         fault = f"the mean of counts is {mean:.6g} [E0795]"
         raise ModelError(Problem("mean", fault, "the mean number of objects in a cell, above 0"))
-    return {"log_mean": math.log(mean), "variance": variance, **more}
-
-
-def _least(response: bool) -> dict[str, float]:
-    return {"counts": 0.0, "response": 0.0} if response else {"counts": 0.0}
+    numbers = {"log_mean": math.log(mean), "variance": variance, **more}
+    least = {"counts": 0.0, "response": 0.0} if response else {"counts": 0.0}
+    return CellEnergy(formulas[response], _OBSERVED if response else _LOG_INTENSITY, numbers, least)
 
 
 @dataclass(frozen=True)

@@ -203,12 +203,16 @@ class Covariances:
 _NEGATIVE = -1e-9
 
 
-class Coherences:
-    """Reader of coherences of groups of processes, which reports faults."""
+class _Reader:
+    """A reader, which reports faults by key."""
 
     def __init__(self, values: Values) -> None:
         self.values = values
         self.report = values.report
+
+
+class Coherences(_Reader):
+    """Reader of coherences of groups of processes."""
 
     def read(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess]
@@ -279,13 +283,8 @@ _FARTHEST, _PLACES = 6.0, 1201
 _FEWEST_QUANTILES = 3
 
 
-class Translations:
-    """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles; reports faults by
-    key."""
-
-    def __init__(self, values: Values) -> None:
-        self.values = values
-        self.report = values.report
+class Translations(_Reader):
+    """Reader of translations X = T(g) of a Gaussian process g, given by a formula or by quantiles."""
 
     def read(self, name: str, entry: written.RandomProcess) -> Formula | None:
         """Return the translation of an entry; None for g without translation."""

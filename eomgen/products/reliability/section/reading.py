@@ -105,6 +105,12 @@ def _sum(terms: Sequence[Formula]) -> Formula:
     return parts[0] if len(parts) == 1 else _sum(parts)
 
 
+def _first_set(entry: written.RandomProcess, words: Sequence[str]) -> str:
+    """Return the first of some keys that an entry gives another value than its default; empty for none."""
+    fields = written.RandomProcess.model_fields
+    return next((word for word in words if getattr(entry, word) != fields[word].default), "")
+
+
 #: Least eigenvalue of a correlation matrix up to which the matrix counts as singular.
 _SINGULAR = 1e-12
 
@@ -143,13 +149,9 @@ class Processes:
         for name, entry in entries.items():
             leader = result.get(entry.follows or "")
             if leader is not None and leader.series is not None and name in lags:
-                process = replace(
-                    leader.series,
-                    name=name,
-                    lag=lags[name],
-                    follows=leader.name,
-                    translation=self._translations.read(name, entry),
-                )
+                translation = self._translations.read(name, entry)
+                changes: dict[str, Any] = {"name": name, "lag": lags[name], "follows": leader.name}
+                process = replace(leader.series, translation=translation, **changes)
                 self._translations.check(process)
                 result[name] = input_of(process, entry)
         return [result[name] for name in entries if name in result], variables
@@ -172,9 +174,8 @@ class Processes:
         others = list(entry.correlation or entry.coherence or {})
         for other in others:
             if other == name:
-                self.report.add(
-                    f"{key}.{how}", f"it is {with_others} with itself [E1010]", f"{how} with another process"
-                )
+                fault = f"it is {with_others} with itself [E1010]"
+                self.report.add(f"{key}.{how}", fault, f"{how} with another process")
                 return None
             if not check_reference(f"{key}.{how}", other, entries, "random process", self.report):
                 return None
@@ -188,13 +189,11 @@ class Processes:
             fault += f" {with_others} with it"
             self.report.add(f"{key}.{how}", fault, "one of them with a type")
             return None
-        for word in written.SHARED if entry.coherence is None else (*written.SHARED, "seed"):
-            if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
-                self.report.add(
-                    f"{key}.{word}", f"{word} belongs to {own[0]}, with which it is {with_others} [E1011]", "without it"
-                )
-                return None
-        return own[0]
+        word = _first_set(entry, written.SHARED if entry.coherence is None else (*written.SHARED, "seed"))
+        if word:
+            fault = f"{word} belongs to {own[0]}, with which it is {with_others} [E1011]"
+            self.report.add(f"{key}.{word}", fault, "without it")
+        return None if word else own[0]
 
     def _grouped(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
@@ -216,26 +215,28 @@ class Processes:
             return []
         if coherences is None:
             return self._group(made[0], names, entries)
-        return [
-            made[0],
-            *(self._coherent(made[0], one, name, entries[name]) for one, name in zip(made[1:], others, strict=True)),
-        ]
+        own = zip(made[1:], others, strict=True)
+        return [made[0], *(self._coherent(made[0], one, name, entries[name]) for one, name in own)]
 
     def _coherent(
         self, first: NormalSeries, own: NormalSeries, name: str, entry: written.RandomProcess
     ) -> NormalSeries:
         """Return a process with the variables of the group's first process, and with separate modes."""
         scale = self._scale(first, name, entry)
-        process = replace(
+        return self._member(
             own,
-            name=name,
-            mean=self.values.constant(f"{key_of('random', name)}.mean", entry.mean),
+            name,
+            entry,
             weights=(scale,) * len(own.modes),
             eigenvalues=tuple(scale**2 * value for value in own.eigenvalues),
             total=scale**2 * own.total,
-            translation=self._translations.read(name, entry),
             coherent_with=tuple(entry.coherence or {}),
         )
+
+    def _member(self, own: NormalSeries, name: str, entry: written.RandomProcess, **changes: Any) -> NormalSeries:
+        """Return a process of a group, with its own mean and translation, which is checked."""
+        mean = self.values.constant(f"{key_of('random', name)}.mean", entry.mean)
+        process = replace(own, name=name, mean=mean, translation=self._translations.read(name, entry), **changes)
         self._translations.check(process)
         return process
 
@@ -288,20 +289,18 @@ class Processes:
             scale = self._scale(first, name, entry)
             count, weights = len(first.modes), [scale * float(w) for w in factor[i, : i + 1]]
             used = [(names[j], weight) for j, weight in enumerate(weights) if weight]
-            process = replace(
+            process = self._member(
                 first,
-                name=name,
-                mean=self.values.constant(f"{key_of('random', name)}.mean", entry.mean),
+                name,
+                entry,
                 variables=tuple(variable for of, _ in used for variable in variables_of(of, count)),
                 weights=tuple(weight for _, weight in used for _ in range(count)),
                 modes=first.modes * len(used),
                 eigenvalues=tuple(weight**2 * value for _, weight in used for value in first.eigenvalues),
                 total=scale**2 * first.total,
                 seed=entry.seed,
-                translation=self._translations.read(name, entry),
                 correlation=tuple((entry.correlation or {}).items()),
             )
-            self._translations.check(process)
             made.append(process)
         return made
 
@@ -312,13 +311,11 @@ class Processes:
         unknown, which is reported."""
         key = key_of("random", name)
         if entry.follows is None:
-            for word in ("offset", "delay"):
-                if getattr(entry, word) is not None:
-                    self.report.add(
-                        f"{key}.{word}", f"{word} is of processes that follow another [E1016]", 'follows = "NAME"'
-                    )
-                    return None
-            return 0.0
+            word = _first_set(entry, ("offset", "delay"))
+            if word:
+                fault = f"{word} is of processes that follow another [E1016]"
+                self.report.add(f"{key}.{word}", fault, 'follows = "NAME"')
+            return None if word else 0.0
         known = [other for other in entries if other != name or other == entry.follows] or list(entries)
         if not check_reference(f"{key}.follows", entry.follows, known, "random process", self.report):
             return None
@@ -334,12 +331,10 @@ class Processes:
             )
             self.report.add(f"{key}.follows", fault, hint)
             return None
-        for word in written.OWN:
-            if getattr(entry, word) != written.RandomProcess.model_fields[word].default:
-                self.report.add(
-                    f"{key}.{word}", f"{word} belongs to {entry.follows}, which it follows [E1020]", "without it"
-                )
-                return None
+        if word := _first_set(entry, written.OWN):
+            fault = f"{word} belongs to {entry.follows}, which it follows [E1020]"
+            self.report.add(f"{key}.{word}", fault, "without it")
+            return None
         right, wrong = ("delay", "offset") if leader.speed is None else ("offset", "delay")
         value = getattr(entry, right)
         if getattr(entry, wrong) is not None or value is None:
@@ -365,11 +360,8 @@ class Processes:
         key = key_of("random", name)
         before = len(self.report.noted)
         if entry.type is None:
-            self.report.add(
-                key,
-                "a random process needs its type, or the process that it follows [E1021]",
-                'type = "squared_exponential"',
-            )
+            fault = "a random process needs its type, or the process that it follows [E1021]"
+            self.report.add(key, fault, 'type = "squared_exponential"')
             return []
         speed, duration = self._along(key, entry)
         covariance = self._covariances.read(key, name, entry, entry.type)
