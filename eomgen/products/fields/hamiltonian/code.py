@@ -15,17 +15,15 @@ from typing import TYPE_CHECKING, Any
 from eomgen.codegen.convert import to_program
 from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
 from eomgen.codegen.targets.c.target import compile_command, generate_interface, rendered
-from eomgen.errors import ModelError, Problem
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.recording import record
 from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
 from eomgen.lie.product import Factor
 from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian, Parameter
+from eomgen.products.fields.documents.recording import recorded_at
 from eomgen.products.fields.hamiltonian.methods import Method, krylov
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op
-from eomgen.symbolic.scalar import Algebra, Scalar
+from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Ref, Tape
 from eomgen.system.system import Block, Facts, Function, Quantity, System
 
@@ -34,6 +32,9 @@ if TYPE_CHECKING:
 
 
 STATE = ("p", "q", "v")
+#: Descriptions in the C.
+_PARTS = "kinetic, potential and coupled part of H"
+_PRODUCT = "product of the Hessian of H with a direction, a of coordinates and j of momenta"
 
 
 def derive_hamiltonian(document: Hamiltonian) -> System:
@@ -55,56 +56,40 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     known = {item.name: value for item, value in zip(document.parameters, values, strict=True)}
     known |= {item.name: value for item, value in zip(document.states, (*q, *v), strict=True)}
 
-    def recorded(key: str, formula: Formula) -> Scalar:
-        def resolve(symbol: Symbol) -> Scalar:
-            return known[symbol.name]
-
-        try:
-            return record(algebra, formula, resolve)
-        except ModelError as error:
-            raise ModelError([Problem(key, problem.what, problem.hint) for problem in error.problems]) from None
-
     parts = dict.fromkeys(DEPENDENCES, algebra.zero)
     for term in document.terms:
-        parts[term.dependence] += recorded(f"{document.name} (hamiltonian.{term.name})", term.formula)
+        key = f"{document.name} (hamiltonian.{term.name})"
+        parts[term.dependence] += recorded_at(key, algebra, term.formula, known)
     whole = reduce(lambda left, right: left + right, parts.values())
     tape.lengths |= _divisors(tape, whole.ref)
     states = [item.ref for item in (*q, *v)]
     slopes = gradient(tape, whole.ref, states)
     along: dict[Ref | InputSymbol, Ref] = dict(zip(states, (item.ref for item in (*dq, *dv)), strict=True))
     products = jacobian_vector(tape, slopes, along)
+    energies = tuple(part.ref for part in parts.values())
+    by_state = (
+        Block("dH_dq", (n,), tuple(slopes[:n]), "by coordinates"),
+        Block("dH_dp", (n,), tuple(slopes[n:]), "by momenta"),
+    )
+    along_state = (
+        Block("along_q", (n,), tuple(products[:n]), "change of dH/dq"),
+        Block("along_p", (n,), tuple(products[n:]), "change of dH/dp"),
+    )
     functions = [
-        _function(
-            "hamiltonian",
-            "energies",
-            STATE,
-            Block(
-                "energy", (3,), tuple(part.ref for part in parts.values()), "kinetic, potential and coupled part of H"
-            ),
-        ),
-        _function(
-            "gradient",
-            "gradient of H",
-            STATE,
-            Block("dH_dq", (n,), tuple(slopes[:n]), "by coordinates"),
-            Block("dH_dp", (n,), tuple(slopes[n:]), "by momenta"),
-        ),
-        _function(
-            "hessian_product",
-            "product of the Hessian of H with a direction, a of coordinates and j of momenta",
-            ("p", "q", "v", "a", "j"),
-            Block("along_q", (n,), tuple(products[:n]), "change of dH/dq"),
-            Block("along_p", (n,), tuple(products[n:]), "change of dH/dp"),
-        ),
+        Function("hamiltonian", "energies", STATE, (Block("energy", (3,), energies, _PARTS),)),
+        Function("gradient", "gradient of H", STATE, by_state),
+        Function("hessian_product", _PRODUCT, (*STATE, "a", "j"), along_state),
     ]
     if document.outputs:
-        y = tuple(recorded(f"{document.name} (outputs.{item.name})", item.formula).ref for item in document.outputs)
-        functions.append(_function("observed", "outputs", STATE, Block("y", (len(y),), y, "outputs")))
+        keys = [f"{document.name} (outputs.{item.name})" for item in document.outputs]
+        y = tuple(
+            recorded_at(key, algebra, item.formula, known).ref for key, item in zip(keys, document.outputs, strict=True)
+        )
+        functions.append(Function("observed", "outputs", STATE, (Block("y", (len(y),), y, "outputs"),)))
     if document.separable:
-        functions += [
-            _function("drift", "rates of coordinates, dT/dp", ("p", "v"), Block("qdot", (n,), tuple(slopes[n:]))),
-            _function("kick", "rates of momenta, -dV/dq", ("p", "q"), Block("pdot", (n,), _negative(slopes[:n]))),
-        ]
+        rates = Block("qdot", (n,), tuple(slopes[n:])), Block("pdot", (n,), _negative(slopes[:n]))
+        functions.append(Function("drift", "rates of coordinates, dT/dp", ("p", "v"), rates[:1]))
+        functions.append(Function("kick", "rates of momenta, -dV/dq", ("p", "q"), rates[1:]))
     return _system(document, tape, functions)
 
 
@@ -150,10 +135,6 @@ def _described(item: Parameter) -> str:
     leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})
     rule = f"it follows {', '.join(leaders)} in files, not here" if leaders else ""
     return "; ".join(text for text in (item.description, rule) if text)
-
-
-def _function(name: str, description: str, inputs: tuple[str, ...], *blocks: Block) -> Function:
-    return Function(name, description, inputs, blocks)
 
 
 def _negative(refs: list[Ref]) -> tuple[Ref, ...]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,7 +15,7 @@ from eomgen.base.calls import Defaults, NamedAttributes, NamedResults, checked_c
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
-from eomgen.products.fields.documents.document import DEPENDENCES, NO_START, Hamiltonian
+from eomgen.products.fields.documents.document import DEPENDENCES, NO_START, Hamiltonian, Output, Parameter
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.products.fields.hamiltonian.solution import FINER, HamiltonianSolution, StepErrors, by_tolerance, estimated
 from eomgen.toolchain.builder import Builder
@@ -272,6 +272,9 @@ class HamiltonianModel(NamedAttributes):
         self, chosen: Method, first: str, step: float, tolerance: float, compensated: bool, values: Array
     ) -> dict[str, Any]:
         """Return the settings of a run, names and units."""
+        document = self.document
+        columns: dict[str, Sequence[Parameter | Output]]
+        columns = {"q": document.coordinates, "p": document.momenta, "outputs": document.outputs}
         return {
             "name": self.name,
             "method": chosen.name,
@@ -281,12 +284,8 @@ class HamiltonianModel(NamedAttributes):
             "tolerance": tolerance if chosen.chooses_steps else None,
             "compensated": compensated,
             "parameters": dict(zip(self.parameters, values.tolist(), strict=True)),
-            "names": {"q": self.q_names, "p": self.p_names, "outputs": [item.name for item in self.document.outputs]},
-            "units": {
-                "q": [item.unit for item in self.document.coordinates],
-                "p": [item.unit for item in self.document.momenta],
-                "outputs": [item.unit for item in self.document.outputs],
-            },
+            "names": {key: [item.name for item in items] for key, items in columns.items()},
+            "units": {key: [item.unit for item in items] for key, items in columns.items()},
         }
 
     def _steps(

@@ -143,19 +143,9 @@ def _made(
     at = shares.max(axis=1)
     which = int(shares.max(axis=0).argmax())
     lost = np.flatnonzero(at > LOST)
-    return StepErrors(
-        True,
-        "",
-        float(at.max()),
-        names[which],
-        float(shares[:, which].max() * scale[which]),
-        seen,
-        order,
-        float(t[lost[0]]) if len(lost) else math.inf,
-        method,
-        np.asarray(t, float),
-        at,
-    )
+    error, lost_at = float(shares[:, which].max() * scale[which]), float(t[lost[0]]) if len(lost) else math.inf
+    largest, times = float(at.max()), np.asarray(t, float)
+    return StepErrors(True, "", largest, names[which], error, seen, order, lost_at, method, times, at)
 
 
 @checked_calls("model.simulate(...), which makes one", filename="path", file="path")

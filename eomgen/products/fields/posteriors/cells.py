@@ -23,11 +23,10 @@ from eomgen.codegen.targets.c.naming import local_names
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
-from eomgen.formula.nodes import Symbol
-from eomgen.formula.recording import record
 from eomgen.products.fields.documents.entries import cell_formula
+from eomgen.products.fields.documents.recording import recorded_at
 from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
-from eomgen.scene.formula.definitions import NamedExpression, named_expressions
+from eomgen.scene.formula.definitions import named_expressions
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.scalar import Algebra, Scalar
 from eomgen.symbolic.tape import Ref, Tape
@@ -231,31 +230,16 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     known |= dict(zip(data, given, strict=False))
     known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
     defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()
+
+    def recorded(key: str, text: str) -> Scalar:
+        return recorded_at(key, algebra, cell_formula(key, text, known, defined, of_where), {**known, **of_where})
+
     for name, text in energy.where.items():
-        of_where[name] = _recorded(algebra, f"cell energy (where.{name})", text, known, defined, of_where)
-    h = _recorded(algebra, "cell energy", energy.formula, known, defined, of_where)
+        of_where[name] = recorded(f"cell energy (where.{name})", text)
+    h = recorded("cell energy", energy.formula)
     slopes = gradient(tape, h.ref, [item.ref for item in q])
     products = jacobian_vector(tape, slopes, {item.ref: to.ref for item, to in zip(q, along, strict=True)})
     return CellTape(tape, h.ref, tuple(slopes), tuple(products))
-
-
-def _recorded(
-    algebra: Algebra,
-    where: str,
-    text: str,
-    known: Mapping[str, Scalar],
-    definitions: Mapping[str, NamedExpression],
-    of_where: Mapping[str, Scalar],
-) -> Scalar:
-    values = {**known, **of_where}
-
-    def resolve(symbol: Symbol) -> Scalar:
-        return values[symbol.name]
-
-    try:
-        return record(algebra, cell_formula(where, text, known, definitions, of_where), resolve)
-    except ModelError as error:
-        raise ModelError([Problem(where, problem.what, problem.hint) for problem in error.problems]) from None
 
 
 def source(energy: CellEnergy, made: CellTape, fields: Sequence[str], data: Sequence[str], single: bool = False) -> str:

@@ -340,12 +340,7 @@ def mask(mesh: Mesh, values: ArrayLike) -> LinearOperator:
 
 #: The operators by name.
 OPERATORS: Mapping[str, Callable[..., LinearOperator]] = {
-    "white": white,
-    "amplitude": amplitude,
-    "lognormal_amplitude": lognormal_amplitude,
-    "smoothing": smoothing,
-    "difference": difference,
-    "mask": mask,
+    made.__name__: made for made in (white, amplitude, lognormal_amplitude, smoothing, difference, mask)
 }
 
 

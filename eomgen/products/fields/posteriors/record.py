@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -296,19 +297,11 @@ class Record:
             With first axes (chains, samples).
         """
         done = int(self.counts.min())
-        cut = {name: array[:, :done] for name, array in self._arrays.items()}
-        return Samples(
-            cut["accepted"] > 0.0,
-            cut["energy_errors"],
-            cut["potential"],
-            cut["gradients"].astype(np.int64),
-            cut["cells"],
-            cut["power"],
-            self._wave_numbers,
-            self._mean.copy(),
-            np.sqrt(self._squares / max(int(self.counts.sum()) - 1, 1)),
-            steps,
-        )
+        cut: dict[str, Any] = {name: array[:, :done] for name, array in self._arrays.items()}
+        cut |= {"accepted": cut["accepted"] > 0.0, "gradients": cut["gradients"].astype(np.int64)}
+        deviation = np.sqrt(self._squares / max(int(self.counts.sum()) - 1, 1))
+        more = {"wave_numbers": self._wave_numbers, "mean": self._mean.copy(), "deviation": deviation, "steps": steps}
+        return Samples(**cut, **more)
 
     def arrays(self) -> dict[str, Array]:
         """Return all that there is, for a file.
