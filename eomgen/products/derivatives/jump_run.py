@@ -13,6 +13,7 @@ x_h becomes the flow, and the map across an event the saltation matrix (Leine an
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -298,14 +299,7 @@ class JumpRun(StartedRun[JumpPart]):
         return reached
 
     def _step_matrices(
-        self,
-        partials: EquationPartials,
-        before: States,
-        after: States,
-        p: Array,
-        a: Array,
-        inertia: Array,
-        size: Any,
+        self, partials: EquationPartials, before: States, after: States, p: Array, a: Array, inertia: Array, size: Any
     ) -> StepMatrices:
         coefficients, values = (size, *self.coefficients[1:]), self._blocks(before, p, before.t)
         return step_matrices(self.equations, partials, before, after, values, a, coefficients, inertia)[0]
@@ -385,32 +379,26 @@ class JumpRun(StartedRun[JumpPart]):
             inertia, of_inertia = self._inertia(states, p, (dq, dp))
         kept = np.ones(count, dtype=bool)
         forces = begun.partials.Jlam[:, :nv, :nh] * inertia[..., np.newaxis] if inertia.size else None
+        after = states_of(ends, self.run.model)
+        off = partial(self._off, states, after, vdot, sizes=sizes, forces=forces, whole=whole)
         if share:
-            taken, left = (self._off(states, ends, vdot, one, sizes, forces, whole=whole) for one in (a, vdot))
+            taken, left = off(a), off(vdot)
             kept = taken <= left
             a = np.where(kept[:, np.newaxis], a, vdot)
         if ends is not rows:  # a step follows
-            self._check_first_steps(states, ends, vdot, a, sizes, forces, whole=whole)
+            at_ends = np.concatenate([vdot, a, after.a], axis=1)
+            self._check_first_steps(states, after, at_ends, off(a), sizes, whole=whole)
         da = dvdot + share * kept[:, np.newaxis, np.newaxis] * dslope
         state = np.concatenate([dq, dv, dvdot, da, dz, dzdot, dzdot], axis=1)
         record = np.concatenate([dq, dv, dvdot, dz, begun.dlam], axis=1)
         return Restarts(vdot, begun.lam, a, state, record, inertia, of_inertia)
 
     def _off(
-        self,
-        states: States,
-        ends: Array,
-        vdot: Array,
-        a: Array,
-        sizes: Array,
-        forces: Array | None = None,
-        *,
-        whole: bool,
+        self, states: States, after: States, vdot: Array, a: Array, *, sizes: Array, forces: Array | None, whole: bool
     ) -> Array:
         """Return the deviations of steps from algorithmic accelerations ``a``, (n,): of velocities, or of positions
         across the directions W B^T, ``forces``, if accelerations at the ends are not known."""
         h, _, _, beta, gamma = (*sizes[np.newaxis, :, np.newaxis], *self.coefficients[1:5])
-        after = states_of(ends, self.run.model)
         if whole:
             off = after.v - states.v - h * ((1.0 - gamma) * a + gamma * self._next(a, vdot, after.a))
         else:
@@ -424,19 +412,11 @@ class JumpRun(StartedRun[JumpPart]):
         return deviations
 
     def _check_first_steps(
-        self,
-        states: States,
-        ends: Array,
-        vdot: Array,
-        a: Array,
-        sizes: Array,
-        forces: Array | None,
-        *,
-        whole: bool,
+        self, states: States, after: States, a: Array, off: Array, sizes: Array, *, whole: bool
     ) -> None:
-        """Raise NumericalError for a first step that was damped."""
-        off, after = self._off(states, ends, vdot, a, sizes, forces, whole=whole), states_of(ends, self.run.model)
-        change = sizes * np.max(np.abs(np.concatenate([vdot, a, after.a], axis=1)), axis=1, initial=0.0)
+        """Raise NumericalError for a first step that was damped; ``a``: accelerations at both ends, ``off``: deviations
+        of ``_off``."""
+        change = sizes * np.max(np.abs(a), axis=1, initial=0.0)
         change = change + 1e-9 * np.max(np.abs(np.concatenate([after.v, states.v], axis=1)), axis=1, initial=0.0)
         rounded = 1e-13 * np.max(np.abs(states.q), axis=1, initial=1.0)
         wrong = off > (_OTHER * change if whole else _OTHER * change * sizes + rounded)
