@@ -395,35 +395,28 @@ class _Variables:
 
     def _differential_algebraic(self) -> None:
         """Add the variables of the differential-algebraic system."""
-        program = self.program
+        program, velocities = self.program, self.program.velocities
         text = "true: the importer solves for accelerations and multipliers (FMI-LS-DAE)"
         self._add("dae", "switch", 0, start=0.0, description=text)
-        velocities = [item.name for item in program.velocities]
-        unknowns = [f"acceleration of {name}" for name in velocities]
-        unknowns += [f"multiplier of {name}" for name in program.multipliers]
-        equations = [f"equation of motion of {name}" for name in velocities]
-        equations += [f"acceleration of the constraint {name}" for name in program.multipliers]
-        holonomic = program.multipliers[: program.sizes["holonomic"]]
-        drifts = [f"constraint {name}" for name in holonomic]
-        drifts += [f"rate of the constraint {name}" for name in program.multipliers]
-        units = _differential_algebraic_units(program)
-        for kind, descriptions in (("algebraic", unknowns), ("residual", equations), ("drift", drifts)):
-            for index, (description, unit) in enumerate(zip(descriptions, units[kind], strict=True)):
+        rows = [(name, unit.startswith("1")) for name, unit in zip(program.multipliers, program.row_units, strict=True)]
+        balances = {"m/s^2": "N", "rad/s^2": "N m"}
+        described: dict[str, list[tuple[str, str]]] = {
+            "algebraic": [
+                *((f"acceleration of {item.name}", _rate(item.unit)) for item in velocities),
+                *((f"multiplier of {name}", "N m" if turns else "N") for name, turns in rows),
+            ],
+            "residual": [
+                *((f"equation of motion of {item.name}", balances.get(_rate(item.unit), "")) for item in velocities),
+                *((f"acceleration of the constraint {name}", "1/s^2" if turns else "m/s^2") for name, turns in rows),
+            ],
+            "drift": [
+                *((f"constraint {name}", "" if turns else "m") for name, turns in rows[: program.sizes["holonomic"]]),
+                *((f"rate of the constraint {name}", "1/s" if turns else "m/s") for name, turns in rows),
+            ],
+        }
+        for kind, items in described.items():
+            for index, (description, unit) in enumerate(items):
                 self._add(f"dae.{kind}[{index}]", kind, index, unit=unit, description=description)
-
-
-def _differential_algebraic_units(program: Program) -> dict[str, list[str]]:
-    """Return the units of algebraic variables, residuals and drifts, in the order of their numbers."""
-    rates = [_rate(item.unit) for item in program.velocities]
-    angular = [unit.startswith("1") for unit in program.row_units]
-    forces = ["N m" if turning else "N" for turning in angular]
-    balances = [{"m/s^2": "N", "rad/s^2": "N m"}.get(unit, "") for unit in rates]
-    positions = ["" if turning else "m" for turning in angular[: program.sizes["holonomic"]]]
-    return {
-        "algebraic": rates + forces,
-        "residual": balances + ["1/s^2" if turning else "m/s^2" for turning in angular],
-        "drift": positions + ["1/s" if turning else "m/s" for turning in angular],
-    }
 
 
 def unknown_by(reference: int, linear: Collection[int], others: Collection[int]) -> Unknown:

@@ -10,14 +10,7 @@ from eomgen.formula.units.conversion import measure
 from eomgen.formula.units.parser import UnitError, read_unit
 
 #: Attributes of base units by dimensions.
-_BASE = {
-    "[mass]": "kg",
-    "[length]": "m",
-    "[time]": "s",
-    "[current]": "A",
-    "[temperature]": "K",
-    "[angle]": "rad",
-}
+_BASE = {"[mass]": "kg", "[length]": "m", "[time]": "s", "[current]": "A", "[temperature]": "K", "[angle]": "rad"}
 #: Units for display, with the number in a unit.
 _DISPLAYED: Mapping[str, tuple[tuple[str, float], ...]] = {
     "rad": (("deg", 57.29577951308232),),
