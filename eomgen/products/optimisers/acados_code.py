@@ -235,22 +235,15 @@ def families(program: Program, method: str | None) -> list[Family]:
     if names := program.angles:
         fault = f"acados integrates states that are smooth, and the turns of {', '.join(names)} are counted [E0935]"
         raise ModelError(Problem(program.prefix, fault, "formulas without this angle, or a joint of one angle"))
-    functions = exported_functions(program)
-    made = []
     if program.sampled:
         fault = "states that are sampled change between the steps of acados, which integrates continuous rates [E0936]"
         hint = "a model without the controller, which stands in the loop around acados"
         raise ModelError(Problem(program.prefix, fault, hint))
-    of_state = rates(program, functions, ("u",))
-    if of_state is not None:
-        made.append(Family("explicit", of_state))
-    equations = implicit(program, functions)
-    if equations is not None:
-        made.append(Family("implicit", equations))
+    functions = exported_functions(program)
+    equations = {"explicit": rates(program, functions, ("u",)), "implicit": implicit(program, functions)}
+    made = [Family(name, known) for name, known in equations.items() if known is not None]
     step = chain_of(program, functions, method, ("u",))
-    if step is not None:
-        made.append(Family("discrete", None, step))
-    return made
+    return made if step is None else [*made, Family("discrete", None, step)]
 
 
 def _model_files(program: Program, prefix: str, names: Sequence[str]) -> dict[str, str]:

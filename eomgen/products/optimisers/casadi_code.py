@@ -142,10 +142,7 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
 
 
 def _of_all_rows(
-    exported: Exported,
-    entry: Callable[..., dict[str, Any]],
-    arguments: tuple[list[Any], Any, list[Any]],
-    texts: Texts,
+    exported: Exported, entry: Callable[..., dict[str, Any]], arguments: tuple[list[Any], Any, list[Any]], texts: Texts
 ) -> list[dict[str, Any]]:
     """Return the functions of CasADi that take second derivatives of each row: derivatives along a direction, and
     Jacobians of these and of the Jacobian. None if there are many numbers, since these would be written as tables.
@@ -209,9 +206,11 @@ class _Blocks:
         """Add a block whose nonzeros are among the numbers ``source``."""
         count = len(pattern.rows)
         table = self.texts.table(pattern.places) if count else 0
-        self.blocks.append(
-            {"number": len(self.outputs), "count": count, "table": table, "source": source, "rows": [], "nonzeros": 0}
-        )
+        self._add(name, pattern, count=count, table=table, source=source)
+
+    def _add(self, name: str, pattern: Pattern, **more: Any) -> None:
+        described = {"number": len(self.outputs), "count": 0, "source": "", "rows": [], "nonzeros": 0}
+        self.blocks.append({**described, **more})
         self.outputs.append(self.texts.argument(name, pattern))
 
     def add_rows(self, name: str, shape: tuple[int, int, int], numbers: Sequence[Places]) -> None:
@@ -231,13 +230,10 @@ class _Blocks:
         by_row = np.argsort(row, kind="stable")
         starts = np.searchsorted(row[by_row], np.arange(rows + 1))
         tables = {"starts": starts, "targets": targets[by_row], "numbers": place[by_row]}
-        described = {"number": len(self.outputs), "count": 0, "source": "", "nonzeros": 0}
-        self.blocks.append({**described, **self._rows(tables, len(order))})
-        self.outputs.append(self.texts.argument(name, pattern))
+        self._add(name, pattern, rows=self._rows(tables, len(order)))
 
-    def _rows(self, tables: Mapping[str, Places], count: int) -> dict[str, Any]:
-        numbered = {name: self.texts.table(table) for name, table in tables.items()} if count else None
-        return {"rows": [] if numbered is None else [numbered]}
+    def _rows(self, tables: Mapping[str, Places], count: int) -> list[dict[str, Any]]:
+        return [{name: self.texts.table(table) for name, table in tables.items()}] if count else []
 
     def add_sums(self, name: str, number: int, shape: tuple[int, int], numbers: Sequence[Places]) -> None:
         """Note second derivatives of single rows that are multiplied by the direction ``number`` of a sum."""
@@ -249,16 +245,14 @@ class _Blocks:
         parts = self.sums[name]
         flat = np.unique(np.concatenate([row + rows * column for _, row, column, _, _ in parts]))
         pattern = Pattern((rows, width), flat % rows, flat // rows, np.arange(len(flat)))
-        described: dict[str, Any] = {"number": len(self.outputs), "count": 0, "source": "", "rows": []}
+        rows_of_parts: list[dict[str, Any]] = []
         for number, row, column, along, place in parts:
             by_row = np.argsort(row, kind="stable")
             tables = {"starts": np.searchsorted(row[by_row], np.arange(rows + 1))}
             tables["targets"] = np.searchsorted(flat, (row + rows * column)[by_row])
             tables |= {"numbers": place[by_row], "along": along[by_row]}
-            described["rows"] += [{**one, "direction": number} for one in self._rows(tables, len(row))["rows"]]
-        described["nonzeros"] = len(flat)
-        self.blocks.append(described)
-        self.outputs.append(self.texts.argument(name, pattern))
+            rows_of_parts += [{**one, "direction": number} for one in self._rows(tables, len(row))]
+        self._add(name, pattern, rows=rows_of_parts, nonzeros=len(flat))
 
     def asked(self, source: str) -> list[str]:
         """Return the conditions, in C, that a block of these numbers is asked for."""
