@@ -105,7 +105,7 @@ def _units_by_kind(model: CompiledModel, by_components: bool) -> dict[str, tuple
 
 
 def reference_values(
-    model: CompiledModel, reference: Reference, operating_point: OperatingPoint, measures: Measures
+    model: CompiledModel, reference: Reference, point: OperatingPoint, measures: Measures
 ) -> dict[str, Array]:
     """Return the values of all signals at the reference, by kind; not a number if one is not known.
 
@@ -121,7 +121,7 @@ def reference_values(
     outputs = np.zeros(0)
     if "outputs" in model.functions:
         multipliers = {"multipliers": reference.multipliers} if len(reference.multipliers) else {}
-        of_state = {"z": reference.z, **multipliers, **operating_point.given}
+        of_state = {"z": reference.z, **multipliers, **point.given}
         outputs = next(iter(model.evaluate("outputs", reference.q, reference.v, reference.a, **of_state).values()))
     return {
         "measured": coordinates,
@@ -255,34 +255,26 @@ def linearize(
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     specified = sorted(name for name, value in given.items() if value is not None)
     able = able_to_linearize(model, moving=bool(specified) or at in ("initial", "steady"))
-    operating_point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
+    point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     with one_thread_of_algebra(model.nv):
         if specified:
             if "q" not in specified:
-                raise UsageError(
-                    Problem(
-                        "linearize",
-                        f"{', '.join(specified)} need the q of their state [E0059]",
-                        "q=..., or initial=...",
-                    )
-                )
+                fault = f"{', '.join(specified)} need the q of their state [E0059]"
+                raise UsageError(Problem("linearize", fault, "q=..., or initial=..."))
             if at is not None or initial is not None:
-                raise UsageError(
-                    Problem("linearize", "the state is given by q as well as by at or initial [E0060]", "one of them")
-                )
-            state = given_state(able, given)
-            check_constraints(able, state, operating_point)
+                fault = "the state is given by q as well as by at or initial [E0060]"
+                raise UsageError(Problem("linearize", fault, "one of them"))
+            state = given_state(able, given, point)
+            check_constraints(able, state)
         elif at is None or isinstance(at, str):
-            state, operating_point = found_state(able, at, initial, operating_point, any_kind=any_kind, asked=model)
+            state = found_state(able, at, initial, point, any_kind=any_kind, asked=model)
         else:
-            state, operating_point = as_found(
-                "steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, operating_point
-            )
+            state = as_found("steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, point)
         if multiblade is not None:
-            return _in_multiblade_coordinates(able, state, operating_point, independent, multiblade)
-        result = about(able, state, operating_point, independent)
+            return _in_multiblade_coordinates(able, state, independent, multiblade)
+        result = about(able, state, independent)
         if state.a is not None and np.any(state.v) and not np.any(state.a) and result.sampled is None:
-            _warn_of_change(able, state, operating_point, result)
+            _warn_of_change(able, state, result)
         if specified and state.a is None and not np.any(state.v):
             _warn_of_acceleration(able, result)
         return result
@@ -318,37 +310,27 @@ def about_motion(model: CompiledModel, state: StateArrays, u: Array | None, p: A
     if able.multipliers:
         consistent = able.consistent(q, v, t, parameters=p)
         q, v = consistent.q, consistent.v
-    return about(able, OperatingState("motion", q, v, state.z), OperatingPoint(t, p, u, None))
+    return about(able, OperatingState("motion", OperatingPoint(t, p, u, None), q, v, state.z))
 
 
-def _finite_blocks(
-    model: CompiledModel,
-    state: OperatingState,
-    a: Array,
-    lam: Array,
-    operating_point: OperatingPoint,
-    *,
-    disturbed: bool,
-) -> dict[str, Array]:
+def _finite_blocks(model: CompiledModel, state: OperatingState, a: Array, lam: Array, names: Names) -> dict[str, Array]:
     """Return the partials of the equations at a state; raise NumericalError if a partial is not finite."""
-    of_inputs = model.nu or model.nz or disturbed
+    of_inputs = model.nu or model.nz or names.disturbances
     # unless another force acts
     of_forces = "linearization" if "linearization" in model.functions or of_inputs else "partials"
     terms = ["velocity_partials", "acceleration_partials", "constraint_jacobian", "output_partials"]
     blocks: dict[str, Array] = {}
     nonzeros = takes_nonzeros(model.functions.names, disturbed=_is_disturbed(model))
     for term in (*(() if nonzeros else (of_forces,)), *(term for term in terms if term in model.functions)):
-        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **operating_point.given)
+        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **state.point.given)
     if nonzeros:
-        sparse = sparse_partials(model, state.q, state.v, a, state.z, lam, operating_point.given)
-        matrices = vars(sparse)
+        matrices = vars(sparse_partials(model, state.q, state.v, a, state.z, lam, state.point.given))
         blocks |= {name: whole(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
-    outputs = signal_names(model, (), ()).outputs
     steep = [
         output
-        for row, output in enumerate(outputs)
+        for row, output in enumerate(names.outputs)
         if any(name.startswith("Y") and not np.all(np.isfinite(blocks[name][row])) for name in bad)
     ]
     if any(not name.startswith("Y") for name in bad):
@@ -360,9 +342,7 @@ def _finite_blocks(
     return blocks
 
 
-def about(
-    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, independent: Sequence[str] = ()
-) -> Linearization:
+def about(model: CompiledModel, state: OperatingState, independent: Sequence[str] = ()) -> Linearization:
     """Return the linear model about a state of a model that has all terms that are needed.
 
     Raises
@@ -372,26 +352,24 @@ def about(
     ModelError, NumericalError
         Constraints depend on each other there, the inertia matrix is singular, or partials are not finite.
     """
-    a, lam = _dynamics(model, state, operating_point)
+    a, lam = _dynamics(model, state)
     model = _able_at(model, state, a)
-    measures, names = _measures(model, state, a, operating_point, independent)
-    blocks = _finite_blocks(model, state, a, lam, operating_point, disturbed=bool(names.disturbances))
+    measures, names = _measures(model, state, a, independent)
+    blocks = _finite_blocks(model, state, a, lam, names)
     holonomic = model.functions.sizes["holonomic"]
     partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
-    sampled = sampled_part(model, state.q, state.v, state.z, operating_point.given)
+    sampled = sampled_part(model, state.q, state.v, state.z, state.point.given)
     free = freedom(measures, partials, [names.measured.index(name) for name in independent])
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
-        fault = (
-            f"constraints do not leave {', '.join(held)} free in addition to the other independent coordinates [E0062]"
-        )
-        raise UsageError(
-            Problem("independent", fault, f"up to {len(free.coordinates)} components that can move by themselves")
-        )
-    reference = Reference(
-        operating_point.t, state.q, state.v, a, state.z, _inputs(model, operating_point), lam, state.kind
-    )
-    values = reference_values(model, reference, operating_point, measures)
+        bound = ", ".join(held)
+        fault = f"constraints do not leave {bound} free in addition to the other independent coordinates [E0062]"
+        hint = f"up to {len(free.coordinates)} components that can move by themselves"
+        raise UsageError(Problem("independent", fault, hint))
+    point = state.point
+    u = model.evaluator.inputs(point.u, {"t": np.asarray(point.t), "p": point.parameters})
+    reference = Reference(point.t, state.q, state.v, a, state.z, u, lam, state.kind)
+    values = reference_values(model, reference, point, measures)
     turned = {} if model.description.joints else orientations(model, state.q)
     names = replace(names, references=values, orientations=turned)
     if sampled is not None:
@@ -399,9 +377,7 @@ def about(
     return Linearization(reference, partials, free, names, sampled)
 
 
-def _warn_of_change(
-    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, linear: Linearization
-) -> None:
+def _warn_of_change(model: CompiledModel, state: OperatingState, linear: Linearization) -> None:
     """Warn if a linear model about a state that moves with constant velocities changes along the motion.
 
     Forces may stay balanced along the motion although their derivatives change, as for a rotor with two blades.
@@ -410,7 +386,7 @@ def _warn_of_change(
     fastest = float(np.max(turning, initial=0.0))
     if not fastest:
         return
-    moved = _later(model, state, operating_point, linear, _LATER * 2.0 * np.pi / fastest)
+    moved = _later(model, state, linear, _LATER * 2.0 * np.pi / fastest)
     before, after = linear.state_space().A, moved.state_space().A
     if not before.size or before.shape != after.shape:
         return
@@ -424,22 +400,16 @@ def _warn_of_change(
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)
 
 
-def _later(
-    model: CompiledModel, state: OperatingState, operating_point: OperatingPoint, linear: Linearization, seconds: float
-) -> Linearization:
+def _later(model: CompiledModel, state: OperatingState, linear: Linearization, seconds: float) -> Linearization:
     """Return the linear model later along a motion with constant velocities, in the same coordinates."""
-    later = replace(operating_point, t=operating_point.t + seconds)
+    later = replace(state.point, t=state.point.t + seconds)
     q = update(model.factors, state.q, state.v * seconds)
     q = model.evaluator.followed(q, later.t, later.parameters, later.base)
-    return about(model, replace(state, q=q, multipliers=None), later, linear.coordinates)
+    return about(model, replace(state, point=later, q=q, multipliers=None), linear.coordinates)
 
 
 def _in_multiblade_coordinates(
-    model: CompiledModel,
-    state: OperatingState,
-    operating_point: OperatingPoint,
-    independent: Sequence[str],
-    blades: Blades,
+    model: CompiledModel, state: OperatingState, independent: Sequence[str], blades: Blades
 ) -> Linearization:
     """Return the linear model in multiblade coordinates, after a comparison with the model at other azimuths.
 
@@ -453,21 +423,22 @@ def _in_multiblade_coordinates(
     if np.any(state.v) and (state.a is None or np.any(state.a)):
         fault = f"velocities of the {state.kind} change, and multiblade coordinates are of steady motions [E0063]"
         raise ModelError(Problem("multiblade", fault, 'at="steady", or the result of steady_motion'))
-    first = about(model, state, operating_point, independent)
+    first = about(model, state, independent)
     if first.sampled is not None:
         raise ModelError(Problem("multiblade", "the scene has sampled states [E0064]", "continuous states"))
     names = first.names
     known = [*names.measured, *names.states, *names.inputs, *names.disturbances, *names.outputs]
     rotors = _rotors(model, state, checked_groups(blades, known))
-    wanted = _grouped(names.measured, rotors)
+    groups = Basis.of(names.measured, rotors).groups
+    wanted = [names.measured[place] for group in groups for place in group.places]
     if not set(wanted) <= set(first.coordinates):
-        first = about(model, state, operating_point, list(dict.fromkeys((*independent, *wanted))))
+        first = about(model, state, list(dict.fromkeys((*independent, *wanted))))
     result = _turned(first, rotors)
     speeds = [abs(rotor.speed) for rotor in rotors if rotor.speed]
     if not speeds or result.multiblade is None:
         return result
     times = [share * 2.0 * np.pi / min(speeds) for share in _AZIMUTHS]
-    models = [(seconds, _later(model, state, operating_point, first, seconds)) for seconds in times]
+    models = [(seconds, _later(model, state, first, seconds)) for seconds in times]
     variation, row = _variation(result, models, rotors)
     if not variation <= _SAME:
         raise _changing(first, models, rotors, (variation, result.state_space().states[row]))
@@ -511,10 +482,9 @@ def _changing(
     if _variation(_turned(first, reverse), models, reverse)[0] <= _SAME:
         fault = f"the blades are named against the order of their azimuths about the axis of {turns} [E0066]"
         return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
-    fault = (
-        f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {largest[1]}' [E0065]"
-    )
-    fault += f" by {largest[0]:.2g} of its coefficients"
+    variation, state = largest
+    fault = f"the linear model changes with the azimuth of {turns} in multiblade coordinates, too: {state}' [E0065]"
+    fault += f" by {variation:.2g} of its coefficients"
     period = 2.0 * np.pi / min(abs(rotor.speed) for rotor in moving)
     hint = f"all coordinates of all blades, if these are equal; or model.floquet({period:.6g}), in Python"
     return ModelError(Problem("multiblade", fault, hint))
@@ -568,11 +538,6 @@ def _rotors(
     ]
 
 
-def _grouped(names: Sequence[str], rotors: Sequence[Rotor]) -> list[str]:
-    """Return the names that are in groups."""
-    return [names[place] for group in Basis.of(names, rotors).groups for place in group.places]
-
-
 def _turned(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
     """Return a linear model by multiblade coordinates."""
     names = linear.names
@@ -616,12 +581,12 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
         )
 
 
-def _dynamics(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> tuple[Array, Array]:
+def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
-    given = operating_point.given | {"z": state.z}
+    given = state.point.given | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.kind != "given state":
-            _check_mass(model, state, operating_point)
+            _check_mass(model, state)
         a = state.a if state.a is not None else model.forward_dynamics(state.q, state.v, **given)
         lam = np.zeros(0)
     elif state.a is None:
@@ -636,20 +601,20 @@ def _dynamics(model: CompiledModel, state: OperatingState, operating_point: Oper
     elif model.multipliers and state.a is not None:
         rest = np.zeros(len(model.multipliers))
         (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
-        (B,) = model.evaluate("constraint_jacobian", state.q, **operating_point.given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **state.point.given).values()
         lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
     check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
     return a, lam
 
 
-def _check_mass(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> None:
+def _check_mass(model: CompiledModel, state: OperatingState) -> None:
     """Raise ModelError if the inertia matrix of a model without constraints is not positive definite, with the
     component."""
     if "mass" in model.functions:
-        M = model.mass(state.q, parameters=operating_point.parameters)
+        M = model.mass(state.q, parameters=state.point.parameters)
     else:
         still, nothing = np.zeros(model.nv), np.zeros(0)
-        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, operating_point.given).M)
+        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, state.point.given).M)
     diagonal = np.diagonal(M)
     if np.all(diagonal > 0.0) and np.count_nonzero(M) == len(M):  # of bodies that are free
         return
@@ -662,15 +627,14 @@ def _check_mass(model: CompiledModel, state: OperatingState, operating_point: Op
         return
     along = model.v_names[int(np.argmax(np.abs(vectors[:, 0])))]
     how = "singular" if values[0] == 0.0 else "not positive definite"
-    used = ", ".join(
-        f"{name} = {value:.6g}" for name, value in zip(model.parameters, operating_point.parameters, strict=True)
-    )
+    values_of = zip(model.parameters, state.point.parameters, strict=True)
+    used = ", ".join(f"{name} = {value:.6g}" for name, value in values_of)
     fault = f"the inertia matrix in this state is {how} along {along}{f', at {used}' if used else ''} [E0068]"
     raise ModelError(Problem("linearize", fault, "masses and inertias that bodies can have"))
 
 
 def _measures(
-    model: CompiledModel, state: OperatingState, a: Array, operating_point: OperatingPoint, independent: Sequence[str]
+    model: CompiledModel, state: OperatingState, a: Array, independent: Sequence[str]
 ) -> tuple[Measures, Names]:
     """Return the measures of neighbouring motions, and all names.
 
@@ -687,13 +651,8 @@ def _measures(
     names = signal_names(model, components, measured)
     if not by_joints:
         return Measures.components(model.factors, state.v, a), names
-    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **operating_point.given)
+    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **state.point.given)
     of_state = {"P": "Pv", "Z": "Pq", "Av": "Pav", "Aq": "Paq"}
     shape = (len(measured), model.nv)
     partials = {name: blocks.get(block, np.zeros(shape)) for name, block in of_state.items()}
     return Measures(joints, blocks["joint_v"], blocks["joint_a"], **partials), names
-
-
-def _inputs(model: CompiledModel, operating_point: OperatingPoint) -> Array:
-    values = {"t": np.asarray(operating_point.t), "p": operating_point.parameters}
-    return model.evaluator.inputs(operating_point.u, values)

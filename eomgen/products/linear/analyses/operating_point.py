@@ -21,7 +21,6 @@ from eomgen.compiled.rest.driven_rest import driven_components, held_base, law_r
 from eomgen.compiled.rest.equilibrium import Equilibrium, equilibrium, solved_equilibrium
 from eomgen.compiled.rest.loaded_statics import loaded_statics
 from eomgen.compiled.rest.state_warnings import SceneMeasures
-from eomgen.compiled.rest.state_warnings import SceneMeasures as MeasuresOfScene
 from eomgen.compiled.terms import Inputs
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.statics.steady_motion import SteadyMotion, motion_along
@@ -74,9 +73,8 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
         fault = f"no rest was found on the base, which turns: load steps end, for {end.why} [E0072]"
-        raise NumericalError(
-            Problem("steady motion", fault, "an initial state nearer to it, or more elements")
-        ) from None
+        hint = "an initial state nearer to it, or more elements"
+        raise NumericalError(Problem("steady motion", fault, hint)) from None
     tangents = statics.tangents(rest)
     flexible = compliance(tangents.K, tangents.B)
     if flexible is None:
@@ -114,18 +112,6 @@ EquilibriumState = Equilibrium | SteadyMotion
 
 
 @dataclass(frozen=True)
-class OperatingState:
-    """A state of linearization; accelerations and multipliers are None if determined by the dynamics."""
-
-    kind: str
-    q: Array
-    v: Array
-    z: Array
-    a: Array | None = None
-    multipliers: Array | None = None
-
-
-@dataclass(frozen=True)
 class OperatingPoint:
     """Conditions besides the state: time, parameters, inputs, and a displaced base."""
 
@@ -140,7 +126,20 @@ class OperatingPoint:
         return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
 
 
-def given_state(model: CompiledModel, given: Mapping[str, Any]) -> OperatingState:
+@dataclass(frozen=True)
+class OperatingState:
+    """A state of linearization; accelerations and multipliers are None if determined by the dynamics."""
+
+    kind: str
+    point: OperatingPoint
+    q: Array
+    v: Array
+    z: Array
+    a: Array | None = None
+    multipliers: Array | None = None
+
+
+def given_state(model: CompiledModel, given: Mapping[str, Any], point: OperatingPoint) -> OperatingState:
     """Return the caller's state, each part as one vector."""
     sizes = {"q": model.nq, "v": model.nv, "a": model.nv, "multipliers": len(model.multipliers)}
     parts: dict[str, Array] = {}
@@ -156,37 +155,32 @@ def given_state(model: CompiledModel, given: Mapping[str, Any]) -> OperatingStat
     parts["q"] = model.evaluator.configuration(parts["q"])
     z = model.evaluator.internal(given.get("z"))
     v = parts.get("v", np.zeros(model.nv))
-    return OperatingState("given state", parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
+    return OperatingState("given state", point, parts["q"], v, z, parts.get("a"), parts.get("multipliers"))
 
 
-def check_constraints(model: CompiledModel, state: OperatingState, operating_point: OperatingPoint) -> None:
+def check_constraints(model: CompiledModel, state: OperatingState) -> None:
     """Raise UsageError if a given state violates the constraints, or given accelerations violate their second
     derivative."""
-    model.check_left_out(state.q, state.v, operating_point.t, operating_point.parameters)
+    model.check_left_out(state.q, state.v, state.point.t, state.point.parameters)
     if not model.multipliers:
         return
-    given = operating_point.given
+    given = state.point.given
     at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
-    rows = [("rate", model.multipliers, at_velocity)]
+    rows = [("rate", at_velocity)]
     if model.functions.sizes["holonomic"]:
         at_position = next(iter(model.evaluate("constraint", state.q, **given).values()))
-        rows.insert(0, ("position", model.multipliers, at_position))
+        rows.insert(0, ("position", at_position))
     if state.a is not None:
         (B,) = model.evaluate("constraint_jacobian", state.q, **given).values()
         (g,) = model.evaluate("constraint_bias", state.q, state.v, **given).values()
-        rows.append(("acceleration", model.multipliers, B @ state.a + g))
-    for level, names, values in rows:
+        rows.append(("acceleration", B @ state.a + g))
+    for level, values in rows:
         worst = int(np.argmax(np.abs(values)))
         if not abs(values[worst]) <= MET:
-            fault = (
-                f"the state does not meet the constraints: {names[worst]} is off by {values[worst]:.3g} in its"
-                f" {level} [E0075]"
-            )
-            hint = (
-                "no a, for the acceleration of the motion"
-                if level == "acceleration"
-                else "q and v of model.consistent(q, v)"
-            )
+            name, off = model.multipliers[worst], values[worst]
+            fault = f"the state does not meet the constraints: {name} is off by {off:.3g} in its {level} [E0075]"
+            hint = "no a, for the acceleration of the motion"
+            hint = hint if level == "acceleration" else "q and v of model.consistent(q, v)"
             raise UsageError(Problem("linearize", fault, hint))
 
 
@@ -194,11 +188,11 @@ def found_state(
     model: CompiledModel,
     at: str | None,
     initial: Mapping[str, Any] | None,
-    operating_point: OperatingPoint,
+    point: OperatingPoint,
     *,
     any_kind: bool,
     asked: CompiledModel | None = None,
-) -> tuple[OperatingState, OperatingPoint]:
+) -> OperatingState:
     """Return the state that ``at`` specifies; by default an equilibrium, else the initial state.
 
     ``asked``: a model of the same scene with which the equilibrium may have been solved before.
@@ -206,86 +200,83 @@ def found_state(
     if at not in (None, "equilibrium", "steady", "initial"):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown [E0076]", hint))
-    start = initial_state(model, initial, operating_point.parameters)
-    driven = bool(np.any(law_rates(model, _of_scene(model, operating_point), start.q)))
-    if moving := _steady_state(model, at, initial, operating_point, start, driven=driven):
+    start = initial_state(model, initial, point.parameters)
+    driven = bool(np.any(law_rates(model, _of_scene(model, point), start.q)))
+    if moving := _steady_state(model, at, initial, point, start, driven=driven):
         return moving
     reason = ""
     if at in (None, "equilibrium"):
-        where = (initial, operating_point.parameters, operating_point.t, operating_point.u)
+        where = (initial, point.parameters, point.t, point.u)
         try:
             result = None
-            if initial is None and operating_point.u is None:
+            if initial is None and point.u is None:
                 result = solved_equilibrium([model, asked or model], *where[1:3], any_kind=any_kind)
             result = result or equilibrium(model, *where, any_kind=any_kind)
             if cautions := result.warnings(any_kind=any_kind):
                 sentence = f"{model.name}: linear about an equilibrium in doubt: {'; '.join(cautions)} [W0009]"
                 warnings.warn(sentence, RuntimeWarning, stacklevel=4)
-            return as_found("equilibrium", result, operating_point)
+            return as_found("equilibrium", result, point)
         except (NumericalError, ModelError) as error:
             if at == "equilibrium":
                 raise
             reason = error.problems[0].what
     q, v, hint = start.q, start.v, 'at="initial" if it is meant'
     if model.multipliers:
-        consistent = model.consistent(q, v, operating_point.t, parameters=operating_point.parameters)
+        consistent = model.consistent(q, v, point.t, parameters=point.parameters)
         q, v = consistent.q, consistent.v
         if at is None and driven:
             sentence = f"linear about the initial state, which does not last: {reason}; try: {hint} [W0008]"
             warnings.warn(sentence, RuntimeWarning, stacklevel=4)
-    if reason and operating_point.u is not None and not (model.multipliers and driven):
+    if reason and point.u is not None and not (model.multipliers and driven):
         sentence = f"linear about the initial state, with the inputs that are given: {reason}; try: {hint} [W0007]"
         warnings.warn(sentence, RuntimeWarning, stacklevel=4)
-    return OperatingState("initial state", q, v, start.z), operating_point
+    return OperatingState("initial state", point, q, v, start.z)
 
 
 def _steady_state(
     model: CompiledModel,
     at: str | None,
     initial: Mapping[str, Any] | None,
-    operating_point: OperatingPoint,
+    point: OperatingPoint,
     start: InitialState,
     *,
     driven: bool,
-) -> tuple[OperatingState, OperatingPoint] | None:
+) -> OperatingState | None:
     """Return the steady motion that ``at`` asks for, by default of a model with driven joints or a moving base.
 
     None if another state is meant; also, with a warning, if a base turns evenly and there is no steady motion.
     """
-    p, t, u = operating_point.parameters, operating_point.t, operating_point.u
+    p, t, u = point.parameters, point.t, point.u
     absolute = driven and bool(model.description.joints)
-    turning = at is None and (absolute or (operating_point.base is None and _base_moves(model, operating_point)))
+    turning = at is None and (absolute or (point.base is None and _base_moves(model, point)))
     evenly = turning and not driven and turns_evenly(model, p, t)
     unsteady = ""
     if evenly and model.description.exact_beams:
         try:
             rest = rest_on_base(model, start.q, start.z, p, t, u)
-            return as_found("steady motion", rest, operating_point, stacklevel=5)
+            return as_found("steady motion", rest, point, stacklevel=5)
         except NumericalError as error:
             unsteady, turning = error.problems[0].what, False
     if at == "steady" or turning:
-        at_rest = [_zero_velocities(model, start.q, operating_point)] if turning and not absolute else []
+        at_rest = [_zero_velocities(model, start.q, point)] if turning and not absolute else []
         known = KnownSymmetries()
         for given in (*at_rest, None):  # without given velocities, rounding of symmetries does not matter
             try:
                 motion = motion_along(model, known, given, None, initial, p, t, u)
-                return as_found("steady motion", motion, operating_point, stacklevel=5)
+                return as_found("steady motion", motion, point, stacklevel=5)
             except NumericalError as error:
                 if at == "steady":
                     raise
                 unsteady = unsteady or error.problems[0].what
     if evenly:
-        sentence = (
-            f"linear about an equilibrium with the base held, which turns, for there is no steady motion: {unsteady}"
-        )
-        warnings.warn(f'{sentence}; try: at="equilibrium" if it is meant [W0011]', RuntimeWarning, stacklevel=5)
+        sentence = "linear about an equilibrium with the base held, which turns, for there is no steady motion"
+        text = f'{sentence}: {unsteady}; try: at="equilibrium" if it is meant [W0011]'
+        warnings.warn(text, RuntimeWarning, stacklevel=5)
     return None
 
 
-def as_found(
-    kind: str, rest: EquilibriumState, operating_point: OperatingPoint, *, stacklevel: int = 4
-) -> tuple[OperatingState, OperatingPoint]:
-    """Return the state of a search, and the base; warn if velocities change direction with the motion.
+def as_found(kind: str, rest: EquilibriumState, point: OperatingPoint, *, stacklevel: int = 4) -> OperatingState:
+    """Return the state of a search, at its time and base; warn if velocities change direction with the motion.
 
     An equilibrium with drives that move is a steady motion. ``stacklevel`` is of the warning.
     """
@@ -294,25 +285,21 @@ def as_found(
         how = "its velocities turn in these coordinates, so the linear model holds at this instant only"
         hint = "a frame on a free joint that does not spin, with spins as joints of their own"
         warnings.warn(f"linear about a {kind}: {how}; try: {hint} [W0012]", RuntimeWarning, stacklevel=stacklevel)
-    state = OperatingState(kind, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
-    return state, replace(
-        operating_point, t=rest.t, base=rest.base if operating_point.base is None else operating_point.base
-    )
+    there = replace(point, t=rest.t, base=rest.base if point.base is None else point.base)
+    return OperatingState(kind, there, rest.q, rest.v, rest.z, rest.a, rest.multipliers)
 
 
-def _base_moves(model: CompiledModel, operating_point: OperatingPoint) -> bool:
-    return "base" in model.functions and bool(
-        np.any(model.base(operating_point.t, parameters=operating_point.parameters)[7:])
-    )
+def _base_moves(model: CompiledModel, point: OperatingPoint) -> bool:
+    return "base" in model.functions and bool(np.any(model.base(point.t, parameters=point.parameters)[7:]))
 
 
-def _of_scene(model: CompiledModel, operating_point: OperatingPoint) -> MeasuresOfScene:
+def _of_scene(model: CompiledModel, point: OperatingPoint) -> SceneMeasures:
     """Return the scene at a time and parameters, with the base held."""
-    p, t = operating_point.parameters, operating_point.t
-    return MeasuresOfScene(model, p, t, held_base(model, p, t))
+    p, t = point.parameters, point.t
+    return SceneMeasures(model, p, t, held_base(model, p, t))
 
 
-def _zero_velocities(model: CompiledModel, q: Array, operating_point: OperatingPoint) -> dict[str, float]:
+def _zero_velocities(model: CompiledModel, q: Array, point: OperatingPoint) -> dict[str, float]:
     """Return velocities of zero against the base, for all components except driven ones."""
-    driven = driven_components(model, _of_scene(model, operating_point), q)
+    driven = driven_components(model, _of_scene(model, point), q)
     return {name: 0.0 for name in (name.removeprefix("v.") for name in model.v_names) if name not in driven}

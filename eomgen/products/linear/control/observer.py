@@ -147,20 +147,17 @@ def kalman(
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
     measured, V = _measured(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
-    if sample is not None:
-        continuous, own = known, len(known.states)
-        known = discretized(known, sample, delay)
-        _refuse_white_measurements(measured, F, W)
-        intensity = np.zeros((len(known.states),) * 2)
-        intensity[:own, :own] = noise_over_a_sample(continuous.A, G @ W @ G.T, float(known.sample or 0.0))
-        F = np.zeros((len(measured), 1))
-        joined, cross = intensity, np.zeros((len(known.states), len(measured)))
+    if sample is None:
+        joined, cross, V = G @ W @ G.T, G @ W @ F.T, V + F @ W @ F.T
     else:
-        joined, cross = G @ W @ G.T, G @ W @ F.T
+        held = discretized(known, sample, delay)
+        _refuse_white_measurements(measured, F, W)
+        added = noise_over_a_sample(known.A, G @ W @ G.T, float(held.sample or 0.0))
+        joined = np.pad(added, (0, len(held.states) - len(known.states)))
+        known, cross = held, np.zeros((len(joined), len(measured)))
     observer = _without_gains(known, measured)
     dynamics = Dynamics(known.A, known.states, known.sample)
     check_detectable(dynamics, observer.C, measured)
-    V = V + F @ W @ F.T if sample is None else V
     if known.sample is None:
         dual = replace(dynamics, A=known.A.T)
         gains, P = optimal_gains(Weights(joined, V, cross), observer.C.T, dual, check_driven)

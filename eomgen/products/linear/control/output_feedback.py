@@ -144,23 +144,15 @@ class OutputFeedback:
     @property
     def _measured_labels(self) -> list[tuple[str, float]]:
         """Unit and reference of each measured signal."""
-        of_outputs = [name in self.space.outputs for name in self.observer.measured]
-        kinds = ["outputs" if output else "states" for output in of_outputs]
-        return [
-            label
-            for kind, name in zip(kinds, self.observer.measured, strict=True)
-            for label in labels(self.space, kind, [name])
-        ]
+        of = [("outputs" if name in self.space.outputs else "states", name) for name in self.observer.measured]
+        return [label for kind, name in of for label in labels(self.space, kind, [name])]
 
     @property
     def _white_noise(self) -> Array:
         """(number of measured, nw) disturbance matrix of the measurements."""
         space = self.space
-        rows = [
-            space.F[space.outputs.index(name)] if name in space.outputs else np.zeros(len(space.disturbances))
-            for name in self.observer.measured
-        ]
-        return np.array(rows).reshape(len(rows), len(space.disturbances))
+        known, every = (*space.outputs, *space.states), np.vstack([space.F, np.zeros_like(space.E)])
+        return np.asarray(every[[known.index(name) for name in self.observer.measured]])
 
     @cached_property
     def margins(self) -> dict[str, Margins]:

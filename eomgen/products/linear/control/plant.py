@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import cholesky, solve_triangular
+from scipy.linalg import block_diag, cholesky, solve_triangular
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
@@ -53,19 +53,13 @@ class Scales:
     @property
     def state(self) -> Array:
         """(2n, 2n) matrix T, x^ = T [q, v]: x^ = (rate L^T q, L^T v)."""
-        n = len(self.L)
-        T = np.zeros((2 * n, 2 * n))
-        T[:n, :n], T[n:, n:] = self.rate * self.L.T, self.L.T
-        return T
+        return np.asarray(block_diag(self.rate * self.L.T, self.L.T))
 
     @property
     def state_back(self) -> Array:
         """(2n, 2n) matrix, the inverse of ``state``."""
-        n = len(self.L)
-        inverse = solve_triangular(self.L, np.eye(n), lower=True).T
-        T = np.zeros((2 * n, 2 * n))
-        T[:n, :n], T[n:, n:] = inverse / self.rate, inverse
-        return T
+        inverse = solve_triangular(self.L, np.eye(len(self.L)), lower=True).T
+        return np.asarray(block_diag(inverse / self.rate, inverse))
 
 
 class Plant:
@@ -113,10 +107,7 @@ class Plant:
     @cached_property
     def scales(self) -> Scales:
         """Scales that bring the numbers of the plant near one."""
-        half = solve_triangular(self._factor, self.K, lower=True)
-        stiffness = float(np.linalg.norm(solve_triangular(self._factor, half.T, lower=True), 2))
-        half = solve_triangular(self._factor, self.C, lower=True)
-        damping = float(np.linalg.norm(solve_triangular(self._factor, half.T, lower=True), 2))
+        stiffness, damping = (float(np.linalg.norm(self._congruent(matrix), 2)) for matrix in (self.K, self.C))
         rate = max(stiffness**0.5, damping)
         return Scales(self._factor, rate if rate > 0.0 else 1.0)
 
@@ -124,24 +115,21 @@ class Plant:
     def scaled(self) -> tuple[Array, Array, Array]:
         """Stiffness k, damping c (n, n), actuation b (n, m) of q^'' + c q^' + k q^ = b u in the units of ``scales``."""
         rate = self.scales.rate
-
-        def congruent(matrix: Array) -> Array:
-            half = solve_triangular(self._factor, matrix, lower=True)
-            return np.asarray(solve_triangular(self._factor, half.T, lower=True).T)
-
         b = solve_triangular(self._factor, self.B, lower=True) / rate
-        return congruent(self.K) / rate**2, congruent(self.C) / rate, np.asarray(b)
+        return self._congruent(self.K).T / rate**2, self._congruent(self.C).T / rate, np.asarray(b)
+
+    def _congruent(self, matrix: Array) -> Array:
+        """Return the transpose of L^-1 matrix L^-T, M = L L^T."""
+        half = solve_triangular(self._factor, matrix, lower=True)
+        return np.asarray(solve_triangular(self._factor, half.T, lower=True))
 
     def state_space(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> tuple[Array, Array]:
         """Return A (2n, 2n), B (2n, m) of x' = A x + B u, x = [q, v], closed by u = -G_p q - G_v v if given."""
         n, m = self.n, self.m
         K = self.K if G_p is None else self.K + self.B @ real_matrix("G_p", G_p, m, n)
         C = self.C if G_v is None else self.C + self.B @ real_matrix("G_v", G_v, m, n)
-        solved = np.linalg.solve(self.M, np.hstack([K, C, self.B]))
-        A, B = np.zeros((2 * n, 2 * n)), np.zeros((2 * n, m))
-        A[:n, n:], A[n:, :n], A[n:, n:] = np.eye(n), -solved[:, :n], -solved[:, n : 2 * n]
-        B[n:] = solved[:, 2 * n :]
-        return A, B
+        k, c, b = np.split(np.linalg.solve(self.M, np.hstack([K, C, self.B])), [n, 2 * n], axis=1)
+        return first_order(k, c), np.vstack([np.zeros((n, m)), b])
 
     def eigenvalues(self, G_p: ArrayLike | None = None, G_v: ArrayLike | None = None) -> Complex:
         """Return the 2n eigenvalues, 1/s, slow ones first; of the closed loop with gains."""
@@ -159,10 +147,7 @@ class Plant:
 
 def first_order(k: Array, c: Array) -> Array:
     """Return the state matrix (2n, 2n) of q'' + c q' + k q = 0."""
-    n = len(k)
-    A = np.zeros((2 * n, 2 * n))
-    A[:n, n:], A[n:, :n], A[n:, n:] = np.eye(n), -k, -c
-    return A
+    return np.block([[np.zeros_like(k), np.eye(len(k))], [-k, -c]])
 
 
 #: Distance from the imaginary axis, as a share of the plant's rate, up to which an eigenvalue counts as on the axis: a

@@ -20,7 +20,7 @@ from eomgen.base.arrays import Array, Complex
 from eomgen.base.calls import NamedAttributes, checked_call, checked_calls, not_unpacked
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
-from eomgen.errors import NumericalError, Problem, UsageError
+from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.control.controllability import (
     Dynamics,
     check_controllable,
@@ -36,6 +36,7 @@ from eomgen.products.linear.control.notebook import (
     plot_margins,
     with_more,
 )
+from eomgen.products.linear.control.pole_placement import check_poles, check_reached, pole_gains, repeated_pole
 from eomgen.products.linear.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
 from eomgen.products.linear.eigenvalues import balance
@@ -44,7 +45,6 @@ from eomgen.products.linear.state_space import HasStateSpace, StateSpace, state_
 
 #: Function that raises an error for excluded motions, given the dynamics and the matrix of actuators or weights.
 Check = Callable[[Dynamics, Array], None]
-_REACHED = 1e-6
 
 
 @checked_calls()
@@ -67,7 +67,8 @@ class Regulator(NamedAttributes):
         raise not_unpacked(self, "law = ..., and law.gains, law.eigenvalues, law.cost_left")
 
     def __repr__(self) -> str:
-        return f"<Regulator{self.space.when}: {_said(self.space)}; {self.closed_loop.stability}>"
+        of = f"{', '.join(self.space.inputs)} from {len(self.space.states)} states"
+        return f"<Regulator{self.space.when}: {of}; {self.closed_loop.stability}>"
 
     def _repr_html_(self) -> str:
         gains = gains_html(self.space, self.gains.T, self.space.inputs)
@@ -294,52 +295,23 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
     """Return G (m, n) with the wanted eigenvalues of A - B G; ``check`` refuses motions that B does not reach."""
     unstable = wanted.real > 0.0 if dynamics.sample is None else np.abs(wanted) > 1.0
     if np.any(unstable):
-        growing = ", ".join(
-            f"{pole:.6g}" for pole in (wanted[unstable] if np.any(wanted.imag) else wanted.real[unstable])
-        )
+        poles = wanted if np.any(wanted.imag) else wanted.real
+        growing = ", ".join(f"{pole:.6g}" for pole in poles[unstable])
         where = "with positive real parts" if dynamics.sample is None else "z = e^(s T) outside the unit circle"
         hint = "negative real parts" if dynamics.sample is None else "negative real parts of s"
         note = f"place: poles {where} are asked for, {growing}: such motions grow; try: {hint} [W0030]"
         warnings.warn(note, RuntimeWarning, stacklevel=4)
     A, (n, m) = dynamics.A, B.shape
-    if wanted.shape != (n,):
-        fault = f"{wanted.size} poles are given, and the model has {n} eigenvalues [E0402]"
-        raise UsageError(Problem("poles", fault, f"{n} poles"))
-    if not np.all(np.isfinite(wanted)):
-        raise UsageError(Problem("poles", "a pole is not finite [E0406]", "finite numbers"))
-    left = list(map(complex, wanted))
-    for pole in map(complex, wanted):
-        if pole.imag and pole.conjugate() not in left:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate [E0404]"
-            raise UsageError(Problem("poles", fault, f"{pole.real:g}{-pole.imag:+g}i too"))
-        if pole.imag:
-            left.remove(pole.conjugate())
-    for pole in dict.fromkeys(map(complex, wanted)):
-        count = int(np.sum(wanted == pole))
-        if count > m:
-            fault = (
-                f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times, and {m} of them can be placed at"
-                f" most [E0405]"
-            )
-            raise UsageError(Problem("poles", fault, "distinct poles"))
+    check_poles("poles", wanted, n)
+    if repeated := repeated_pole(wanted, m):
+        pole, count = repeated
+        fault = f"the pole {pole} is there {count} times, and {m} of them can be placed at most [E0405]"
+        raise UsageError(Problem("poles", fault, "distinct poles"))
     check(dynamics, B)
-    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
-
     balanced, scales = balance(A, permute=False)
-    sizes = np.diag(scales)
-    rate = dynamics.rate
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
-            scaled = place_poles(balanced / rate, B / sizes[:, np.newaxis] / rate, wanted / rate).gain_matrix
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise NumericalError(f"the poles could not be placed: {error} [E0407]", "other poles") from None
-    gains = np.real(scaled) / sizes
-    reached = np.linalg.eigvals(A - B @ gains)
-    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
-    if not missed <= _REACHED:
-        fault = f"the poles are reached to {missed:.1e} of their size only [E0403]"
-        raise NumericalError(fault, "poles nearer to the model's")
+    sizes, rate = np.diag(scales), dynamics.rate
+    gains = pole_gains(balanced / rate, B / sizes[:, np.newaxis] / rate, wanted / rate) / sizes
+    check_reached(np.linalg.eigvals(A - B @ gains).astype(complex), wanted, rate)
     return np.asarray(gains, dtype=float)
 
 
@@ -377,15 +349,11 @@ def _sampled(space: StateSpace, weights: Weights) -> Regulator:
     joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])
     values, vectors = np.linalg.eigh((joined + joined.T) / 2.0)
     root = (vectors * np.sqrt(np.maximum(values, 0.0))).T
-    ns = len(space.states)
-    effort = root[:, ns:]
-    free = dynamics
+    free, (root, effort) = dynamics, np.split(root, [len(space.states)], axis=1)
     if np.any(effort):  # action of optimal inputs alone
-        of_state = np.linalg.lstsq(effort, root[:, :ns], rcond=1e-10)[0]
+        of_state = np.linalg.lstsq(effort, root, rcond=1e-10)[0]
         free = replace(dynamics, A=space.A - space.B @ of_state)
-        root = root[:, :ns] - effort @ of_state
-    else:
-        root = root[:, :ns]
+        root = root - effort @ of_state
     check_weighted(free, root)
     P, gains, _ = sampled_solution(space.A, space.B, weights.state, weights.effort, weights.cross)
     return Regulator(space, gains, P)
@@ -396,7 +364,3 @@ def _only_with_sample(delay: float | str) -> None:
         fault = "a delay is given, and no time between two samples [E0408]"
         hint = 'sample="1 ms"; in continuous time an actuator or a filter with a lag'
         raise UsageError(Problem("delay", fault, hint))
-
-
-def _said(space: StateSpace) -> str:
-    return f"{', '.join(space.inputs)} from {len(space.states)} states"

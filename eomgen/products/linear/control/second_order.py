@@ -22,7 +22,6 @@ and a frequency w_d with a damping ratio zeta_d are reached by g = w_d^2 - w^2, 
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 
 import numpy as np
@@ -31,7 +30,7 @@ from scipy.linalg import eigh
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.errors import ModelError, NumericalError, UsageError
+from eomgen.errors import ModelError, UsageError
 from eomgen.products.linear.control.plant import (
     Plant,
     check_controllable,
@@ -39,6 +38,7 @@ from eomgen.products.linear.control.plant import (
     check_stabilisable,
     first_order,
 )
+from eomgen.products.linear.control.pole_placement import check_poles, check_reached, pole_gains, repeated_pole
 from eomgen.products.linear.control.riccati_equation import solution, whitening, without_cross_terms
 from eomgen.products.linear.control.weights import Weights
 
@@ -96,9 +96,6 @@ def lqr(plant: Plant, weights: Weights) -> Regulator:
     return Regulator(G[:, :n], G[:, n:], P[:n, :n], P[:n, n:], P[n:, n:], residual, eigenvalues)
 
 
-_REACHED = 1e-6
-
-
 @dataclass(frozen=True)
 class Placement:
     """Gains u = -G_p q - G_v v, (m, n) each, and the eigenvalues of the closed loop, (2n,), 1/s."""
@@ -126,42 +123,17 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     """
     wanted = np.asarray(poles, dtype=complex)
     n, rate = plant.n, plant.scales.rate
-    if wanted.shape != (2 * n,):
-        raise UsageError(
-            f"{wanted.size} poles are given, and the model has {2 * n} eigenvalues [E0402]", f"{2 * n} poles"
-        )
-    if not np.all(np.isfinite(wanted)):
-        raise UsageError("a pole is not finite [E0406]", "finite numbers")
-    left = list(map(complex, wanted))
-    for pole in map(complex, wanted):
-        if pole.imag and pole.conjugate() not in left:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate [E0404]"
-            raise UsageError(fault, f"{pole.real:g}{-pole.imag:+g}i too")
-        if pole.imag:
-            left.remove(pole.conjugate())
-    for pole in dict.fromkeys(map(complex, wanted)):
-        count = int(np.sum(wanted == pole))
-        if count > plant.m:
-            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there {count} times [E0413]"
-            raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most [E0414]", "distinct poles")
+    check_poles("", wanted, 2 * n)
+    if repeated := repeated_pole(wanted, plant.m):
+        pole, count = repeated
+        fault = f"the pole {pole} is there {count} times [E0413]"
+        raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most [E0414]", "distinct poles")
     check_controllable(plant)
-    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
-
     k, c, b = plant.scaled
     A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: the result is checked below
-            gain = np.real(place_poles(A, B, wanted / rate).gain_matrix)
-    except (ValueError, np.linalg.LinAlgError) as error:
-        raise NumericalError(f"the poles could not be placed: {error} [E0407]", "other poles") from None
-    G = gain @ plant.scales.state
+    G = pole_gains(A, B, wanted / rate) @ plant.scales.state
     reached = plant.eigenvalues(G[:, :n], G[:, n:])
-    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
-    if not missed <= _REACHED:
-        raise NumericalError(
-            f"the poles are reached to {missed:.1e} of their size only [E0403]", "poles nearer to the model's"
-        )
+    check_reached(reached, wanted, rate)
     return Placement(G[:, :n], G[:, n:], reached)
 
 

@@ -60,8 +60,10 @@ def stationary_covariance(space: StateSpace | HasStateSpace, noise: Mapping[str,
     if space.stability != "stable":
         fault = f"there is no stationary motion: the slowest motion does not decay ({-space.decay:.4g} 1/s) [E0424]"
         raise ModelError(Problem("", fault, "a damper, or feedback"))
-    solve = solve_continuous_lyapunov if space.sample is None else _sampled
-    covariance: Array = np.asarray(solve(space.A, -G @ W @ G.T), dtype=float)
+    if space.sample is None:
+        covariance = np.asarray(solve_continuous_lyapunov(space.A, -G @ W @ G.T), dtype=float)
+    else:
+        covariance = np.asarray(solve_discrete_lyapunov(space.A, G @ W @ G.T), dtype=float)
     return np.asarray((covariance + covariance.T) / 2.0)
 
 
@@ -105,10 +107,6 @@ def root_mean_squares(space: StateSpace | HasStateSpace, noise: Mapping[str, flo
         direct = np.where(direct > 0.0, np.inf, 0.0)
     values = np.sqrt(np.maximum(squares, 0.0) + direct)
     return dict(zip(space.outputs, values.tolist(), strict=True))
-
-
-def _sampled(A: Array, negative: Array) -> Array:
-    return np.asarray(solve_discrete_lyapunov(A, -negative), dtype=float)
 
 
 def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Array, Array]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg import block_diag
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
@@ -47,9 +48,8 @@ class Weights:
             A matrix of another size, not symmetric, or negative in some direction.
         """
         n, m = plant.n, plant.m
-        state = np.zeros((2 * n, 2 * n))
-        state[:n, :n] = weight("the weight of the coordinates", position, n)
-        state[n:, n:] = weight("the weight of the velocities", velocity, n)
+        of_coordinates = weight("the weight of the coordinates", position, n)
+        state = np.asarray(block_diag(of_coordinates, weight("the weight of the velocities", velocity, n)))
         return cls(state, weight("the weight of the efforts", effort, m), np.zeros((2 * n, m)))
 
     def plus_output(self, of_state: ArrayLike, of_effort: ArrayLike, cost: ArrayLike) -> Weights:
@@ -57,18 +57,12 @@ class Weights:
 
         Accelerations are such outputs: v' = -M^-1 K q - M^-1 C v + M^-1 B u.
         """
-        rows = len(np.atleast_2d(np.asarray(of_state, dtype=float)))
-        F = real_matrix("the output's part of the state", np.atleast_2d(np.asarray(of_state)), rows, len(self.state))
-        D = real_matrix(
-            "the output's part of the efforts", np.atleast_2d(np.asarray(of_effort)), rows, len(self.effort)
-        )
+        given = np.atleast_2d(np.asarray(of_state)), np.atleast_2d(np.asarray(of_effort))
+        rows = len(given[0])
+        F = real_matrix("the output's part of the state", given[0], rows, len(self.state))
+        D = real_matrix("the output's part of the efforts", given[1], rows, len(self.effort))
         W = weight("the weight of an output", cost, rows)
-        return replace(
-            self,
-            state=self.state + F.T @ W @ F,
-            effort=self.effort + D.T @ W @ D,
-            cross=self.cross + F.T @ W @ D,
-        )
+        return Weights(self.state + F.T @ W @ F, self.effort + D.T @ W @ D, self.cross + F.T @ W @ D)
 
 
 def weight(name: str, value: ArrayLike, size: int) -> Array:

@@ -1,0 +1,57 @@
+"""Gains for eigenvalues that are asked for, by SciPy's placement in scaled units, with checks of the poles."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+
+from eomgen.base.arrays import Array, Complex
+from eomgen.errors import NumericalError, Problem, UsageError
+
+#: Distance of a reached pole from the requested place, as a share of the pole, above which a placement is refused.
+_REACHED = 1e-6
+
+
+def check_poles(where: str, wanted: Complex, size: int) -> None:
+    """Raise UsageError unless there are ``size`` finite poles, each with its conjugate."""
+    if wanted.shape != (size,):
+        fault = f"{wanted.size} poles are given, and the model has {size} eigenvalues [E0402]"
+        raise UsageError(Problem(where, fault, f"{size} poles"))
+    if not np.all(np.isfinite(wanted)):
+        raise UsageError(Problem(where, "a pole is not finite [E0406]", "finite numbers"))
+    left = list(map(complex, wanted))
+    for pole in map(complex, wanted):
+        if pole.imag and pole.conjugate() not in left:
+            fault = f"the pole {pole.real:g}{pole.imag:+g}i is there without its conjugate [E0404]"
+            raise UsageError(Problem(where, fault, f"{pole.real:g}{-pole.imag:+g}i too"))
+        if pole.imag:
+            left.remove(pole.conjugate())
+
+
+def repeated_pole(wanted: Complex, most: int) -> tuple[str, int] | None:
+    """Return the first pole that is there more often than ``most`` times, in words, and how often."""
+    poles = list(map(complex, wanted))
+    counts = {pole: poles.count(pole) for pole in poles}
+    often = ((f"{pole.real:g}{pole.imag:+g}i", count) for pole, count in counts.items() if count > most)
+    return next(often, None)
+
+
+def pole_gains(A: Array, B: Array, poles: Array | Complex) -> Array:
+    """Return G (m, n) with the eigenvalues ``poles`` of A - B G, in scaled units. Raises NumericalError."""
+    from scipy.signal import place_poles  # noqa: PLC0415  # it takes a second to import
+
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # SciPy's doubts about convergence: ``check_reached`` looks at the result
+            return np.real(place_poles(A, B, poles).gain_matrix)
+    except (ValueError, np.linalg.LinAlgError) as error:
+        raise NumericalError(f"the poles could not be placed: {error} [E0407]", "other poles") from None
+
+
+def check_reached(reached: Array | Complex, wanted: Complex, rate: float) -> None:
+    """Raise NumericalError if a pole is not among the eigenvalues of the closed loop; ``rate`` is a scale of these."""
+    missed = max(float(np.abs(reached - pole).min()) / max(abs(pole), 1e-3 * rate) for pole in map(complex, wanted))
+    if not missed <= _REACHED:
+        fault = f"the poles are reached to {missed:.1e} of their size only [E0403]"
+        raise NumericalError(fault, "poles nearer to the model's")
