@@ -62,40 +62,22 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
         raise UsageError(Problem("driven_by", fault, f"outputs called {' or '.join(columns[:4])}"))
     again = [name for name in source.states if name in space.states]
     if again:
-        raise UsageError(
-            Problem("driven_by", f"both models have a state {listed(again)} [E0368]", "other names in one of them")
-        )
+        fault = f"both models have a state {listed(again)} [E0368]"
+        raise UsageError(Problem("driven_by", fault, "other names in one of them"))
     inputs = _united([name for name in space.inputs if name not in driven], source.inputs)
     disturbances = _united([name for name in space.disturbances if name not in driven], source.disturbances)
     disturbances = [name for name in disturbances if name not in inputs]
     left = (*inputs, *disturbances)
-    of_model, of_source = _columns(space), _columns(source)
-    outputs = [name for name in source.outputs if name not in space.outputs]
-    first, ns, nf = len(space.states), len(space.states) + len(source.states), len(source.states)
-    A, G = np.zeros((ns, ns)), np.zeros((ns, len(left)))
-    C, H = np.zeros((len(space.outputs) + len(outputs), ns)), np.zeros((len(space.outputs) + len(outputs), len(left)))
-    A[:first, :first], A[first:, first:], C[: len(space.outputs), :first] = space.A, source.A, space.C
-    own = np.concatenate([source.C, np.zeros((len(source.outputs), len(left)))], axis=1)
-    for column, name in enumerate(left):
-        if name in of_source:
-            G[first:, column], own[:, nf + column] = of_source[name]
-        if name in of_model:
-            G[:first, column], H[: len(space.outputs), column] = of_model[name]
-    for name in driven:
-        row = own[source.outputs.index(name)]
-        into_states, into_outputs = of_model[name]
-        A[:first, first:] += np.outer(into_states, row[:nf])
-        G[:first] += np.outer(into_states, row[nf:])
-        C[: len(space.outputs), first:] += np.outer(into_outputs, row[:nf])
-        H[: len(space.outputs)] += np.outer(into_outputs, row[nf:])
-    rows = [source.outputs.index(name) for name in outputs]
-    C[len(space.outputs) :, first:], H[len(space.outputs) :] = own[rows, :nf], own[rows, nf:]
-    names = (
-        (*space.states, *source.states),
-        tuple(inputs),
-        tuple(disturbances),
-        (*space.outputs, *outputs),
-    )
+    new = [k for k, name in enumerate(source.outputs) if name not in space.outputs]
+    outputs = [source.outputs[k] for k in new]
+    rows = [source.outputs.index(name) for name in driven]
+    into_states, into_outputs = _entering(space, driven)
+    (B, D), (of_source, seen) = _entering(space, left), _entering(source, left)
+    A = np.block([[space.A, into_states @ source.C[rows]], [np.zeros((len(source.A), len(space.A))), source.A]])
+    G = np.vstack([B + into_states @ seen[rows], of_source])
+    C = np.block([[space.C, into_outputs @ source.C[rows]], [np.zeros((len(new), len(space.A))), source.C[new]]])
+    H = np.vstack([D + into_outputs @ seen[rows], seen[new]])
+    names = ((*space.states, *source.states), tuple(inputs), tuple(disturbances), (*space.outputs, *outputs))
     nu = len(inputs)
     matrices = (A, G[:, :nu], G[:, nu:], C, H[:, :nu], H[:, nu:])
     labels = [_labels(kind, wanted, (space, source)) for kind, wanted in zip(KINDS, names, strict=True)]
@@ -144,9 +126,8 @@ def shaping_filter(
         np.trim_zeros(np.atleast_1d(np.asarray(item, dtype=float)), "f") for item in (numerator, denominator)
     )
     if not len(bottom) or not np.all(np.isfinite(bottom)) or not np.all(np.isfinite(top)) or top.ndim != 1:
-        raise UsageError(
-            Problem("shaping_filter", "the coefficients are not finite numbers [E0369]", "[2.0], [1.0, 0.5]")
-        )
+        fault = "the coefficients are not finite numbers [E0369]"
+        raise UsageError(Problem("shaping_filter", fault, "[2.0], [1.0, 0.5]"))
     if len(top) > len(bottom):
         fault = f"the numerator has the degree {len(top) - 1} and the denominator {len(bottom) - 1} [E0370]"
         raise UsageError(Problem("shaping_filter", fault, "a denominator of that degree: a filter that can be built"))
@@ -230,9 +211,8 @@ def delay_line(input: str, output: str, samples: int, sample: float | str, unit:
     3
     """
     if isinstance(samples, bool) or not isinstance(samples, int) or samples < 1:
-        raise UsageError(
-            Problem("delay_line", f"a delay of {samples!r} samples [E0372]", "a whole number of them, from 1 on")
-        )
+        fault = f"a delay of {samples!r} samples [E0372]"
+        raise UsageError(Problem("delay_line", fault, "a whole number of them, from 1 on"))
     A, B, C = np.eye(samples, k=-1), np.zeros((samples, 1)), np.zeros((1, samples))
     B[0], C[0, -1] = 1.0, 1.0
     line = _filter(A, B, C, np.zeros((1, 1)), input, output, unit, output)
@@ -266,11 +246,13 @@ def _united(first: Sequence[str], second: Sequence[str]) -> list[str]:
     return [*first, *(name for name in second if name not in first)]
 
 
-def _columns(space: StateSpace) -> dict[str, tuple[Array, Array]]:
-    """Return the gains of each input and disturbance to the states and to the outputs."""
-    into_states, into_outputs = np.hstack([space.B, space.E]), np.hstack([space.D, space.F])
-    names = (*space.inputs, *space.disturbances)
-    return {name: (into_states[:, k], into_outputs[:, k]) for k, name in enumerate(names)}
+def _entering(space: StateSpace, names: Sequence[str]) -> tuple[Array, Array]:
+    """Return the gains of inputs and disturbances to the states and to the outputs; zero for those of other models."""
+    known = (*space.inputs, *space.disturbances)
+    columns = [known.index(name) if name in known else len(known) for name in names]  # the last one is zero
+    into_states = np.hstack([space.B, space.E, np.zeros((len(space.B), 1))])
+    into_outputs = np.hstack([space.D, space.F, np.zeros((len(space.D), 1))])
+    return into_states[:, columns], into_outputs[:, columns]
 
 
 def _labels(kind: str, names: Sequence[str], spaces: Sequence[StateSpace]) -> list[tuple[str, float]]:

@@ -19,7 +19,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
 from eomgen.base.progress import Progress
-from eomgen.errors import EomgenError, ModelError, NumericalError, Problem
+from eomgen.errors import ModelError, NumericalError
 from eomgen.products.linear.eigenvalue_loci import NUMBER, Campbell, Crossing, MergedWarnings
 from eomgen.products.linear.linearization import Linearization
 
@@ -53,14 +53,6 @@ class _Oscillations:
     whirl: NDArray[np.int_]
     circular: Array
     stability: str
-
-
-def _alike(texts: Sequence[str]) -> list[list[str]]:
-    """Return texts that differ in numbers alone, together."""
-    kinds: dict[str, list[str]] = {}
-    for text in texts:
-        kinds.setdefault(NUMBER.sub("#", text), []).append(text)
-    return list(kinds.values())
 
 
 def campbell(
@@ -139,8 +131,8 @@ def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linea
     near = search.nodes[row]
     if near.model.coordinates != model.coordinates:
         return ()
-    node = _Node(value, model, _oscillations(model, search.pairs, value), wanted=False)
-    path = [near, *_between(near, node, search.at, search.pairs, _DEPTH), node]
+    node = search.node(value, model, wanted=False)
+    path = [near, *search.between(near, node), node]
     first, *_, last = _followed(path)[0]
     modes = model.modes()
     of_model = dict(zip(last, (np.flatnonzero(modes.oscillating) + 1).tolist(), strict=True))
@@ -160,7 +152,7 @@ class _Search:
         pairs: Sequence[tuple[str, str]],
         values: Sequence[float],
     ) -> None:
-        self.parameter, self.linearized, self.pairs = parameter, linearized, pairs
+        self.linearized, self.pairs = linearized, pairs
         self.doubts = MergedWarnings("Campbell diagram", parameter, values)
         self.nodes: list[_Node] = []
         self.failures: dict[float, ModelError | NumericalError] = {}
@@ -172,32 +164,43 @@ class _Search:
 
     def at(self, value: float, before: Linearization | None) -> Linearization:
         """Return the linear model at a value. Raises EomgenError with the value in the message."""
-        try:
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
-                model = self.linearized(value, before)
-            self.doubts.add(value, caught)
-            return model
-        except EomgenError as error:
-            place = f"at {self.parameter} = {value:.6g}"
-            problems = [Problem(f"{place}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
-            raise type(error)(problems) from None
+        with self.doubts.at(value):
+            return self.linearized(value, before)
+
+    def node(self, value: float, model: Linearization, *, wanted: bool) -> _Node:
+        """Return the node of a value with a linear model."""
+        return _Node(value, model, _oscillations(model, self.pairs, value), wanted)
 
     def look_at(self, value: float) -> None:
         """Add the node of a value, after nodes between this and the last value by which modes can be tracked."""
         nodes = self.nodes
         try:
-            model = self.at(value, nodes[-1].model if nodes else None)
-            node = _Node(value, model, _oscillations(model, self.pairs, value), wanted=True)
-            nodes.extend([*_between(nodes[-1], node, self.at, self.pairs, _DEPTH), node] if nodes else [node])
+            node = self.node(value, self.at(value, nodes[-1].model if nodes else None), wanted=True)
+            nodes.extend([*self.between(nodes[-1], node), node] if nodes else [node])
         except (ModelError, NumericalError) as error:
             self.failures[value] = error
+
+    def between(self, low: _Node, high: _Node, depth: int = _DEPTH) -> list[_Node]:
+        """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
+        without a linear model in between."""
+        if depth == 0 or _tracked(low.oscillations, high.oscillations):
+            return []
+        middle = 0.5 * (low.value + high.value)
+        try:
+            model = self.at(middle, low.model)
+        except (ModelError, NumericalError):
+            return []
+        node = self.node(middle, model, wanted=False)
+        return [*self.between(low, node, depth - 1), node, *self.between(node, high, depth - 1)]
 
     def check_failures(self, stacklevel: int) -> None:
         """Raise the first failure if too few values have a linear model, else warn of the values without one."""
         if self.failures and self.wanted < _FEWEST:
             raise next(iter(self.failures.values()))
-        for kind in _alike([str(failure) for failure in self.failures.values()]):
+        kinds: dict[str, list[str]] = {}  # of failures that differ in numbers alone
+        for text in map(str, self.failures.values()):
+            kinds.setdefault(NUMBER.sub("#", text), []).append(text)
+        for kind in kinds.values():
             more = f", and {len(kind) - 1} more values for the same reason" if len(kind) > 1 else ""
             warnings.warn(f"Campbell diagram: left out: {kind[0]}{more} [W0028]", RuntimeWarning, stacklevel=stacklevel)
 
@@ -283,10 +286,8 @@ def _oscillations(lin: Linearization, pairs: Sequence[tuple[str, str]], value: f
         deflections = rows @ modes.state_shapes[:, kept]
         for together in _multiple(eigenvalues, modes.uncertainty[kept]):
             turned = _circular(shapes[:, together], deflections[:, together])
-            shapes[:, together], deflections[:, together] = (
-                shapes[:, together] @ turned,
-                deflections[:, together] @ turned,
-            )
+            for amplitudes in (shapes, deflections):
+                amplitudes[:, together] = amplitudes[:, together] @ turned
         first, second = deflections[::2], deflections[1::2]
         # x = cos t, y = sin t has the amplitudes 1 and -i
         area = -np.sum((first.conj() * second).imag, axis=0)
@@ -308,9 +309,7 @@ def _multiple(eigenvalues: Complex, uncertainty: Array) -> list[list[int]]:
     for k, value in enumerate(eigenvalues):
         for group in groups:
             known = group[0]
-            if abs(value - eigenvalues[known]) <= max(
-                _EQUAL * abs(value), float(uncertainty[k]), float(uncertainty[known])
-            ):
+            if abs(value - eigenvalues[known]) <= max(_EQUAL * abs(value), uncertainty[k], uncertainty[known]):
                 group.append(k)
                 break
         else:
@@ -370,40 +369,15 @@ def _tracked(before: _Oscillations, now: _Oscillations) -> bool:
     return bool(np.all((own < _UNLIKE) | clear))
 
 
-def _between(
-    low: _Node,
-    high: _Node,
-    at: Callable[[float, Linearization | None], Linearization],
-    pairs: Sequence[tuple[str, str]],
-    depth: int,
-) -> list[_Node]:
-    """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
-    without a linear model in between."""
-    if depth == 0 or _tracked(low.oscillations, high.oscillations):
-        return []
-    middle = 0.5 * (low.value + high.value)
-    try:
-        model = at(middle, low.model)
-    except (ModelError, NumericalError):
-        return []
-    node = _Node(middle, model, _oscillations(model, pairs, middle), wanted=False)
-    below = _between(low, node, at, pairs, depth - 1)
-    return [*below, node, *_between(node, high, at, pairs, depth - 1)]
-
-
 def _followed(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
     """Return the columns of the modes of each node, and how many columns there are."""
     columns: list[list[int]] = []
-    count = 0
+    more = itertools.count()
     for place, node in enumerate(nodes):
         now = node.oscillations
         numbers: dict[int, int] = {}
         if place:
             rows, chosen = linear_sum_assignment(_costs(nodes[place - 1].oscillations, now))
             numbers = {int(k): columns[-1][int(row)] for row, k in zip(rows, chosen, strict=True)}
-        for k in range(len(now.eigenvalues)):
-            if k not in numbers:
-                numbers[k] = count
-                count += 1
-        columns.append([numbers[k] for k in range(len(now.eigenvalues))])
-    return columns, count
+        columns.append([numbers[k] if k in numbers else next(more) for k in range(len(now.eigenvalues))])
+    return columns, next(more)

@@ -4,9 +4,9 @@ frequency responses, rides on random roads."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -42,6 +42,9 @@ if TYPE_CHECKING:
     from eomgen.products.linear.spectra import PowerSpectrum, RideTable, RoadExcitation
 
 
+Number = TypeVar("Number", int, float)
+
+
 @dataclass(frozen=True)
 class CampbellRequest:
     """Request of ``--campbell``, ``--orders``, ``--whirl``, ``--modes`` and ``--speed-unit``."""
@@ -72,16 +75,11 @@ class CampbellRequest:
             options = {"--orders": orders, "--whirl": whirl, "--modes": modes, "--speed-unit": speed_unit}
             for option, given in options.items():
                 if given:
-                    raise UsageError(
-                        Problem(option, "it belongs to a Campbell diagram [E0166]", "--campbell spin=0:300:31")
-                    )
+                    fault = "it belongs to a Campbell diagram [E0166]"
+                    raise UsageError(Problem(option, fault, "--campbell spin=0:300:31"))
             return None
-        pairs = []
-        for text in whirl:
-            first, colon, second = text.partition(":")
-            if not colon or not first.strip() or not second.strip():
-                raise UsageError(Problem(f"--whirl {text}", "two deflections are needed [E0167]", "--whirl x:y"))
-            pairs.append((first.strip(), second.strip()))
+        fault = "two deflections are needed [E0167]"
+        pairs = [_pair(text, Problem(f"--whirl {text}", fault, "--whirl x:y")) for text in whirl]
         return cls(*sweep, *_orders(orders), pairs, _modes(modes), speed_unit)
 
     def view(self, diagram: Campbell, band: tuple[float, float] | None) -> CampbellView:
@@ -119,12 +117,8 @@ def _orders(text: str | None) -> tuple[tuple[float, ...] | None, str]:
     """Return orders, written as 1, 1x or 1P, and the letter of their labels."""
     if text is None:
         return None, "x"
-    try:
-        orders = tuple(float(part.strip().rstrip("xXpP")) for part in text.split(","))
-    except ValueError:
-        orders = (0.0,)
-    if not all(0.0 < order < float("inf") for order in orders):
-        raise UsageError(Problem(f"--orders {text}", "positive numbers are needed [E0169]", "--orders 1,2"))
+    otherwise = Problem(f"--orders {text}", "positive numbers are needed [E0169]", "--orders 1,2")
+    orders = _positive(text, lambda part: float(part.strip().rstrip("xXpP")), otherwise)
     return orders, "P" if "p" in text.lower() else "x"
 
 
@@ -132,13 +126,19 @@ def _modes(text: str | None) -> tuple[int, ...] | None:
     """Return the numbers of modes."""
     if text is None:
         return None
+    fault = "numbers of modes from 1 on are needed [E0170]"
+    return _positive(text, int, Problem(f"--modes {text}", fault, "--modes 1,2,4"))
+
+
+def _positive(text: str, number: Callable[[str], Number], otherwise: Problem) -> tuple[Number, ...]:
+    """Return positive numbers between commas. Raises UsageError with the problem for any other text."""
     try:
-        numbers = tuple(int(part) for part in text.split(","))
+        numbers = tuple(map(number, text.split(",")))
+        if all(0.0 < value < math.inf for value in numbers):
+            return numbers
     except ValueError:
-        numbers = (0,)
-    if min(numbers) < 1:
-        raise UsageError(Problem(f"--modes {text}", "numbers of modes from 1 on are needed [E0170]", "--modes 1,2,4"))
-    return numbers
+        pass
+    raise UsageError(otherwise)
 
 
 @dataclass(frozen=True)
@@ -195,13 +195,8 @@ class RideRequest:
 def _speeds(text: str | None) -> tuple[float, ...]:
     if text is None:
         return ()
-    try:
-        speeds = tuple(float(part) for part in text.split(","))
-    except ValueError:
-        speeds = (math.nan,)
-    if not all(0.0 < speed < math.inf for speed in speeds):
-        raise UsageError(Problem(f"--speeds {text}", "positive speeds in m/s are needed [E0174]", "--speeds 10,20,30"))
-    return speeds
+    fault = "positive speeds in m/s are needed [E0174]"
+    return _positive(text, float, Problem(f"--speeds {text}", fault, "--speeds 10,20,30"))
 
 
 _SHOWN = 40
@@ -209,7 +204,7 @@ _POINTS = 600
 
 
 @click.command()
-@click.option("--at", default=None, metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
+@click.option("--at", metavar="STATE", help="equilibrium, steady, initial, or a time of a run in s.")
 @time_option
 @any_kind_option
 @click.option(
@@ -220,38 +215,26 @@ _POINTS = 600
 @initial_option
 @input_option
 @optional_folder("Write modes, matrices and figures to this folder, too.")
-@click.option(
-    "--root-locus", default=None, metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios."
-)
+@click.option("--root-locus", metavar="NAME=FROM:TO:N", help="Roots over a parameter; N:log for equal ratios.")
 @click.option(
     "--response", "responses", multiple=True, metavar="INPUT:OUTPUT", help="A frequency response; may be repeated."
 )
-@click.option(
-    "--band", default=None, metavar="FROM:TO", help="Of frequency responses, rides and drawn Campbell diagrams, in Hz."
-)
+@click.option("--band", metavar="FROM:TO", help="Of frequency responses, rides and drawn Campbell diagrams, in Hz.")
 @click.option(
     "--ride", "rides", multiple=True, metavar="OUTPUT[:Wk]", help="Rms on the scene's random roads; may be repeated."
 )
 @click.option(
-    "--campbell",
-    "diagram",
-    default=None,
-    metavar="NAME=FROM:TO:N",
-    help="Damped frequencies over a speed, critical speeds.",
+    "--campbell", "diagram", metavar="NAME=FROM:TO:N", help="Damped frequencies over a speed, critical speeds."
 )
-@click.option(
-    "--orders", default=None, metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed: 1,2 or 1P,2P."
-)
+@click.option("--orders", metavar="N,N,...", help="Of a Campbell diagram, multiples of the speed: 1,2 or 1P,2P.")
 @click.option("--whirl", multiple=True, metavar="X:Y", help="Deflections whose orbits show the sense; may be repeated.")
 @click.option(
     "--multiblade", multiple=True, metavar="ROTOR:NAME,NAME,...", help="Equal blades by azimuth; may be repeated."
 )
-@click.option(
-    "--modes", default=None, metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as the table."
-)
+@click.option("--modes", metavar="N,N,...", help="Of the picture of a Campbell diagram, numbered as the table.")
 @click.option("--speed-unit", type=click.Choice(["rad/s", "rpm", "Hz"]), help="Of the picture of a Campbell diagram.")
-@click.option("--classes", default=None, metavar="A,B,...", help="Road classes of rides; else the scene's road.")
-@click.option("--speeds", default=None, metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
+@click.option("--classes", metavar="A,B,...", help="Road classes of rides; else the scene's road.")
+@click.option("--speeds", metavar="V,V,...", help="Speeds of rides in m/s; else the scene's.")
 @profile_option
 @scene_options
 @json_option
@@ -259,8 +242,10 @@ _POINTS = 600
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
-    band = _band(options.pop("band"), from_zero=_draws_campbell_alone(options))
-    pairs = [_pair(text) for text in options.pop("responses")]
+    draws_campbell_alone = options["diagram"] is not None and not (options["responses"] or options["rides"])
+    band = _band(options.pop("band"), from_zero=draws_campbell_alone)
+    fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
+    pairs = [_pair(text, Problem(f"--response {text}", fault, example)) for text in options.pop("responses")]
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     campbell = CampbellRequest.read(
         _sweep(options.pop("diagram"), "--campbell"),
@@ -275,12 +260,10 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     for pair in pairs:
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
-        raise UsageError(
-            Problem("eomgen linearize", "there is no folder to draw roots or responses to [E0175]", "--out DIR")
-        )
+        fault = "there is no folder to draw roots or responses to [E0175]"
+        raise UsageError(Problem("eomgen linearize", fault, "--out DIR"))
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
-    from eomgen.products.linear import plots  # noqa: PLC0415
 
     data = linear_files.described(lin, request.model.name)
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
@@ -295,23 +278,17 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         locus, cut = (None, "") if sweep is None else request.roots(*sweep)
         ends = ends or cut
         files = request.written(lin, data, Path(folder), locus, pairs, band)
-    if folder is not None and diagram is not None and view is not None:
-        from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
-
-        files.append(linear_files.write_campbell(diagram, Path(folder) / "campbell.csv"))
-        picture = Path(folder) / "campbell.png"
-        files.append(draw_campbell(diagram, request.model.name, picture, view))
-    if folder is not None and ride is not None and excitation is not None and table is not None:
-        spectra = ride.spectra(lin, excitation)
-        files.append(linear_files.write_ride(table, Path(folder) / "ride.csv"))
-        files.append(linear_files.write_spectra(spectra, Path(folder) / "spectra.csv"))
-        files.append(plots.draw_spectra(spectra, request.model.name, Path(folder) / "spectra.png"))
+        if diagram is not None and view is not None:
+            files += request.written_campbell(diagram, view, Path(folder))
+        if ride is not None and excitation is not None and table is not None:
+            files += request.written_ride(table, ride.spectra(lin, excitation), Path(folder))
     if as_json:
         print_json({**data, "files": [file.name for file in files]})
     else:
         _print(lin, request.model.name)
         _print_tables(table, diagram)
-    say(_closing(lin, folder, files))
+    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
+    say("\n".join(filter(None, (_said(lin), str(lin.multiblade or ""), written))))
     if ends:
         say(ends)
         return INTERRUPTED
@@ -358,26 +335,19 @@ class _Request:
             if self.multiblade is not None:
                 fault = "multiblade coordinates are of a steady motion, and --at names a time of a run [E0177]"
                 raise UsageError(Problem("--multiblade", fault, "--at steady"))
-            run = self.model.simulate(
-                self.at,
-                parameters=parameters,
-                initial=self.initial,
-                inputs=self.inputs or None,
-                error_estimate=False,
-            )
-            return run.linearize(self.at)
+            given = {"parameters": parameters, "initial": self.initial, "inputs": self.inputs or None}
+            return self.model.simulate(self.at, error_estimate=False, **given).linearize(self.at)
         from eomgen.products.linear.analyses.parameter_sweeps import state_of  # noqa: PLC0415
 
         initial: Any = self.initial
         if before is not None and self.at != "initial":
             initial = state_of(before) or initial
-        given: dict[str, Any] = {"parameters": parameters, "t": self.time, "u": self.inputs or None}
+        given = {"parameters": parameters, "u": self.inputs or None}
         if self.velocities or self.held:
             # checked there
-            result = self.model.steady_motion(self.velocities, self.held, initial, **given)  # type: ignore[arg-type]
-            given = {"parameters": parameters, "u": given["u"], "multiblade": self.multiblade}
-            return self.model.linearize(at=result, **given)
-        given["multiblade"] = self.multiblade
+            result = self.model.steady_motion(self.velocities, self.held, initial, t=self.time, **given)  # type: ignore[arg-type]
+            return self.model.linearize(at=result, multiblade=self.multiblade, **given)
+        given |= {"t": self.time, "multiblade": self.multiblade}
         return self.model.linearize(at=self.at, initial=initial, any_kind=self.any_kind, **given)
 
     def campbell(self, wanted: CampbellRequest, lin: Linearization) -> tuple[Campbell | None, str]:
@@ -398,12 +368,11 @@ class _Request:
         from eomgen.base.progress import shown  # noqa: PLC0415
         from eomgen.products.linear.eigenvalue_loci import root_locus  # noqa: PLC0415
 
-        def linearized(value: float, last: Linearization | None) -> Linearization:
-            return self.linearized({parameter: value}, last)
-
         try:
             with shown(True, f"{self.model.name}: roots over {parameter}") as report:
-                locus = root_locus(parameter, values, linearized, report)
+                locus = root_locus(
+                    parameter, values, lambda value, last: self.linearized({parameter: value}, last), report
+                )
         except KeyboardInterrupt:
             return None, "interrupted before there was a root locus"
         counted_values = f"{len(locus.values)} of {len(values)} values of {parameter}"
@@ -447,6 +416,24 @@ class _Request:
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
         return files
 
+    def written_campbell(self, diagram: Campbell, view: CampbellView, folder: Path) -> list[Path]:
+        """Write the Campbell diagram as a table and as a picture."""
+        from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
+        from eomgen.products.linear.files import write_campbell  # noqa: PLC0415
+
+        picture = folder / "campbell.png"
+        return [
+            write_campbell(diagram, folder / "campbell.csv"),
+            draw_campbell(diagram, self.model.name, picture, view),
+        ]
+
+    def written_ride(self, table: RideTable, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
+        """Write root mean squares and spectra on random roads."""
+        from eomgen.products.linear import files, plots  # noqa: PLC0415
+
+        tables = [files.write_ride(table, folder / "ride.csv"), files.write_spectra(spectra, folder / "spectra.csv")]
+        return [*tables, plots.draw_spectra(spectra, self.model.name, folder / "spectra.png")]
+
     def _shapes(self, lin: Linearization, modes: Modes, path: Path) -> list[Path]:
         """Draw the slowest oscillating modes of a machine with beams."""
         import numpy as np  # noqa: PLC0415
@@ -477,51 +464,31 @@ def _print_tables(table: RideTable | None, diagram: Campbell | None) -> None:
 
 
 def _print(lin: Linearization, name: str) -> None:
-    from eomgen.products.linear.modes import degrees, oscillating_first  # noqa: PLC0415
+    from eomgen.products.linear.modes import ROUNDING, degrees, oscillating_first, significant  # noqa: PLC0415
 
     modes = lin.modes()
     rows = []
     shown = oscillating_first(modes, _SHOWN)[:_SHOWN]
     for k in shown:
-        value, zero = modes.eigenvalues[k], abs(modes.eigenvalues[k]) <= modes.uncertainty[k]
+        value, bound, oscillating = modes.eigenvalues[k], modes.uncertainty[k], bool(modes.oscillating[k])
+        zero = abs(value) <= bound
+        frequency = f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else ""
+        ratio = "" if zero else f"{significant(modes.damping_ratio[k], ROUNDING):.6g}"
+        imaginary = f" ± {value.imag:.9g}j" if oscillating else ""
+        eigenvalue = "0" if zero else f"{significant(value.real, bound):.9g}{imaginary}"
         shape = ", ".join(
             f"{coordinate} {abs(x):.3g}" + (f" at {degrees(x)}°" if degrees(x) else "")
             for coordinate, x in modes.dominant(k)
         )
-        oscillating = bool(modes.oscillating[k])
-        rows.append(
-            (
-                k + 1,
-                f"{modes.frequency[k]:.9g}" if oscillating else "0" if zero else "",
-                "" if zero else _small(float(modes.damping_ratio[k])),
-                (
-                    "0"
-                    if zero
-                    else _real(value.real, modes.uncertainty[k]) + (f" ± {value.imag:.9g}j" if oscillating else "")
-                ),
-                shape,
-            )
-        )
+        rows.append((k + 1, frequency, ratio, eigenvalue, shape))
     about = f"{name} about the {lin.reference.what} at t = {lin.reference.t:.6g} s"
-    print_table(
-        about,
-        ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy"),
-        rows,
-        numeric=(0, 1, 2, 3),
-    )
+    headings = ("mode", "undamped frequency, Hz", "damping ratio", "eigenvalue, 1/s", "moves most, by kinetic energy")
+    print_table(about, headings, rows, numeric=(0, 1, 2, 3))
     if len(modes) > _SHOWN:
         hidden = set(range(len(modes))) - set(shown)
         hidden_oscillations = sum(bool(modes.oscillating[k]) for k in hidden)
         decays = len(hidden) - hidden_oscillations
         say(f"{len(hidden)} more with --json: {hidden_oscillations} that oscillate, {decays} that do not")
-
-
-def _real(part: float, uncertainty: float) -> str:
-    return "0" if abs(part) <= uncertainty else f"{part:.9g}"
-
-
-def _small(ratio: float) -> str:
-    return "0" if abs(ratio) < 1e-9 else f"{ratio:.6g}"
 
 
 def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
@@ -535,12 +502,6 @@ def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
             raise UsageError(Problem(f"--multiblade {text}", fault, "--multiblade spin:flap_1,flap_2,flap_3"))
         groups.setdefault(rotor.strip(), []).append(group)
     return groups or None
-
-
-def _closing(lin: Linearization, folder: str | None, files: Sequence[Path]) -> str:
-    """Return the last lines: stability, multiblade coordinates, files."""
-    written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
-    return "\n".join(filter(None, (_said(lin), str(lin.multiblade or ""), written)))
 
 
 def _said(lin: Linearization) -> str:
@@ -573,10 +534,9 @@ def _state(text: str | None) -> str | float | None:
     except ValueError:
         hint = "--at equilibrium, --at steady, --at initial, or --at 2.5"
         raise UsageError(Problem(f"--at {text}", "this is neither a state nor a time [E0179]", hint)) from None
-    if not (math.isfinite(time) and time > 0.0):
-        raise UsageError(
-            Problem(f"--at {text}", "a run that leads there needs a positive time [E0180]", "--at initial, or --at 2.5")
-        )
+    if not 0.0 < time < math.inf:
+        fault = "a run that leads there needs a positive time [E0180]"
+        raise UsageError(Problem(f"--at {text}", fault, "--at initial, or --at 2.5"))
     return time
 
 
@@ -605,9 +565,8 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed [E0183]", hint))
     if logarithmic and not (first > 0.0 and last > 0.0):
-        raise UsageError(
-            Problem(f"{option} {text}", "values in equal ratios must be positive [E0184]", "values without :log")
-        )
+        fault = "values in equal ratios must be positive [E0184]"
+        raise UsageError(Problem(f"{option} {text}", fault, "values without :log"))
     steps = [k / (count - 1) for k in range(count)]
     if logarithmic:
         return name.strip(), [first * (last / first) ** s for s in steps]
@@ -623,19 +582,12 @@ def _check_increasing(name: str, values: Sequence[float]) -> None:
         raise UsageError(Problem(f"--campbell {name}", fault, example))
 
 
-def _pair(text: str) -> tuple[str, str]:
-    of_input, colon, output = text.partition(":")
-    if not colon or not of_input.strip() or not output.strip():
-        raise UsageError(
-            Problem(
-                f"--response {text}", "an input and an output are needed [E0186]", "--response road:body_acceleration"
-            )
-        )
-    return of_input.strip(), output.strip()
-
-
-def _draws_campbell_alone(options: Mapping[str, Any]) -> bool:
-    return options["diagram"] is not None and not (options["responses"] or options["rides"])
+def _pair(text: str, otherwise: Problem) -> tuple[str, str]:
+    """Return both sides of a colon. Raises UsageError with the problem for any other text."""
+    first, _, second = (part.strip() for part in text.partition(":"))
+    if not (first and second):
+        raise UsageError(otherwise)
+    return first, second
 
 
 def _band(text: str | None, *, from_zero: bool = False) -> tuple[float, float] | None:

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -51,8 +52,17 @@ class MergedWarnings:
         self.job, self.parameter, self.values = job, parameter, frozenset(map(float, values))
         self.caught: dict[str, list[tuple[float, warnings.WarningMessage]]] = {}
 
-    def add(self, value: float, caught: Sequence[warnings.WarningMessage]) -> None:
-        """Keep the warnings at one value."""
+    @contextmanager
+    def at(self, value: float) -> Iterator[None]:
+        """Keep the warnings of work at one value, and name the value in its errors."""
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                yield
+        except EomgenError as error:
+            place = f"at {self.parameter} = {value:.6g}"
+            problems = [Problem(f"{place}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems]
+            raise type(error)(problems) from None
         for item in caught:
             self.caught.setdefault(NUMBER.sub("#", str(item.message)), []).append((value, item))
 
@@ -325,20 +335,14 @@ def root_locus(
     interrupted = False
     try:
         for number, value in enumerate(map(float, values), 1):
-            with warnings.catch_warnings(record=True) as caught:
-                warnings.simplefilter("always")
+            with doubts.at(value):
                 before = linearized(value, before)
-            doubts.add(value, caught)
-            roots = np.linalg.eigvals(before.state_space().A).astype(complex)
-            ordered = _followed(points[-1][0], roots) if points else roots[np.lexsort((roots.real, np.abs(roots)))]
-            points.append((ordered, before.modes().stability))
+                roots = np.linalg.eigvals(before.state_space().A).astype(complex)
+                stability_there = before.modes().stability
+            order = np.lexsort((roots.real, np.abs(roots)))
+            points.append((_followed(points[-1][0], roots) if points else roots[order], stability_there))
             if report is not None:
                 report(number, len(values))
-    except EomgenError as error:
-        problems = [
-            Problem(f"at {parameter} = {value:.6g}: {p.where}".rstrip(": "), p.what, p.hint) for p in error.problems
-        ]
-        raise type(error)(problems) from None
     except KeyboardInterrupt:
         if not points:
             raise

@@ -15,26 +15,24 @@ from eomgen.products.linear.eigenvalue_loci import Campbell, RootLocus
 from eomgen.products.linear.linearization import Linearization
 from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.spectra import PowerSpectrum, RideTable
+from eomgen.products.linear.state_space import KINDS
+
+#: Matrices of the second order, and numbers of a mode.
+_SECOND_ORDER = ("M0", "C0", "K0", "B0", "E0")
+_OF_MODES = ("frequency", "undamped_frequency", "damped_frequency", "angular_frequency", "damping_ratio")
 
 
 def described(lin: Linearization, scene: str) -> dict[str, Any]:
     """Return a linear model as JSON data: reference, names, modes and matrices of the model."""
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
-    second = (
-        {name: getattr(lin, name).tolist() for name in ("M0", "C0", "K0", "B0", "E0")} if lin.free.holonomic else None
-    )
+    second = {name: getattr(lin, name).tolist() for name in _SECOND_ORDER} if lin.free.holonomic else None
     return {
         "scene": scene,
         "about": reference.what,
         "t": reference.t,
-        "q": reference.q.tolist(),
-        "v": reference.v.tolist(),
-        "z": reference.z.tolist(),
+        **{name: getattr(reference, name).tolist() for name in "qvz"},
         "coordinates": list(lin.coordinates),
-        "states": list(space.states),
-        "inputs": list(space.inputs),
-        "disturbances": list(space.disturbances),
-        "outputs": list(space.outputs),
+        **{kind: list(getattr(space, kind)) for kind in KINDS},
         "stability": modes.stability,
         "multiblade": _multiblade(lin),
         "modes": [_mode(modes, k) for k in range(len(modes))],
@@ -52,34 +50,19 @@ def _multiblade(lin: Linearization) -> dict[str, Any] | None:
 
 
 def _mode(modes: Modes, k: int) -> dict[str, Any]:
-    value = complex(modes.eigenvalues[k])
+    value, shape = complex(modes.eigenvalues[k]), np.stack([modes.shapes[:, k].real, modes.shapes[:, k].imag], axis=1)
     return {
         "eigenvalue": [value.real, value.imag],
-        "frequency": float(modes.frequency[k]),
-        "undamped_frequency": float(modes.undamped_frequency[k]),
-        "damped_frequency": float(modes.damped_frequency[k]),
-        "angular_frequency": float(modes.angular_frequency[k]),
-        "damping_ratio": float(modes.damping_ratio[k]),
+        **{name: float(getattr(modes, name)[k]) for name in _OF_MODES},
         "oscillating": bool(modes.oscillating[k]),
         "uncertainty": float(modes.uncertainty[k]),
-        "shape": {
-            name: [x.real, x.imag] for name, x in zip(modes.coordinates, modes.shapes[:, k].tolist(), strict=True)
-        },
+        "shape": dict(zip(modes.coordinates, shape.tolist(), strict=True)),
     }
 
 
 def described_campbell(diagram: Campbell) -> list[dict[str, Any]]:
     """Return the crossings as JSON data."""
-    return [
-        {
-            "order": item.order,
-            "speed": item.speed,
-            "frequency": item.frequency,
-            "mode": diagram.number(item.mode),
-            "whirl": item.whirl,
-        }
-        for item in diagram.crossings
-    ]
+    return [{**vars(item), "mode": diagram.number(item.mode)} for item in diagram.crossings]
 
 
 def described_ride(table: RideTable) -> list[dict[str, Any]]:
@@ -112,16 +95,9 @@ def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
     space, reference = lin.state_space(), lin.reference
     arrays = {name: getattr(space, name) for name in "ABECDF"}
     if lin.free.holonomic:
-        arrays |= {name: getattr(lin, name) for name in ("M0", "C0", "K0", "B0", "E0", "Z0")}
-    arrays |= {
-        "basis": lin.free.R,
-        "q": reference.q,
-        "v": reference.v,
-        "a": reference.a,
-        "z": reference.z,
-        "u": reference.u,
-    }
-    names = {name: list(getattr(space, name)) for name in ("states", "inputs", "disturbances", "outputs")}
+        arrays |= {name: getattr(lin, name) for name in (*_SECOND_ORDER, "Z0")}
+    arrays |= {"basis": lin.free.R, **{name: getattr(reference, name) for name in "qvazu"}}
+    names = {kind: list(getattr(space, kind)) for kind in KINDS}
     names["coordinates"], names["components"] = list(lin.coordinates), list(lin.names.components)
     write_arrays(path, arrays, {"scene": scene, "about": reference.what, "t": reference.t, "names": names})
     return path
@@ -129,10 +105,8 @@ def write_matrices(lin: Linearization, scene: str, path: Path) -> Path:
 
 def write_root_locus(locus: RootLocus, path: Path) -> Path:
     """Write roots over a parameter as a table: values of the parameter, then real and imaginary parts of each root."""
-    names = [locus.parameter]
-    names += [
-        f"root{k + 1} {part}" for k in range(locus.eigenvalues.shape[1]) for part in ("real [1/s]", "imaginary [rad/s]")
-    ]
+    numbers = range(1, locus.eigenvalues.shape[1] + 1)
+    names = [locus.parameter, *(f"root{k} {part}" for k in numbers for part in ("real [1/s]", "imaginary [rad/s]"))]
     parts = np.stack([locus.eigenvalues.real, locus.eigenvalues.imag], axis=2).reshape(len(locus.values), -1)
     write_table(path, names, np.concatenate([locus.values[:, np.newaxis], parts], axis=1))
     return path
@@ -151,8 +125,7 @@ def write_campbell(diagram: Campbell, path: Path) -> Path:
 
 def write_ride(table: RideTable, path: Path) -> Path:
     """Write root mean squares on random roads as a table, one row for each class and speed."""
-    lines = [",".join(table.headings), *(",".join(row) for row in table.rows)]
-    write_text(path, "\n".join(lines) + "\n")
+    write_text(path, "".join(f"{','.join(row)}\n" for row in (table.headings, *table.rows)))
     return path
 
 

@@ -37,7 +37,14 @@ from eomgen.products.linear.spectra import (
     check_excitation,
     check_weighted,
 )
-from eomgen.products.linear.state_space import FirstOrderForm, StateSpace, first_order, has_diagonal_inertia, spelled
+from eomgen.products.linear.state_space import (
+    KINDS,
+    FirstOrderForm,
+    StateSpace,
+    first_order,
+    has_diagonal_inertia,
+    spelled,
+)
 
 
 @dataclass(frozen=True)
@@ -106,10 +113,8 @@ class Linearization(NamedAttributes):
     multiblade: Multiblade | None = None
 
     def __repr__(self) -> str:
-        return (
-            f"<Linearization about the {self.reference.what} at t = {self.reference.t:.6g} s:"
-            f" {', '.join(self.coordinates)}>"
-        )
+        about = f"{self.reference.what} at t = {self.reference.t:.6g} s"
+        return f"<Linearization about the {about}: {', '.join(self.coordinates)}>"
 
     def _repr_html_(self) -> str:
         free = f"coordinates: {', '.join(self.coordinates)}" if self.coordinates else "no coordinates are free"
@@ -247,14 +252,11 @@ class Linearization(NamedAttributes):
             No state is sampled, or the periods have no common multiple.
         """
         if self.sampled is None:
-            raise ModelError(
-                Problem("sampled loop", "no states are sampled [E0438]", "state_space(), in continuous time")
-            )
+            fault = "no states are sampled [E0438]"
+            raise ModelError(Problem("sampled loop", fault, "state_space(), in continuous time"))
         of, part, free = self.state_space(), self.sampled, self.free
-        n, count = len(part.names), len(free.coordinates) + len(free.velocities)
-        of_v = np.zeros((len(self.partials.M), len(of.states)))
-        of_v[:, : len(free.coordinates)] = free.T
-        of_v[:, len(free.coordinates) : count] = free.S
+        n, moving = len(part.names), np.hstack([free.T, free.S])
+        of_v = np.pad(moving, ((0, 0), (0, len(of.states) - moving.shape[1])))
         A = over_a_period(part, of.A, of.B[:, -n:], self._first_order.R_all, of_v)
         nothing = np.zeros((len(A), 0)), np.zeros((len(of.outputs), 0))
         C = np.hstack([of.C, of.D[:, -n:]])
@@ -359,11 +361,8 @@ class Linearization(NamedAttributes):
         >>> phase.get_xlabel()
         'frequency, Hz'
         """
-        band = (
-            np.geomspace(*self.modes().band, 500)
-            if frequencies is None
-            else np.atleast_1d(np.asarray(frequencies, dtype=float))
-        )
+        given = np.geomspace(*self.modes().band, 500) if frequencies is None else frequencies
+        band = np.atleast_1d(np.asarray(given, dtype=float))
         if band.ndim != 1 or len(band) < 2 or not np.all(np.isfinite(band)) or np.any(band <= 0.0):
             fault = "frequencies have to be two or more positive numbers, Hz [E0439]"
             raise UsageError(Problem("plot_response", fault, "numpy.geomspace(0.1, 100.0, 500)"))
@@ -541,23 +540,21 @@ class Linearization(NamedAttributes):
         check_excitation("ride_table", excitation)
         chosen = dict(outputs) if isinstance(outputs, Mapping) else dict.fromkeys(outputs or self.names.outputs)
         if not chosen:
-            raise UsageError(
-                Problem("ride_table", "the scene has no outputs [E0441]", "[outputs] in the scene, or states")
-            )
-        for name in (name for name, weighting in chosen.items() if weighting is not None):
-            check_weighted(name, self._unit(name))
+            fault = "the scene has no outputs [E0441]"
+            raise UsageError(Problem("ride_table", fault, "[outputs] in the scene, or states"))
+        for name, weighting in chosen.items():
+            if weighting is not None:
+                check_weighted(name, self._unit(name))
         names, weightings = tuple(chosen), tuple(chosen.values())
         driven = [excitation.at(speed if isinstance(speed, str) else float(speed)) for speed in speeds] or [excitation]
         space, modes = self.state_space(), self.modes()
         at_speeds = np.array([root_mean_squares(space, modes, e, names, weightings, band) for e in driven])
-        sizes = [
-            (excitation.road.of_class(name).reference_roughness / excitation.road.reference_roughness) ** 0.5
-            for name in classes
-        ]
+        road = excitation.road
+        sizes = [(road.of_class(name).reference_roughness / road.reference_roughness) ** 0.5 for name in classes]
         return RideTable(
             names,
             tuple(self._unit(name) for name in names),
-            tuple(classes) or (excitation.road.label,),
+            tuple(classes) or (road.label,),
             np.array([e.speed for e in driven]),
             np.array(sizes or [1.0])[:, np.newaxis, np.newaxis] * at_speeds,
             tuple(name or "" for name in weightings),
@@ -580,7 +577,4 @@ def _of_first_order(by_kind: Mapping[str, Iterable[Any]], free: Freedom) -> dict
         return {}
     every = {kind: list(entries) for kind, entries in by_kind.items()}
     states = [every["measured"][k] for k in free.coordinates] + [every["velocities"][k] for k in free.velocities]
-    return {
-        "states": states + every["states"],
-        **{kind: every[kind] for kind in ("inputs", "disturbances", "outputs")},
-    }
+    return {kind: states + every[kind] if kind == "states" else every[kind] for kind in KINDS}

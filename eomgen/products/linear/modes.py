@@ -22,7 +22,7 @@ from eomgen.products.linear.eigenvalues import balance, decomposed, ordered, res
 from eomgen.products.linear.freedom import times
 
 #: Damping ratios below this are rounding.
-_ROUNDING = 1e-9
+ROUNDING = 1e-9
 #: Largest numbers of modes and coordinates in one figure: more cannot be distinguished.
 _MODES, _COORDINATES = 12, 14
 
@@ -70,7 +70,7 @@ class Modes(NamedAttributes):
             (
                 k + 1,
                 f"{self.frequency[k]:.6g}" if self.oscillating[k] else "",
-                f"{_known(self.damping_ratio[k], _ROUNDING):.4g}"
+                f"{significant(self.damping_ratio[k], ROUNDING):.4g}"
                 if abs(self.eigenvalues[k]) > self.uncertainty[k]
                 else "",
                 _eigenvalue(self.eigenvalues[k], self.uncertainty[k]),
@@ -310,7 +310,7 @@ def caption(modes: Modes, k: int) -> str:
     grows, or no stiffness, for an eigenvalue that is zero within its uncertainty."""
     value = modes.eigenvalues[k]
     if modes.oscillating[k]:
-        ratio = _known(modes.damping_ratio[k], _ROUNDING)
+        ratio = significant(modes.damping_ratio[k], ROUNDING)
         return f"mode {k + 1}: {modes.frequency[k]:.5g} Hz undamped, damping ratio {ratio:.4g}"
     if abs(value) <= modes.uncertainty[k]:
         return f"mode {k + 1}: no stiffness"
@@ -319,11 +319,12 @@ def caption(modes: Modes, k: int) -> str:
 
 def _eigenvalue(value: complex, uncertainty: float) -> str:
     """Return an eigenvalue without the parts that are rounding."""
-    real, imaginary = _known(value.real, uncertainty), _known(value.imag, uncertainty)
+    real, imaginary = significant(value.real, uncertainty), significant(value.imag, uncertainty)
     if not imaginary:
         return f"{real:.6g}"
     return f"{real:.6g} ± {imaginary:.6g}j" if real else f"± {imaginary:.6g}j"
 
 
-def _known(value: float, uncertainty: float) -> float:
+def significant(value: float, uncertainty: float) -> float:
+    """Return a number, and zero for one within its uncertainty."""
     return value if abs(value) > uncertainty else 0.0

@@ -167,25 +167,18 @@ def _ends(name: str, names: Sequence[str]) -> list[str]:
 def _group(group: Sequence[str], end: str, places: list[int], rotor: Rotor) -> _Group:
     count = len(group)
     psi = rotor.azimuth + 2.0 * np.pi * np.arange(count) / count
-    columns: list[Array] = [np.ones(count)]
-    slopes: list[Array] = [np.zeros(count)]
-    bends: list[Array] = [np.zeros(count)]
-    kinds = ["collective"]
+    still = np.zeros(count)
+    waves = [("collective", np.ones(count), still, still)]
     for n in range(1, (count - 1) // 2 + 1):
-        cosine, sine = np.cos(n * psi), np.sin(n * psi)
-        columns += [cosine, sine]
-        slopes += [-n * sine, n * cosine]
-        bends += [-(n**2) * cosine, -(n**2) * sine]
-        kinds += [f"{kind}{n if n > 1 else ''}" for kind in ("cosine", "sine")]
+        cosine, sine, number = np.cos(n * psi), np.sin(n * psi), n if n > 1 else ""
+        waves.append((f"cosine{number}", cosine, -n * sine, -(n**2) * cosine))
+        waves.append((f"sine{number}", sine, n * cosine, -(n**2) * sine))
     if count % 2 == 0:
-        columns.append(np.where(np.arange(count) % 2 == 0, 1.0, -1.0))
-        slopes.append(np.zeros(count))
-        bends.append(np.zeros(count))
-        kinds.append("differential")
+        waves.append(("differential", np.where(np.arange(count) % 2 == 0, 1.0, -1.0), still, still))
+    kinds, *parts = zip(*waves, strict=True)
+    basis, slope, bend = (np.array(part).T for part in parts)
     labels = [f"{_label(group)}.{kind}{end}" for kind in kinds]
-    return _Group(
-        places, labels, np.array(columns).T, rotor.speed * np.array(slopes).T, rotor.speed**2 * np.array(bends).T
-    )
+    return _Group(places, labels, basis, rotor.speed * slope, rotor.speed**2 * bend)
 
 
 def _is_list(given: object) -> bool:
@@ -209,9 +202,8 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
         Not a mapping of rotors to groups; fewer than three blades; names that are unknown or given twice.
     """
     if not isinstance(blades, Mapping) or not blades:
-        raise UsageError(
-            Problem("multiblade", f"{shown(blades)} is not a mapping of rotors to blades [E0443]", _EXAMPLE)
-        )
+        fault = f"{shown(blades)} is not a mapping of rotors to blades [E0443]"
+        raise UsageError(Problem("multiblade", fault, _EXAMPLE))
     result: dict[str, tuple[tuple[str, ...], ...]] = {}
     seen: set[str] = set()
     for rotor, given in blades.items():
@@ -220,12 +212,10 @@ def checked_groups(blades: Blades, known: Sequence[str]) -> dict[str, tuple[tupl
             if not _are_names(group):
                 raise UsageError(Problem("multiblade", f"{shown(group)} is not a list of blades [E0444]", _EXAMPLE))
             if len(group) < _FEWEST:
-                fault = (
-                    f"{listed(group)} are {len(group)} blades of {rotor}, and multiblade coordinates need three [E0445]"
-                )
-                raise UsageError(
-                    Problem("multiblade", fault, "model.floquet(period), in Python, for rotors of one or two blades")
-                )
+                count = len(group)
+                fault = f"{listed(group)} are {count} blades of {rotor}, and multiblade coordinates need three [E0445]"
+                hint = "model.floquet(period), in Python, for rotors of one or two blades"
+                raise UsageError(Problem("multiblade", fault, hint))
             for name in group:
                 if not _ends(name, known):
                     fault = f"there is no coordinate, state, input or output {shown(name)} [E0446]"
@@ -259,18 +249,11 @@ def in_multiblade(
     N = x.solved(free.N @ y.matrix)
     W = x.solved(free.N @ G + free.W @ x.matrix - x.rate)
     to = of["components"].solved
-    turned = Freedom(
-        free.coordinates,
-        free.velocities,
-        to(free.R @ x.matrix),
-        to(free.S @ y.matrix),
-        to(free.S @ G + free.T @ x.matrix),
-        to(free.S @ (y.rate + G @ N) + free.U @ y.matrix),
-        to(free.S @ (G_rate + G @ W) + free.U @ G + free.V @ x.matrix),
-        N,
-        W,
-        np.zeros_like(free.W_rate),
-    )
+    T = to(free.S @ G + free.T @ x.matrix)
+    U = to(free.S @ (y.rate + G @ N) + free.U @ y.matrix)
+    V = to(free.S @ (G_rate + G @ W) + free.U @ G + free.V @ x.matrix)
+    R, S = to(free.R @ x.matrix), to(free.S @ y.matrix)
+    turned = Freedom(free.coordinates, free.velocities, R, S, T, U, V, N, W, np.zeros_like(free.W_rate))
     q, z, u, w = (of[kind].matrix for kind in ("components", "states", "inputs", "disturbances"))
     columns = {"M": q, "C": q, "K": q, "B": u, "E": w, "Rz": z}
     forces = {name: q.T @ getattr(partials, name) @ matrix for name, matrix in columns.items()}

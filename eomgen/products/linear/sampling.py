@@ -107,14 +107,12 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
         fault = f"the model is sampled already, every {space.sample:.6g} s [E0457]"
         raise UsageError(Problem("sample", fault, "the model in continuous time"))
     if not period > 0.0:
-        raise UsageError(
-            Problem("sample", f"the time between two samples is {period:.6g} s [E0459]", "a time above zero")
-        )
+        fault = f"the time between two samples is {period:.6g} s [E0459]"
+        raise UsageError(Problem("sample", fault, "a time above zero"))
     if not isinstance(sample, str) and period >= RARE:
         hint = f'sample="{1.0 / period:.6g} s" for {period:.6g} a second, or "{period:.6g} s" if it is meant'
-        warnings.warn(
-            f"sample: the time between two samples is {period:.6g} s; try: {hint} [W0042]", RuntimeWarning, stacklevel=5
-        )
+        text = f"sample: the time between two samples is {period:.6g} s; try: {hint} [W0042]"
+        warnings.warn(text, RuntimeWarning, stacklevel=5)
     if not 0.0 <= late <= _WAITING * period:
         fault = f"the delay is {late:.6g} s, and a sample lasts {period:.6g} s [E0458]"
         raise UsageError(Problem("delay", fault, f"a delay from zero to {_WAITING} samples"))
@@ -132,12 +130,10 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
     pieces = ((inputs[whole + 1], part), (inputs[whole], period - part)) if part else ((inputs[whole], period),)
     whole_step, total = np.eye(size), np.zeros((size, size))
     for at_work, duration in pieces:
-        rates, density = np.zeros((size, size)), np.zeros((size, size))
+        rates = np.zeros((size, size))
         rates[:ns, :ns], rates[:ns, ns:newest], rates[:ns, at_work] = space.A, space.E, space.B
-        select = np.zeros((ns + nu, size))
-        select[:ns, :ns], select[ns:, at_work] = np.eye(ns), np.eye(nu)
-        density = select.T @ cost @ select
-        total += whole_step.T @ _cost_over(rates, density, duration) @ whole_step
+        select = np.concatenate([np.eye(size)[:ns], np.eye(size)[at_work]])
+        total += whole_step.T @ _cost_over(rates, select.T @ cost @ select, duration) @ whole_step
         whole_step = expm(rates * duration) @ whole_step
     kept = [*range(ns), *range(newest, asked)]
     A = np.zeros((ns + waiting * nu, ns + waiting * nu))
@@ -171,9 +167,7 @@ def _cost_over(rates: Array, density: Array, duration: float) -> Array:
     # the exponential of a short time squared up: over a long one the block with the opposite sign overflows
     halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(rates, 1)) * duration, 1e-300))))
     short = duration / 2**halvings
-    block = np.zeros((2 * size, 2 * size))
-    block[:size, :size], block[:size, size:], block[size:, size:] = -rates.T, density, rates
-    whole = expm(block * short)
+    whole = expm(np.block([[-rates.T, density], [np.zeros_like(rates), rates]]) * short)
     step = whole[size:, size:]
     integral = step.T @ whole[:size, size:]
     for _ in range(halvings):
@@ -184,9 +178,8 @@ def _cost_over(rates: Array, density: Array, duration: float) -> Array:
 
 def _with_waiting_inputs(space: StateSpace, waiting: int) -> StateSpace:
     """Return a model with the inputs of ``waiting`` previous samples among the states; matrices are still to be set."""
-    named = {
-        f"{name}_before" + (f"_{k}" if k > 1 else ""): (name, k) for k in range(1, waiting + 1) for name in space.inputs
-    }
+    ends = {k: f"_before_{k}" if k > 1 else "_before" for k in range(1, waiting + 1)}
+    named = {f"{name}{end}": (name, k) for k, end in ends.items() for name in space.inputs}
     units, references = dict(space.units), dict(space.references)
     if units:
         units["states"] = (*units["states"], *(units["inputs"] * waiting))
@@ -233,9 +226,8 @@ class SampledPart:
         """The least time that is a multiple of all periods, s. Raises ModelError if there is none that is short."""
         first = self.periods[0]
         ratios = [Fraction(period / first).limit_denominator(_MOST) for period in self.periods]
-        exact = all(
-            abs(period - first * ratio) <= _SAME * period for period, ratio in zip(self.periods, ratios, strict=True)
-        )
+        pairs = zip(self.periods, ratios, strict=True)
+        exact = all(abs(period - first * ratio) <= _SAME * period for period, ratio in pairs)
         whole = Fraction(math.lcm(*(of.numerator for of in ratios)), math.gcd(*(of.denominator for of in ratios)))
         if not exact or whole * sum(1 / of for of in ratios) > _MOST:
             listed = ", ".join(f"{period:.9g} s" for period in dict.fromkeys(self.periods))
@@ -283,11 +275,8 @@ def over_a_period(part: SampledPart, A: Array, B: Array, of_q: Array, of_v: Arra
     ns, n = B.shape
     rates = np.block([[A, B], [np.zeros((n, ns + n))]])
     z = np.zeros((part.by_z.shape[1], ns + n))
-    first = ns - len(part.others)
-    for row, place in enumerate(part.others):
-        z[place, first + row] = 1.0
-    for row, place in enumerate(part.places):
-        z[place, ns + row] = 1.0
+    places = [*part.others, *part.places]
+    z[places, range(ns + n - len(places), ns + n)] = 1.0
     values = part.by_z @ z
     values[:, :ns] += part.by_q @ of_q + part.by_v @ of_v
     whole, now, end = np.eye(ns + n), 0.0, part.common_period
