@@ -14,7 +14,7 @@ import pytest
 from eomgen.errors import UsageError
 from eomgen.products.linear import command as linearize
 from eomgen.products.linear.command import RideRequest
-from eomgen.products.linear.modes import Modes, modes
+from eomgen.products.linear.modes import ROUNDING, Modes, modes, significant
 from eomgen.products.statics import command
 
 
@@ -73,11 +73,12 @@ def test_modes_beyond_forty_are_counted(capsys: pytest.CaptureFixture[str]) -> N
 
 @pytest.mark.parametrize(("ratio", "text"), [(0.99e-9, "0"), (-0.99e-9, "0"), (1.1e-9, "1.1e-09"), (0.25, "0.25")])
 def test_damping_below_a_billionth_is_none(ratio: float, text: str) -> None:
-    assert linearize._small(ratio) == text
+    assert f"{significant(ratio, ROUNDING):.6g}" == text
 
 
 def test_real_parts_within_the_uncertainty_are_zero() -> None:
-    assert [linearize._real(part, 1e-9) for part in (1e-9, -1e-9, 1.1e-9, -2.0)] == ["0", "0", "1.1e-09", "-2"]
+    parts = (1e-9, -1e-9, 1.1e-9, -2.0)
+    assert [f"{significant(part, 1e-9):.9g}" for part in parts] == ["0", "0", "1.1e-09", "-2"]
 
 
 @pytest.mark.parametrize(
@@ -109,7 +110,7 @@ def test_words_of_options_are_read() -> None:
         1
     ] == [0.0, 1.0]
     assert linearize._sweep(None) is None
-    assert linearize._pair(" road : body ") == ("road", "body")
+    assert linearize._response(" road : body ") == ("road", "body")
     assert linearize._band("0.1:50") == (0.1, 50.0) and linearize._band(None) is None
     assert linearize._band("0:5", from_zero=True) == (0.0, 5.0)
     assert linearize._speeds("10, 20") == (10.0, 20.0) and linearize._speeds(None) == ()
@@ -172,11 +173,11 @@ HINT = "--root-locus damping=10:1000:40, or damping=10:1000:40:log"
             "--root-locus c=1:0:3:log: values in equal ratios must be positive; try: values without :log",
         ),
         (
-            lambda: linearize._pair("road:"),
+            lambda: linearize._response("road:"),
             "--response road:: an input and an output are needed; try: --response road:body_acceleration",
         ),
         (
-            lambda: linearize._pair("road"),
+            lambda: linearize._response("road"),
             "--response road: an input and an output are needed; try: --response road:body_acceleration",
         ),
         (

@@ -9,7 +9,7 @@ with earlier ones active. Gains are parameters, so the code of a model depends o
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -165,10 +165,7 @@ def _opened(scene: Scene) -> _OpenLoopScene:
     outputs = list(scene.outputs)
     for item in fed_back:
         outputs.append(Output(f"{item.name}.signals", item.signals))
-        calibration = item.calibration
-        for kind, weights in (
-            (("q", calibration.position_weights), ("v", calibration.velocity_weights)) if calibration else ()
-        ):
+        for kind, weights in _of_joints(item.calibration) if item.calibration else ():
             outputs += [Output(f"{item.name}.{kind}.{joint}", (Symbol(kind, joint),)) for joint in weights]
     rows, start = {}, 0
     for output in outputs:
@@ -176,16 +173,13 @@ def _opened(scene: Scene) -> _OpenLoopScene:
         start += len(output.values)
     inputs = (*scene.inputs, *(Input(_input_of(name)) for name in acting))
     legal = tuple(replace(output, name=f"output_{number}") for number, output in enumerate(outputs))
-    opened = replace(
-        scene,
-        controllers=controllers,
-        inputs=inputs,
-        outputs=legal,
-        feedback=(),
-        terms=(),
-        notes=(),
-    )
+    opened = replace(scene, controllers=controllers, inputs=inputs, outputs=legal, feedback=(), terms=(), notes=())
     return _OpenLoopScene(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
+
+
+def _of_joints(calibration: Calibration) -> tuple[tuple[str, Mapping[str, float]], ...]:
+    """Return the weights of joints by the letter of their quantity."""
+    return ("q", calibration.position_weights), ("v", calibration.velocity_weights)
 
 
 def _input_of(output: str) -> str:
@@ -206,14 +200,16 @@ def _one(
     if np.any(linear.Z0) and (calibration.method == "lqr" or calibration.poles):
         C = space.C
         G, description = _feedback_of_whole_state(space, names, opened, item, calibration)
-        state = _whole_state(space)
+        scales = np.diag(balance(space.A, permute=False)[1])
+        labels = [f"q.{name}" if "." not in name else name.removeprefix("z.") for name in space.states]
+        state = _State(np.diag(1.0 / scales), np.diag(scales), labels)
     else:
         _check_second_order(linear)
         plant = Plant(linear.M0, linear.C0, linear.K0, linear.B0[:, columns], linear.coordinates)
         C = space.C[:, : 2 * plant.n]
         G, description = _feedback(plant, opened, item, calibration, C, D)
         labels = [f"q.{name}" for name in plant.names] + [f"v.{name}" for name in plant.names]
-        state = _State(plant.scales.state, plant.scales.state_back, tuple(labels))
+        state = _State(plant.scales.state, plant.scales.state_back, labels)
     rows = opened.rows[f"{item.name}.signals"]
     of_signals = _by_signals(state, item, G, C[rows], D[rows])
     result = {
@@ -224,9 +220,8 @@ def _one(
     if any(item.references):
         there = linear.reference
         base = None if rest is None else rest.base
-        outputs = model.evaluate(
-            "outputs", there.q, there.v, there.a, there.t, there.u, z=there.z, parameters=values, base=base
-        )
+        given: dict[str, Any] = {"z": there.z, "parameters": values, "base": base}
+        outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, **given)
         signals = next(iter(outputs.values()))[rows]
         result |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
     cautions = [] if rest is None else rest.warnings(any_kind=True)
@@ -234,21 +229,12 @@ def _one(
     return result, "; ".join((summary, *cautions))
 
 
-@dataclass(frozen=True)
-class _State:
+class _State(NamedTuple):
     """The fed-back state: scaling T, x^ = T x, the inverse, and names of components."""
 
     there: Array
     back: Array
-    names: tuple[str, ...]
-
-
-def _whole_state(space: StateSpace) -> _State:
-    """Return the state with internal states, in balanced units."""
-    _, back = balance(space.A, permute=False)
-    names = tuple(f"q.{name}" if "." not in name else name.removeprefix("z.") for name in space.states)
-    scales = np.asarray(np.diag(back), dtype=float)
-    return _State(np.diag(1.0 / scales), np.diag(scales), names)
+    names: Sequence[str]
 
 
 def _feedback_of_whole_state(
@@ -290,8 +276,7 @@ def _feedback(
     """Return the gains of the state [q, v], (m, 2n), and a description of the gains."""
     if calibration.method == "lqr":
         start = Weights.of(plant, effort=_each(calibration.effort_weights or (0.0,), plant.m))
-        weights = _weights(start, opened, item, calibration, C, D)
-        optimal = second_order.lqr(plant, weights)
+        optimal = second_order.lqr(plant, _weights(start, opened, item, calibration, C, D))
         G = np.hstack([optimal.G_p, optimal.G_v])
         return G, slowest_motion(plant, G)
     if calibration.poles:
@@ -328,7 +313,7 @@ def _weights(
 ) -> Weights:
     """Return a cost plus the cost of coordinates, velocities, signals and outputs."""
     weighted: list[tuple[int, float]] = []
-    for kind, table in (("q", calibration.position_weights), ("v", calibration.velocity_weights)):
+    for kind, table in _of_joints(calibration):
         weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
     first = opened.rows[f"{item.name}.signals"].start
     weighted += [(first + item.labels.index(name), weight) for name, weight in calibration.signal_weights.items()]
@@ -351,24 +336,18 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     """
     if np.any(Y_u):
         signal = item.labels[int(np.argwhere(np.any(Y_u, axis=1))[0, 0])]
-        raise ModelError(
-            f"the signal {signal} depends on the controller's output at the same instant [E0520]", "another signal"
-        )
-    there, back = state.there, state.back
-    scaled, wanted = Y @ back, G @ back
+        fault = f"the signal {signal} depends on the controller's output at the same instant [E0520]"
+        raise ModelError(fault, "another signal")
+    scaled, wanted = Y @ state.back, G @ state.back
     sizes = np.linalg.norm(scaled, axis=1)
     sizes[sizes == 0.0] = 1.0
     scaled = scaled / sizes[:, np.newaxis]
     result = wanted @ np.linalg.pinv(scaled, rcond=1e-10)
-    left = (wanted - result @ scaled) @ there
-    scale = np.abs(G).max(axis=0, initial=0.0)
-    total = float(np.linalg.norm(wanted))
-    if np.linalg.norm(wanted - result @ scaled) > _MISSING * total:
-        share = np.abs(left).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
-        missing = state.names[int(np.argmax(share))]
-        fault = (
-            f"the feedback needs {missing}, which the coordinates and signals of {item.name} do not determine [E0521]"
-        )
+    left, scale = wanted - result @ scaled, np.abs(G).max(axis=0, initial=0.0)
+    if np.linalg.norm(left) > _MISSING * float(np.linalg.norm(wanted)):
+        share = np.abs(left @ state.there).max(axis=0) / np.where(scale > 0.0, scale, 1.0)
+        missing, of = state.names[int(np.argmax(share))], item.name
+        fault = f"the feedback needs {missing}, which the coordinates and signals of {of} do not determine [E0521]"
         raise ModelError(fault, f"{missing} among its signals, or its joint among its coordinates")
     result[np.abs(result) < 1e-13 * np.abs(result).max(initial=0.0)] = 0.0
     return np.asarray(result / sizes)

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +19,7 @@ from eomgen.errors import Problem, UsageError
 
 #: Colour, line style and word of each sense of whirl.
 _WHIRL = {1: ("#0B62C4", "-", "forward"), -1: ("#F08C00", "--", "backward"), 0: ("#333333", "-", "")}
+Height = TypeVar("Height", float, Array)
 _RAY, _CROSSING = "#777777", "#C8102E"
 #: Units of the speed axis, per rad/s.
 SPEED_UNITS = {"rad/s": 1.0, "rpm": 30.0 / math.pi, "Hz": 0.5 / math.pi}
@@ -91,9 +92,8 @@ class CampbellView:
         self._check_numbers()
         for number in () if self.modes is None else self.modes:
             if number not in range(count):
-                raise UsageError(
-                    Problem("modes", f"there is no mode {number!r} [E0373]", f"numbers from 0 to {count - 1}")
-                )
+                fault = f"there is no mode {number!r} [E0373]"
+                raise UsageError(Problem("modes", fault, f"numbers from 0 to {count - 1}"))
         limits = self.frequencies
         if limits is not None and not (len(limits) == 2 and 0.0 <= limits[0] < limits[1]):
             raise UsageError(Problem("frequencies", f"{limits} are not limits in Hz [E0374]", "(0, 40)"))
@@ -117,13 +117,10 @@ class CampbellView:
             ("orders", self.orders, "(1, 2)"),
             ("frequencies", self.frequencies, "(0, 40)"),
         ):
-            several = given is None or (isinstance(given, Sequence | np.ndarray) and not isinstance(given, str))
-            if not several or any(
-                not isinstance(item, int | float | np.number) for item in (() if given is None else given)
-            ):
-                raise UsageError(
-                    Problem(name, f"several numbers are needed, not {shown(given)} [E0377]", f"{name}={example}")
-                )
+            several = isinstance(given, Sequence | np.ndarray) and not isinstance(given, str)
+            if given is not None and not (several and all(isinstance(one, int | float | np.number) for one in given)):
+                fault = f"several numbers are needed, not {shown(given)} [E0377]"
+                raise UsageError(Problem(name, fault, f"{name}={example}"))
 
 
 _ALL = CampbellView()
@@ -245,9 +242,10 @@ class _Drawing:
             heights = order * np.abs(line) / (2.0 * np.pi)
             self.axis.plot(line * self.scale, heights, ":", color=_RAY, linewidth=1.1, zorder=1.5)
 
-    def _height(self, frequency: float) -> float:
+    def _height(self, frequency: Height) -> Height:
         """Return the height in the figure, 0 at the bottom and 1 at the top."""
-        return (frequency - self.bottom) / (self.top - self.bottom)
+        height: Height = (frequency - self.bottom) / (self.top - self.bottom)
+        return height
 
     def _labels_at_the_right(self) -> None:
         """Label rays and modes that reach the right end; modes are left out if there is no room for all of them."""
@@ -259,14 +257,13 @@ class _Drawing:
             if not np.isnan(column[-1])
         )
         groups: list[list[tuple[float, int]]] = []
-        for place, mode in ends:
-            if not 0.0 <= place <= 1.0:
-                continue
+        for place, mode in (item for item in ends if 0.0 <= item[0] <= 1.0):
             if groups and place - groups[-1][0][0] < _TOGETHER:
                 groups[-1].append((place, mode))
             else:
                 groups.append([(place, mode)])
-        modes = [_Label(group[0][0], self._numbered([mode for _, mode in group]), "#111111") for group in groups]
+        number = self.diagram.number
+        modes = [_Label(group[0][0], _numbered([number(mode) for _, mode in group]), "#111111") for group in groups]
         gap = _HEIGHT / self.size[1]
         both = sorted([*rays, *modes])
         labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
@@ -277,9 +274,6 @@ class _Drawing:
                 arrowprops={"arrowstyle": "-", "color": "#bbbbbb", "linewidth": 0.7, "shrinkA": 1.0, "shrinkB": 0.0},
             )  # fmt: skip  # place, text, looks
 
-    def _numbered(self, modes: Sequence[int]) -> str:
-        return _numbered([self.diagram.number(mode) for mode in modes])
-
     def _ray(self, order: float) -> float:
         """Return the frequency of a ray at the right end, Hz."""
         return order * abs(float(self.ends[1])) / (2.0 * math.pi)
@@ -287,11 +281,9 @@ class _Drawing:
     def _labels_at_the_top(self) -> None:
         """Label rays that leave the figure through the top."""
         leaving = [order for order in self.orders if self._ray(order) > self.top and self.ends[1] > 0.0]
-        leaving.sort(reverse=True)
         width = float(self.ends[1] - self.ends[0])
-        speeds = [self.top * 2.0 * math.pi / order for order in leaving]
-        kept = [(order, (x - self.ends[0]) / width) for order, x in zip(leaving, speeds, strict=True)]
-        kept = [(order, place) for order, place in kept if place >= 0.0]
+        places = {order: (self.top * 2.0 * math.pi / order - self.ends[0]) / width for order in leaving[::-1]}
+        kept = [(order, place) for order, place in places.items() if place >= 0.0]
         gap = 4.4 * _WIDTH / self.size[0]
         if len(kept) * gap > 1.0:
             return
@@ -303,17 +295,13 @@ class _Drawing:
 
     def _crossings(self) -> None:
         """Draw dots, each with its speed if there is a free place next to the dot."""
-        within = [
-            (self._points(item.speed, item.frequency / (2.0 * np.pi)), item.speed, item.frequency / (2.0 * np.pi))
-            for item in self.diagram.crossings
-            if item.mode in self.modes and item.order in self.orders
-            if self.bottom <= item.frequency / (2.0 * np.pi) <= self.top
-        ]
-        apart = _TOGETHER * self.size
         single: list[tuple[Array, float, float]] = []
-        for item in within:
-            if not any(np.all(np.abs(item[0] - other[0]) < apart) for other in single):
-                single.append(item)
+        for item in self.diagram.crossings:
+            frequency, drawn = item.frequency / (2.0 * np.pi), item.mode in self.modes and item.order in self.orders
+            place = self._points(item.speed, frequency)
+            near = any(np.all(np.abs(place - other) < _TOGETHER * self.size) for other, _, _ in single)
+            if drawn and self.bottom <= frequency <= self.top and not near:
+                single.append((place, item.speed, frequency))
         self.axis.plot(
             [speed * self.scale for _, speed, _ in single],
             [frequency for _, _, frequency in single],
@@ -341,18 +329,14 @@ class _Drawing:
     def _points_of_lines(self) -> Array:
         """Return points (n, 2) along all curves and rays, dense enough to decide whether a line crosses a label."""
         speeds = np.linspace(float(self.ends[0]), float(self.ends[1]), 300)
-        curves = [
-            np.interp(speeds, self.diagram.values, column, left=np.nan, right=np.nan) for column in self.frequencies.T
-        ]
+        values, outside = self.diagram.values, {"left": np.nan, "right": np.nan}
+        curves = [np.interp(speeds, values, column, **outside) for column in self.frequencies.T]
         curves += [order * np.abs(speeds) / (2.0 * np.pi) for order in self.orders]
         if not curves:
             return np.zeros((0, 2))
         across = np.linspace(0.0, 1.0, len(speeds)) * self.size[0]
-        points = np.concatenate([np.column_stack([across, self._heights(heights)]) for heights in curves])
+        points = np.concatenate([np.column_stack([across, self._height(line) * self.size[1]]) for line in curves])
         return np.asarray(points[np.isfinite(points[:, 1])])
-
-    def _heights(self, frequencies: Array) -> Array:
-        return np.asarray((frequencies - self.bottom) / (self.top - self.bottom) * self.size[1])
 
 
 def _free(place: Array, text: str, taken: Iterable[_Box], lines: Array, size: Array) -> _Box | None:

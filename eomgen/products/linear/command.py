@@ -4,7 +4,7 @@ frequency responses, rides on random roads."""
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -242,10 +242,8 @@ _POINTS = 600
 def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Print the modes of a SCENE's linear model, by default about its equilibrium, and whether it is stable."""
     sweep = _sweep(options.pop("root_locus"))
-    draws_campbell_alone = options["diagram"] is not None and not (options["responses"] or options["rides"])
-    band = _band(options.pop("band"), from_zero=draws_campbell_alone)
-    fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
-    pairs = [_pair(text, Problem(f"--response {text}", fault, example)) for text in options.pop("responses")]
+    band = _band(options.pop("band"), from_zero=_draws_campbell_alone(options))
+    pairs = [_response(text) for text in options.pop("responses")]
     ride = RideRequest.read(options.pop("rides"), options.pop("classes"), options.pop("speeds"), band)
     campbell = CampbellRequest.read(
         _sweep(options.pop("diagram"), "--campbell"),
@@ -565,8 +563,9 @@ def _sweep(text: str | None, option: str = "--root-locus") -> tuple[str, list[fl
     if not (math.isfinite(first) and math.isfinite(last)) or not 2 <= count <= 10_000:
         raise UsageError(Problem(f"{option} {text}", "finite values, and 2 to 10000 of them, are needed [E0183]", hint))
     if logarithmic and not (first > 0.0 and last > 0.0):
-        fault = "values in equal ratios must be positive [E0184]"
-        raise UsageError(Problem(f"{option} {text}", fault, "values without :log"))
+        raise UsageError(
+            Problem(f"{option} {text}", "values in equal ratios must be positive [E0184]", "values without :log")
+        )
     steps = [k / (count - 1) for k in range(count)]
     if logarithmic:
         return name.strip(), [first * (last / first) ** s for s in steps]
@@ -580,6 +579,15 @@ def _check_increasing(name: str, values: Sequence[float]) -> None:
         fault = f"the values go from {first:.6g} to {last:.6g}, and have to increase [E0185]"
         example = f"--campbell {name}={least:.6g}:{most:.6g}:{len(values)}"
         raise UsageError(Problem(f"--campbell {name}", fault, example))
+
+
+def _draws_campbell_alone(options: Mapping[str, Any]) -> bool:
+    return options["diagram"] is not None and not (options["responses"] or options["rides"])
+
+
+def _response(text: str) -> tuple[str, str]:
+    fault, example = "an input and an output are needed [E0186]", "--response road:body_acceleration"
+    return _pair(text, Problem(f"--response {text}", fault, example))
 
 
 def _pair(text: str, otherwise: Problem) -> tuple[str, str]:

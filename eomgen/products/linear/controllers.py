@@ -6,6 +6,7 @@ scene changes. Gains of a state are tunable parameters, as of every state feedba
 
 from __future__ import annotations
 
+import json
 import math
 import os
 import re
@@ -139,9 +140,8 @@ def with_controller(
     for section, entries in added.items():
         for name in entries:
             if name in taken:
-                raise UsageError(
-                    Problem("with_controller", f"the scene has the name {name} already [E0525]", "another prefix")
-                )
+                fault = f"the scene has the name {name} already [E0525]"
+                raise UsageError(Problem("with_controller", fault, "another prefix"))
         result[section] = {**result.get(section, {}), **entries}
     return result
 
@@ -237,9 +237,8 @@ def _one_hardware(name: str, kind: str, space: StateSpace, limits: Any, quantum:
         hint = "a positive number, or no quantum for values that are not rounded"
         raise UsageError(Problem(f"quantum of {name}", f"the quantum {step:.6g} is not positive [E0529]", hint))
     if late is not None and late < 0.0:
-        raise UsageError(
-            Problem(f"delay of {name}", f"the delay {late:.6g} s is negative [E0530]", "a time from zero on")
-        )
+        fault = f"the delay {late:.6g} s is negative [E0530]"
+        raise UsageError(Problem(f"delay of {name}", fault, "a time from zero on"))
     if step:  # a converter has no value between two multiples
         least = math.ceil(lower / step - _WHOLE) if lower > -math.inf else lower
         most = math.floor(upper / step + _WHOLE) if upper < math.inf else upper
@@ -287,9 +286,8 @@ def _amount(where: str, value: Any, unit: str, example: str) -> float:
     if isinstance(value, str):
         return in_label(where, value, unit)
     if isinstance(value, bool) or not isinstance(value, Real):
-        raise UsageError(
-            Problem(where, f"a number, or a text with a unit, is needed, not {shown(value)} [E0536]", example)
-        )
+        fault = f"a number, or a text with a unit, is needed, not {shown(value)} [E0536]"
+        raise UsageError(Problem(where, fault, example))
     number = float(value)
     if not math.isfinite(number):
         raise UsageError(Problem(where, f"{number} is not finite [E0537]", example))
@@ -320,24 +318,16 @@ class _Writer:
         if self.space.sample is None:
             names = {k: _legal(self.space.states[k]) for k in used}
             rows = [[(names[k], *signals[k], float(row[k])) for k in used if row[k]] for row in law.gains]
-            return {
-                "controllers": dict(zip(self.space.inputs, map(self._feedback, range(len(rows)), rows), strict=True))
-            }
-        formulas = []
-        for row in law.gains:
-            terms = [(-float(row[k]), _off(*signals[k])) for k in used]
-            formulas.append(terms)
+            return {"controllers": self._feedbacks(rows)}
+        formulas = [[(-float(row[k]), _off(*signals[k])) for k in used] for row in law.gains]
         return {"states": {**sensors, **self._held(formulas)}}
 
     def output_feedback(self, law: OutputFeedback) -> Sections:
         """Return the sections of a feedback of estimates."""
         controller, states = law.controller, dict[str, Any]()
-        estimates = [self._estimate(name) for name in self.space.states]
-        signals = [
-            self._read(name, self._measured(name, k, controller), states)
-            for k, name in enumerate(law.observer.measured)
-        ]
-        measured = [_off(*signal) for signal in signals]
+        estimates = [_fitting(f"{self.prefix}_{_legal(name)}") for name in self.space.states]
+        named = enumerate(law.observer.measured)
+        measured = [_off(*self._read(name, self._measured(name, k, controller), states)) for k, name in named]
         if self.space.sample is not None:
             names = [_fitting(f"measured_{_legal(name)}") for name in law.observer.measured]
             for name, formula, label in zip(names, measured, controller.units["inputs"], strict=True):
@@ -360,8 +350,7 @@ class _Writer:
                 [(name, name, 0.0, -gain) for name, gain in zip(estimates, row.tolist(), strict=True) if gain]
                 for row in controller.C
             ]
-            feedback = map(self._feedback, range(len(rows)), rows)
-            return {"states": states, "controllers": dict(zip(self.space.inputs, feedback, strict=True))}
+            return {"states": states, "controllers": self._feedbacks(rows)}
         formulas = [
             [*zip(of_state.tolist(), estimates, strict=True), *zip(direct.tolist(), measured, strict=True)]
             for of_state, direct in zip(controller.C, controller.D, strict=True)
@@ -414,6 +403,10 @@ class _Writer:
             return None
         return self.space.input_delay if given is None else given
 
+    def _feedbacks(self, rows: list[list[tuple[str, str, float, float]]]) -> dict[str, Any]:
+        """Return the state feedback of each input."""
+        return {name: self._feedback(k, row) for k, (name, row) in enumerate(zip(self.space.inputs, rows, strict=True))}
+
     def _feedback(self, number: int, row: list[tuple[str, str, float, float]]) -> dict[str, Any]:
         """Return a state feedback of signals (name, formula, reference, gain) that gives an input."""
         rest, input = self._rest(number), self.space.inputs[number]
@@ -465,9 +458,6 @@ class _Writer:
 
     def _description(self) -> str:
         return "found from the linear model" if self.space.sample is None else "found from the sampled linear model"
-
-    def _estimate(self, state: str) -> str:
-        return _fitting(f"{self.prefix}_{_legal(state)}")
 
     def _state(self, name: str) -> tuple[str, float]:
         """Return the formula of a state, and the value of the state at the reference of the linear model."""
@@ -558,11 +548,8 @@ def _key(name: str) -> str:
 
 
 def _value(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"').replace("\n", "\\n").replace("\t", "\\t")
-        return f'"{escaped}"'
+    if isinstance(value, bool | str):
+        return json.dumps(value, ensure_ascii=False)  # in which TOML writes them, too
     if isinstance(value, Mapping):
         return "{ " + ", ".join(f"{_key(name)} = {_value(item)}" for name, item in value.items()) + " }"
     if isinstance(value, list | tuple):

@@ -28,6 +28,8 @@ _ONE_POINT, _NAMED = 0.03, 2
 _UNIT, _DOT, _LETTER, _LINE = 140.0, 3.0, 4.6, 9.0
 #: Rounding errors of multipliers, in bounds of Wilkinson's unit.
 _MARGIN = 16.0
+#: Points to the right and upwards.
+_Shift = tuple[float, float]
 
 
 @checked_calls()
@@ -91,6 +93,7 @@ class Floquet:
     @property
     def rows(self) -> list[tuple[str, ...]]:
         """Multipliers and exponents as texts, a pair in one row."""
+        columns = (self.multipliers, self.uncertainty, self.exponents, self.frequencies)
         return [
             (
                 f"{value.real:.9g}" + (f" ± {value.imag:.9g}j" if value.imag > 0.0 else ""),
@@ -99,9 +102,7 @@ class Floquet:
                 f"{exponent.real:.6g}",
                 f"{frequency:.6g}",
             )
-            for value, bound, exponent, frequency in zip(
-                self.multipliers, self.uncertainty, self.exponents, self.frequencies, strict=True
-            )
+            for value, bound, exponent, frequency in zip(*columns, strict=True)
             if value.imag >= 0.0
         ]
 
@@ -164,11 +165,9 @@ class Floquet:
         groups: list[list[int]] = []
         for k in np.argsort(-self.multipliers.imag, kind="stable").tolist():
             near = (group for group in groups if abs(self.multipliers[group[0]] - self.multipliers[k]) < _ONE_POINT)
-            group = next(near, None)
-            if group is None:
-                groups.append([k])
-            else:
-                group.append(k)
+            if (group := next(near, None)) is None:
+                groups.append(group := [])
+            group.append(k)
         labels: list[tuple[complex, str]] = []
         for group in groups:
             place = complex(self.multipliers[group[0]])
@@ -180,13 +179,11 @@ class Floquet:
         return labels
 
 
-def _placed(
-    labels: Sequence[tuple[complex, str]], multipliers: Complex
-) -> list[tuple[complex, str, tuple[float, float]]]:
+def _placed(labels: Sequence[tuple[complex, str]], multipliers: Complex) -> list[tuple[complex, str, _Shift]]:
     """Return labels with the shifts of the centres, points, to the first free side of each dot; labels without a
     free side are left out."""
     taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]
-    placed: list[tuple[complex, str, tuple[float, float]]] = []
+    placed: list[tuple[complex, str, _Shift]] = []
     for place, text in labels:
         half, tall = 0.5 * _LETTER * len(text), 0.5 * _LINE
         inward = -half - 6.0 if place.real > 0.0 else half + 6.0
@@ -261,13 +258,3 @@ def multipliers(matrix: Array, half: Array, quarter: Array) -> tuple[Complex, Ar
         bounds = np.minimum(change / cosines, np.sqrt(change * size))
     order = np.lexsort((-values.imag, -values.real, -np.round(np.abs(values), 12)))
     return values[order], bounds[order], off / size
-
-
-def even_rows(count: int) -> int:
-    """Return the number of steps of a motion for so many intervals."""
-    return PLACES * count
-
-
-def thinned(matrices: Array, times: int) -> Array:
-    """Return the matrices of a half or a quarter of the intervals."""
-    return matrices[::times]

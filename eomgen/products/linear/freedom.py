@@ -81,14 +81,7 @@ class Partials:
         rows = len(blocks["J"]) if "J" in blocks else 0
         nz = blocks["Rz"].shape[1] if "Rz" in blocks else 0
         columns = {"q": nv, "v": nv, "a": nv, "z": nz, "u": inputs, "w": disturbances, "lam": rows}
-        shapes = {
-            "M": (nv, nv),
-            "C": (nv, nv),
-            "K": (nv, nv),
-            "B": (nv, inputs),
-            "E": (nv, disturbances),
-            "Rz": (nv, nz),
-        }
+        shapes = dict.fromkeys("MCK", (nv, nv)) | {"B": (nv, inputs), "E": (nv, disturbances), "Rz": (nv, nz)}
         shapes |= {f"F{letter}": (nz, columns[letter]) for letter in "qvzuw"}
         shapes |= {f"Y{letter}": (outputs, size) for letter, size in columns.items()}
         shapes |= dict.fromkeys(("J", "Z", "Aq", "Av"), (rows, nv))

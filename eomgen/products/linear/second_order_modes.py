@@ -112,10 +112,8 @@ def _decomposed(M: Array, C: Array, K: Array) -> _Part:
     if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
         return part
     n = len(M)
-    A = np.zeros((2 * n, 2 * n))
-    A[:n, n:] = np.eye(n)
-    A[n:] = np.linalg.solve(M, -np.concatenate([K, C], axis=1))
-    balanced, back = balance(A)
+    accelerations = np.linalg.solve(M, -np.concatenate([K, C], axis=1))
+    balanced, back = balance(np.vstack([np.eye(n, 2 * n, n), accelerations]))
     values, vectors, cosines = eigenvectors(balanced)
     kept = values.imag >= 0.0
     return _Part(values[kept], restored(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced)))
@@ -192,10 +190,7 @@ def _of_coupled_modes(squares: Array, damping: Array, pace: float) -> tuple[Comp
     pace : ratio of the units of velocities and coordinates, 1/s
     """
     n = len(squares)
-    A = np.zeros((2 * n, 2 * n))
-    A[:n, n:] = pace * np.eye(n)
-    A[n:, :n] = -np.diag(squares) / pace
-    A[n:, n:] = -damping
+    A = np.block([[np.zeros((n, n)), pace * np.eye(n)], [-np.diag(squares) / pace, -damping]])
     values, vectors, cosines = eigenvectors(A)
     kept = values.imag >= 0.0
     return values[kept], vectors[:n, kept], cosines[kept]

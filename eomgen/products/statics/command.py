@@ -27,7 +27,6 @@ class LoadPaths(RestPart):
             "--path",
             "along",
             behind="--out",
-            default=None,
             metavar="NAME=FROM:TO",
             help="Follow equilibria while a parameter goes to a value.",
         ),
@@ -38,13 +37,7 @@ class LoadPaths(RestPart):
             metavar="COLUMN",
             help="Column to draw the parameter over; may be repeated.",
         ),
-        AddedOption(
-            "--buckling",
-            behind="--all",
-            default=None,
-            metavar="NAME[=AT]",
-            help="Linear buckling loads about a preload.",
-        ),
+        AddedOption("--buckling", behind="--all", metavar="NAME[=AT]", help="Linear buckling loads about a preload."),
     )
 
     def __init__(self, options: Mapping[str, Any]) -> None:
@@ -60,10 +53,8 @@ class LoadPaths(RestPart):
             raise UsageError(Problem("--buckling", "it is asked for together with --path [E0155]", "one of them"))
         endings = (".csv", ".json") if along is not None else (".json",)
         if self.answers and self.out is not None and Path(self.out).suffix not in endings:
-            fault = (
-                f"{'a path is' if along is not None else 'buckling loads are'} written as"
-                f" {' or '.join(endings)} [E0151]"
-            )
+            results = "a path is" if along is not None else "buckling loads are"
+            fault = f"{results} written as {' or '.join(endings)} [E0151]"
             raise UsageError(Problem(f"--out {self.out}", fault, f"--out result{endings[0]}"))
         self.along = None if along is None else _range(along)
         self.buckling = None if buckling is None else _preload(buckling)
@@ -153,9 +144,8 @@ def _range(text: str) -> tuple[str, float, float]:
             raise ValueError
         return name.strip(), float(first), float(last)
     except ValueError:
-        raise UsageError(
-            Problem(f"--path {text}", "a name and two numbers are needed [E0156]", "--path load=0:10")
-        ) from None
+        fault = "a name and two numbers are needed [E0156]"
+        raise UsageError(Problem(f"--path {text}", fault, "--path load=0:10")) from None
 
 
 def _preload(text: str) -> tuple[str, float]:

@@ -81,7 +81,7 @@ def critical_points(statics: LoadedStatics, before: ExaminedPoint, after: Examin
     turn, at = turning.root((0.0, before.point.direction.s), (way, after.point.direction.s), before, after)
     limit = CriticalPoint("limit point", at.point, _modes(at, 1))
     sides = [turn + sign * _BESIDE * way for sign in (-1.0, 1.0)]
-    if before.stiffness.negative != after.stiffness.negative and _single(before, after):
+    if abs(before.stiffness.negative - after.stiffness.negative) == 1:
         return [limit]
     near = [turning.examined(side) if 0.0 < side < way else None for side in sides]
     below = _bifurcations(statics, before, after, (0.0, before), (sides[0], near[0])) if near[0] else []
@@ -94,10 +94,6 @@ def scaled_mode(sizes: Array, mode: Array) -> Array:
     parts = mode / sizes
     largest = parts[int(np.argmax(np.abs(parts)))]
     return mode / largest if largest else mode
-
-
-def _single(before: ExaminedPoint, after: ExaminedPoint) -> bool:
-    return abs(before.stiffness.negative - after.stiffness.negative) == 1
 
 
 class _LostPointError(Exception):

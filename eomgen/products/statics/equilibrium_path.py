@@ -148,9 +148,8 @@ class EquilibriumPath:
         if name not in self.columns:
             known = list(self.columns)
             fault = f"the path has no column {shown(name)} [E0057]"
-            raise UsageError(
-                Problem("equilibrium_path", fault, nearest(name, known) or f"one of {', '.join(known[:8])}")
-            )
+            hint = nearest(name, known) or f"one of {', '.join(known[:8])}"
+            raise UsageError(Problem("equilibrium_path", fault, hint))
         return self.columns[name]
 
     @property

@@ -119,12 +119,10 @@ def equilibrium_path(
         fault = f"{parameter} is to go from {first:.6g} to the same value [E0077]"
         raise UsageError(Problem("equilibrium_path", fault, "another value of to or start"))
     if number_of("max_step", max_step) <= 0.0 or max_points < 2:
-        raise UsageError(
-            Problem("equilibrium_path", "max_step is positive and max_points at least 2 [E0078]", "the defaults")
-        )
-    varied, statics, onto = start_of_path(
-        model, "equilibrium_path", parameter, first, last - first, initial, parameters, t, u
-    )
+        fault = "max_step is positive and max_points at least 2 [E0078]"
+        raise UsageError(Problem("equilibrium_path", fault, "the defaults"))
+    given = (model, "equilibrium_path", parameter, first, last - first)
+    varied, statics, onto = start_of_path(*given, initial, parameters, t, u)
     limits = StepLimits(max_step, _PART * abs(last - first))
     with shown(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
         return _followed(model, varied, statics, onto, last, limits, max_points, stability=stability, report=report)
@@ -308,6 +306,7 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
     rest = critical.point.rest
     unknowns = np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z))
     unknowns[: len(statics.sizes)] = critical.modes[:, 0]
+    measured = (weights(statics, rest) * unknowns)[: len(statics.sizes)]
     length = float(np.sqrt(unknowns @ (weights(statics, rest) * unknowns)))
     along = Direction(unknowns / length, 0.0)
     for part in _ASIDE:
@@ -315,9 +314,7 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
         result = corrected(statics, rest, along, way)
         if result.trouble:
             continue
-        gone = float(
-            result.displacement @ (weights(statics, rest)[: len(statics.sizes)] * unknowns[: len(statics.sizes)])
-        )
+        gone = float(result.displacement @ measured)
         onwards = direction(statics, result.rest, along)
         if onwards is not None and gone * way > 0.25 * way**2 * length:
             if way < 0.0:

@@ -86,10 +86,8 @@ class Conditions:
         """Return a random change of q, (nv,), with elastic coordinates as small as beams are meant to deform."""
         amplitudes = np.array(reaches(self.model.factors, self.model.description.coordinates))
         elastic = np.isfinite(amplitudes)
-        small: Array = np.where(
-            elastic, np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0), change * self.extents
-        )
-        return small
+        small = np.where(elastic, amplitudes, 0.0) * np.clip(change, -1.0, 1.0)
+        return np.asarray(np.where(elastic, small, change * self.extents))
 
     def after(self, seconds: float) -> Conditions:
         """Return the conditions at a later time."""
@@ -215,8 +213,7 @@ class Conditions:
         forces = np.abs(inverse) @ (np.abs(at.K) @ extents + np.abs(at.C) @ speed)
         rounding = np.concatenate([forces / (pace * speed), np.concatenate(left) / sizes])
         scale = np.concatenate([pace * speed, sizes])
-        accelerations = inverse @ parts[:nv]
-        every = np.concatenate([accelerations, parts[nv:]])
+        every = np.concatenate([inverse @ parts[:nv], parts[nv:]])
         shape = (-1,) + (1,) * (every.ndim - 1)
         return every / scale.reshape(shape), 64.0 * float(np.finfo(float).eps) * rounding
 
@@ -228,9 +225,8 @@ class Conditions:
         for sample in filter(None, (self.sample(q, rng) for _ in range(_SAMPLES))):
             there, v, _, lam = sample
             at = self.at(there, v, np.zeros(model.nv), z, lam)
-            J, _ = self.measured(
-                at, np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq]) * self.extents
-            )
+            by_q = np.concatenate([at.K, at.B[: len(at.position)], at.Z, at.Aq, at.Fq])
+            J, _ = self.measured(at, by_q * self.extents)
             finite = np.all(np.isfinite(J), axis=0)
             sizes = np.max(np.abs(np.where(np.isfinite(J), J, 0.0)), axis=0, initial=0.0)
             nothing &= finite & (sizes <= _NOTHING * max(float(np.max(sizes, initial=0.0)), 1e-300))

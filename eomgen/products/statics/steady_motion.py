@@ -67,13 +67,8 @@ def named_values(
     names = [name.removeprefix("v.") for name in model.v_names]
     for quantity, given in (("velocities", velocities), ("coordinates", coordinates)):
         if given is not None and not isinstance(given, Mapping):
-            raise UsageError(
-                Problem(
-                    quantity,
-                    f"a mapping is needed, not {type(given).__name__} [E0090]",
-                    f'{quantity}={{"{names[0]}": 2.0}}',
-                )
-            )
+            fault = f"a mapping is needed, not {type(given).__name__} [E0090]"
+            raise UsageError(Problem(quantity, fault, f'{quantity}={{"{names[0]}": 2.0}}'))
     for name, value in (velocities or {}).items():
         if str(name).startswith("q."):
             fault = f"{shown(str(name))} is a position, and a velocity is given here [E0091]"
@@ -274,20 +269,11 @@ def motion_along(
     message = f"steady after {result.steps} steps, unbalanced acceleration {acceleration:.3g}"
     if undetermined:
         message += f"; one more value could have been given, of {', '.join(undetermined[:6])}"
-    return SteadyMotion(
-        state.q,
-        np.where(np.abs(state.v) > _ROUNDING * conditions.pace * conditions.extents, state.v, 0.0),
-        state.z,
-        state.lam,
-        conditions.t,
-        acceleration,
-        result.steps,
-        tuple(names),
-        tuple(undetermined),
-        message,
-        None,
-        np.where(np.abs(state.a) > _STEADY * conditions.pace**2 * conditions.extents, state.a, 0.0),
-    )
+    pace, extents = conditions.pace, conditions.extents
+    v = np.where(np.abs(state.v) > _ROUNDING * pace * extents, state.v, 0.0)
+    a = np.where(np.abs(state.a) > _STEADY * pace**2 * extents, state.a, 0.0)
+    said = (acceleration, result.steps, tuple(names), tuple(undetermined), message)
+    return SteadyMotion(state.q, v, state.z, state.lam, conditions.t, *said, None, a)
 
 
 def _conditions(model: CompiledModel, p: Array, t: float, u: Inputs, q: Array, v: Array) -> Conditions:
@@ -372,9 +358,8 @@ def _failure(
     if abs(linear.values[k]) > _STEADY or not len(linear.at.velocity):
         parts.append(f"{model.v_names[k]} still accelerates with {-unbalanced[k]:.4g} {_per_second(model, k)}")
     parts += _rows_not_met(model, linear)
-    for component in np.flatnonzero(
-        given.held_v & (np.abs(state.v - given.v) > _STEADY * conditions.pace * conditions.extents)
-    ):
+    missed = given.held_v & (np.abs(state.v - given.v) > _STEADY * conditions.pace * conditions.extents)
+    for component in np.flatnonzero(missed):
         unit = model.v_units[component]
         found_v, given_v = distinct(state.v[component], given.v[component])
         parts.append(f"{model.v_names[component]} is {found_v} {unit} and not {given_v} {unit} as given")
@@ -385,21 +370,19 @@ def _failure(
 def _rows_not_met(model: CompiledModel, linear: Linear) -> list[str]:
     """Return a clause on the constraint equations with the largest violations."""
     at = linear.at
-    sets = [
+    sets = (
         ("", at.position, ""),
         ("the rate of ", at.velocity, "/s"),
         ("the acceleration of ", at.acceleration, "/s^2"),
-    ]
+    )
     units = ["rad" if unit in ("1", "1/s") else unit.removesuffix("/s") for unit in model.library.layout["row_units"]]
     start, clauses = model.nv, []
     for level, values, per in sets:
         measured = np.abs(linear.values[start : start + len(values)])
         start += len(values)
-        clauses += [
-            (size, f"{level}{name} is off by {value:.4g} {unit}{per}")
-            for size, name, value, unit in zip(measured, model.multipliers, values, units, strict=False)
-            if size > _STEADY
-        ]
+        for size, name, value, unit in zip(measured, model.multipliers, values, units, strict=False):
+            if size > _STEADY:
+                clauses.append((size, f"{level}{name} is off by {value:.4g} {unit}{per}"))
     return [text for _, text in sorted(clauses, key=lambda item: -item[0])[:_ROWS]]
 
 

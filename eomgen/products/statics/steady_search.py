@@ -183,15 +183,8 @@ def linear_conditions(
     speed = conditions.pace * conditions.extents[of_given]
     short = (state.v - given.v)[of_given] / speed
     by_given = np.hstack([dv[of_given] / speed[:, np.newaxis], np.zeros((len(of_given), nz + rows))])
-    return Linear(
-        np.concatenate([values, short]),
-        np.concatenate([rounding, 0.0 * short]),
-        np.concatenate([J, by_given]),
-        across,
-        D,
-        X,
-        at,
-    )
+    values, rounding = np.concatenate([values, short]), np.concatenate([rounding, 0.0 * short])
+    return Linear(values, rounding, np.concatenate([J, by_given]), across, D, X, at)
 
 
 def _across(M: Array, X: Array, held: Mask) -> Array:
@@ -252,6 +245,5 @@ def _weights(linear: Linear) -> Array:
 def _moved(conditions: Conditions, fields: Fields, linear: Linear, state: MovingState, change: Array) -> MovingState:
     ends = np.cumsum([linear.across.shape[1], len(fields), len(state.z)])
     by_q, dg, dz, _ = np.split(change, ends)
-    return motion_at(
-        conditions, fields, update(conditions.model.factors, state.q, linear.across @ by_q), state.g + dg, state.z + dz
-    )
+    q = update(conditions.model.factors, state.q, linear.across @ by_q)
+    return motion_at(conditions, fields, q, state.g + dg, state.z + dz)

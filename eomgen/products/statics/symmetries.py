@@ -89,11 +89,9 @@ class Fields:
     def slope(self, q: Array, g: Array) -> Array:
         """Return the left-trivialised derivative of X(q) g in q, (nv, nv)."""
         field = self.along(g)
-        turned = np.asarray(
-            bracket_matrix(self.model.factors, moved_frames(self.model.factors, q) @ field.xi), dtype=float
-        )
-        result: Array = field.A + turned  # derivative of Ad(q^-1) xi along eta: -ad(eta) Ad(q^-1) xi
-        return result
+        factors = self.model.factors
+        turned = bracket_matrix(factors, moved_frames(factors, q) @ field.xi)
+        return np.asarray(field.A + turned, dtype=float)  # derivative of Ad(q^-1) xi along eta: -ad(eta) Ad(q^-1) xi
 
     def after(self, q: Array, g: Array, seconds: float) -> Array:
         """Return the configuration on the motion along a combination after some time, (nq,)."""
@@ -121,11 +119,8 @@ def constant(model: CompiledModel, components: Sequence[int], extents: Array) ->
     measure."""
     nv = model.nv
     none = np.zeros((nv, nv))
-    return Fields(
-        model,
-        [SymmetryField(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components],
-        symmetric=False,
-    )
+    single = [SymmetryField(np.eye(nv)[k] * extents[k], none, np.zeros(nv), none) for k in components]
+    return Fields(model, single, symmetric=False)
 
 
 def symmetries(conditions: Conditions, q: Array, z: Array) -> Fields:
@@ -192,20 +187,15 @@ def _candidates(model: CompiledModel, extents: Array) -> list[SymmetryField]:
     """Return all candidate fields, each with a single number in e, A or xi, of the size of the number's measure."""
     nv = model.nv
     none, rest = np.zeros((nv, nv)), np.zeros(nv)
-    unit = np.diag(extents)
+    unit, places = np.diag(extents), range(nv)
     fields = []
     for factor in model.factors:
-        for k in range(factor.v_start, factor.v_start + factor.v_size):
+        for k in places[factor.v]:
             W = none if factor.group == "R" else -np.asarray(bracket_matrix(model.factors, unit[k]), dtype=float)
             fields.append(SymmetryField(unit[k], none, rest, W))
             if factor.group != "R":
                 fields.append(SymmetryField(rest, none, unit[k], none))
-    single = [
-        k
-        for factor in model.factors
-        if factor.group == "R"
-        for k in range(factor.v_start, factor.v_start + factor.v_size)
-    ]
+    single = [k for factor in model.factors if factor.group == "R" for k in places[factor.v]]
     travels = [k for k in single if model.v_units[k] == "m/s"]
     for i, j in itertools.combinations(travels, 2) if len(travels) <= _MOST_TRAVELS else ():
         A = np.zeros((nv, nv))
@@ -235,16 +225,15 @@ def _equations(
     W = fields.stacked.W
     eta, by_v, by_a = fields.directions(q), (W @ v).T, (W @ a).T
     forces = at.K @ eta + at.C @ by_v + at.M @ by_a + (at.residual @ W).T
-    columns = [free.T @ forces, at.B[:holonomic] @ eta, at.Z @ eta + at.B @ by_v, at.Fq @ eta + at.Fv @ by_v]
-    size = np.concatenate(
-        [
-            np.abs(free.T) @ (np.abs(at.K) @ one + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)),
-            np.abs(at.B[:holonomic]) @ one,
-            np.abs(at.Z) @ one + np.abs(at.B) @ speed,
-            np.abs(at.Fq) @ one + np.abs(at.Fv) @ speed,
-        ]
+    terms = np.abs(at.K) @ one + np.abs(at.C) @ speed + np.abs(at.M) @ np.abs(a)
+    rows = (
+        (free.T @ forces, np.abs(free.T) @ terms),
+        (at.B[:holonomic] @ eta, np.abs(at.B[:holonomic]) @ one),
+        (at.Z @ eta + at.B @ by_v, np.abs(at.Z) @ one + np.abs(at.B) @ speed),
+        (at.Fq @ eta + at.Fv @ by_v, np.abs(at.Fq) @ one + np.abs(at.Fv) @ speed),
     )
-    return np.asarray(np.concatenate(columns) / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
+    columns, size = (np.concatenate(parts) for parts in zip(*rows, strict=True))
+    return np.asarray(columns / np.where(size > 0.0, size, 1.0)[:, np.newaxis])
 
 
 def _single_coordinates(model: CompiledModel, q: Array) -> Array:

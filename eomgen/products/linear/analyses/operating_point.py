@@ -73,8 +73,9 @@ def rest_on_base(model: CompiledModel, q: Array, z: Array, p: Array, t: float, u
         rest, path, _ = by_load_steps(statics, start, _STEPS)
     except PathEndError as end:
         fault = f"no rest was found on the base, which turns: load steps end, for {end.why} [E0072]"
-        hint = "an initial state nearer to it, or more elements"
-        raise NumericalError(Problem("steady motion", fault, hint)) from None
+        raise NumericalError(
+            Problem("steady motion", fault, "an initial state nearer to it, or more elements")
+        ) from None
     tangents = statics.tangents(rest)
     flexible = compliance(tangents.K, tangents.B)
     if flexible is None:

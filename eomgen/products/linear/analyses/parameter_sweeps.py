@@ -86,26 +86,15 @@ def root_locus(
     """
     array = numbers("values", values)
     if array.ndim != 1 or not len(array):
-        raise UsageError(
-            Problem(
-                "values", f"the shape is {array.shape}, (n,) is needed [E0043]", "numpy.linspace(100.0, 2000.0, 40)"
-            )
-        )
+        fault = f"the shape is {array.shape}, (n,) is needed [E0043]"
+        raise UsageError(Problem("values", fault, "numpy.linspace(100.0, 2000.0, 40)"))
     check_finite("values", array)
 
     def linearized(value: float, before: Linearization | None) -> Linearization:
         near = None if before is None or at == "initial" else state_of(before)
-        return linearize(
-            model,
-            t=t,
-            u=u,
-            parameters={**(parameters or {}), parameter: value},
-            base=base,
-            at=at,
-            initial=near or initial,
-            any_kind=any_kind,
-            independent=independent,
-        )
+        given: dict[str, Any] = {"t": t, "u": u, "parameters": {**(parameters or {}), parameter: value}, "base": base}
+        given |= {"at": at, "initial": near or initial, "any_kind": any_kind, "independent": independent}
+        return linearize(model, **given)
 
     with shown_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
         return followed_roots(parameter, array.tolist(), linearized, report)
@@ -279,11 +268,8 @@ def _check_whirl(
             hint = f"deflections along two axes across the axis of {speed}, the second a quarter turn from the first"
             raise UsageError(Problem(f"whirl {first}:{second}", fault, hint))
     hinges = {item.name: item for item in model.description.drawing.hinges if item.turns != item.slides}
-    known = [
-        pair
-        for pair in whirl
-        if {f"q.{name}" for name in (speed, *pair)} <= {f"q.{name}" for name in hinges} & set(model.q_names)
-    ]
+    angles = {name for name in hinges if f"q.{name}" in model.q_names}
+    known = [pair for pair in whirl if {speed, *pair} <= angles]
     moving = model.library.layout["facts"]["moving_base"]
     if not known or moving or "poses" not in model.functions or not hinges[speed].turns:
         return

@@ -22,7 +22,7 @@ from eomgen.compiled.terms import Parameters
 from eomgen.errors import EomgenError, ModelError, NumericalError, Problem, UsageError
 from eomgen.lie.product import difference, update
 from eomgen.products.linear.analyses.solutions import about_row
-from eomgen.products.linear.floquet import Floquet, even_rows, monodromy, multipliers, thinned
+from eomgen.products.linear.floquet import PLACES, Floquet, monodromy, multipliers
 from eomgen.products.linear.linearization import Linearization
 from eomgen.results.solution import Solution
 from eomgen.simulation.option_types import KNOWN_ELSEWHERE
@@ -143,13 +143,13 @@ def _converged(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Mono
     error = math.inf
     while count <= _LAST:
         matrices, states = orbit.matrices(start, count)
-        fine, half, quarter = (monodromy(thinned(matrices, times), orbit.period) for times in (1, 2, 4))
+        fine, half, quarter = (monodromy(matrices[::times], orbit.period) for times in (1, 2, 4))
         known = multipliers(fine, half, quarter)
         error = known[2]
         if error <= tolerance:
             return _Monodromy(fine, count, states, known)
         count *= 2
-    fault = f"the monodromy matrix is known to {error:.2g} only, with {even_rows(_LAST)} linear models [E2009]"
+    fault = f"the monodromy matrix is known to {error:.2g} only, with {PLACES * _LAST} linear models [E2009]"
     hint = f"tolerance={2.0 * error:.1g}; or forces without kinks, and a model without fast modes"
     raise NumericalError(Problem("floquet", fault, hint))
 
@@ -189,16 +189,15 @@ class _Orbit:
         that ends early."""
         if isinstance(start, StateArrays):
             start = {"q": start.q, "v": start.v, **({"z": start.z} if self.model.nz else {})}
-        rows = even_rows(count)
+        rows = PLACES * count
         end = self.begin + self.period
         run = simulate(self.model, end, self.period / rows, initial=start, error_estimate=False, **self.options)
         if len(run.events):
             fault = f"the motion has an event, {run.events.names[0]}, at which deviations jump [E2010]"
             raise ModelError(Problem("floquet", fault, "a motion without events, or simulate"))
         if len(run.t) != rows + 1:
-            raise NumericalError(
-                Problem("floquet", f"the motion ends early: {run.message} [E2011]", "another initial state")
-            )
+            fault = f"the motion ends early: {run.message} [E2011]"
+            raise NumericalError(Problem("floquet", fault, "another initial state"))
         return run
 
     def linear(self, run: Solution, state: StateArrays) -> Linearization:
@@ -213,7 +212,7 @@ class _Orbit:
 
     def matrices(self, start: Any, count: int) -> tuple[Array, tuple[str, ...]]:
         """Return the matrices of the linear models along the motion, (6 count + 1, ns, ns), and names of the states."""
-        places = [k * (_LAST // count) for k in range(even_rows(count) + 1)]
+        places = [k * (_LAST // count) for k in range(PLACES * count + 1)]
         missing = [(k, place) for k, place in enumerate(places) if place not in self.known]
         run = self.run(start, count)
         for done, (k, place) in enumerate(missing):
@@ -259,11 +258,10 @@ class _Orbit:
             ends[factor.q] -= turns[factor.v]
             sizes_of_q[factor.v] = np.ptp(run.q[:, factor.q], axis=0) + 1.0
         changes = [difference(model.factors, run.q[0], ends), run.v[-1] - run.v[0], run.z[-1] - run.z[0]]
-        sizes = [sizes_of_q, 1.0 + np.abs(run.v).max(axis=0, initial=0.0), 1.0 + np.abs(run.z).max(axis=0, initial=0.0)]
+        sizes = [sizes_of_q, *(1.0 + np.abs(part).max(axis=0, initial=0.0) for part in (run.v, run.z))]
         names = [*(f"q.{name.removeprefix('v.')}" for name in model.v_names), *model.v_names]
-        return _Return(
-            np.concatenate(changes), turns, np.concatenate(sizes), [*names, *(f"z.{name}" for name in model.states)]
-        )
+        names += [f"z.{name}" for name in model.states]
+        return _Return(np.concatenate(changes), turns, np.concatenate(sizes), names)
 
 
 def row_of(run: Solution, k: int) -> StateArrays:

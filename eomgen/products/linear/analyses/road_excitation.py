@@ -58,19 +58,14 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
         hint = '[inputs] front = { road = { class = "C", speed = 20 } }, or eomgen.spectra.RoadExcitation by hand'
         raise UsageError(Problem("road_excitation", fault, hint))
     classes = {item.road_class for item in under.values()}
-    speeds = {item.speed for item in under.values()}
     if road is None and len(classes) > 1:
         fault = f"the roads of the scene are of the classes {listed(sorted(classes))} [E0084]"
         raise UsageError(Problem("road_excitation", fault, 'one of them: road=eomgen.spectra.Road("C")'))
-    if speed is None and len(speeds) > 1:
-        fault = (
-            f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s [E0085]"
-        )
-        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
+    speed = _one_speed([item.speed for item in under.values()]) if speed is None else speed
     tracks = {seed: float(k) for k, seed in enumerate(dict.fromkeys(item.seed for item in under.values()))}
     return RoadExcitation(
         Road(classes.pop()) if road is None else road,
-        speeds.pop() if speed is None else speed,
+        speed,
         {name: item.offset for name, item in under.items()},
         {name: tracks[item.seed] for name, item in under.items()},
         "independent",
@@ -140,13 +135,7 @@ def _over_profile(
     if not wheels:
         fault = f"{listed(measured)} is the rate of a measured road, and no input is its elevation [E0087]"
         raise UsageError(Problem("road_excitation", fault, "an input of the elevation, too"))
-    first = next(iter(wheels.values()))
-    speeds = {passed.speed for passed in wheels.values()}
-    if speed is None and len(speeds) > 1:
-        fault = (
-            f"the wheels of the scene have the speeds {listed(f'{value:.6g}' for value in sorted(speeds))} m/s [E0085]"
-        )
-        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
+    speed = _one_speed([passed.speed for passed in wheels.values()]) if speed is None else speed
     road = _measured_road([passed.curve for passed in wheels.values()]) if road is None else road
     tracks: dict[str, float] = {}
     known: list[Curve] = []
@@ -156,7 +145,16 @@ def _over_profile(
         tracks[name] = float(place)
     ahead = min(passed.offset for passed in wheels.values())
     offsets = {name: passed.offset - ahead for name, passed in wheels.items()}
-    return RoadExcitation(road, first.speed if speed is None else speed, offsets, tracks, "independent", rates)
+    return RoadExcitation(road, speed, offsets, tracks, "independent", rates)
+
+
+def _one_speed(of_wheels: Sequence[float]) -> float:
+    """Return the speed of all wheels. Raises UsageError for different ones."""
+    if len(set(of_wheels)) > 1:
+        speeds = listed(f"{value:.6g}" for value in sorted(set(of_wheels)))
+        fault = f"the wheels of the scene have the speeds {speeds} m/s [E0085]"
+        raise UsageError(Problem("road_excitation", fault, "one of them: speed=20.0"))
+    return of_wheels[0]
 
 
 def _alike(one: Curve, other: Curve) -> bool:

@@ -36,9 +36,8 @@ def sampled_part(model: CompiledModel, q: Array, v: Array, z: Array, given: Mapp
     called = [name for name, row in zip(names, rows, strict=True) if int(row["controller"]) >= 0]
     if called:
         fault = f"a function gives {', '.join(called)}, and its slopes are not known [E0089]"
-        raise ModelError(
-            Problem("linearize", fault, "sampled states by formulas, or inputs in place of the controller")
-        )
+        hint = "sampled states by formulas, or inputs in place of the controller"
+        raise ModelError(Problem("linearize", fault, hint))
     sizes = [_CHANGE * np.maximum(np.abs(part), 1.0) for part in (np.zeros(len(v)), v, z)]
     changes = np.diag(np.concatenate(sizes))
     nv = len(v)

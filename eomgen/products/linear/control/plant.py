@@ -26,9 +26,8 @@ def real_matrix(name: str, value: ArrayLike, rows: int, columns: int) -> Array:
     try:
         matrix = np.array(value, dtype=float)
     except (TypeError, ValueError):
-        raise UsageError(
-            f"{name} is not a matrix of real numbers [E0392]", f"an array of shape ({rows}, {columns})"
-        ) from None
+        fault = f"{name} is not a matrix of real numbers [E0392]"
+        raise UsageError(fault, f"an array of shape ({rows}, {columns})") from None
     if matrix.shape != (rows, columns):
         raise UsageError(f"{name} has the shape {matrix.shape} [E0393]", f"({rows}, {columns})")
     if not np.all(np.isfinite(matrix)):
@@ -90,9 +89,8 @@ class Plant:
         try:
             self._factor: Array = cholesky((self.M + self.M.T) / 2.0, lower=True)
         except np.linalg.LinAlgError:
-            raise UsageError(
-                "the mass matrix M is not positive definite [E0397]", "the inertia matrix of a mechanism"
-            ) from None
+            fault = "the mass matrix M is not positive definite [E0397]"
+            raise UsageError(fault, "the inertia matrix of a mechanism") from None
 
     @property
     def n(self) -> int:

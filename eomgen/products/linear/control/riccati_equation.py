@@ -46,10 +46,8 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
     cost = Q - cross @ cross.T
     values, vectors = np.linalg.eigh((cost + cost.T) / 2.0)
     if values[0] < -_NEGATIVE * max(float(np.linalg.norm(Q, 2)), abs(values[-1])):
-        raise UsageError(
-            "the cost has no minimum: its cross terms outweigh the weights of states and inputs [E0410]",
-            "smaller cross terms",
-        )
+        fault = "the cost has no minimum: its cross terms outweigh the weights of states and inputs [E0410]"
+        raise UsageError(fault, "smaller cross terms")
     values = np.maximum(values, 0.0)
     return (vectors * values) @ vectors.T, (vectors * np.sqrt(values)).T
 

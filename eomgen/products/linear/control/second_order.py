@@ -187,9 +187,8 @@ class ModalFeedback:
 def modes_of(plant: Plant) -> Modes:
     """Return the undamped modes. Raises ModelError if K is not symmetric, or an equilibrium unstable."""
     if not np.allclose(plant.K, plant.K.T, rtol=0.0, atol=_ASYMMETRY * np.abs(plant.K).max(initial=0.0)):
-        raise ModelError(
-            "the stiffness matrix is not symmetric, so there are no modes that keep their shape [E0415]", "lqr"
-        )
+        fault = "the stiffness matrix is not symmetric, so there are no modes that keep their shape [E0415]"
+        raise ModelError(fault, "lqr")
     squares, shapes = eigh((plant.K + plant.K.T) / 2.0, (plant.M + plant.M.T) / 2.0)
     limit = 1e-10 * plant.scales.rate**2
     if squares[0] < -limit:
@@ -245,9 +244,8 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     chosen = [int(k) for k in controlled]
     for k in chosen:
         if not 0 <= k < plant.n:
-            raise UsageError(
-                f"there is no mode {k + 1}: the model has {plant.n} [E0420]", f"1 to {plant.n}" if plant.n > 1 else "1"
-            )
+            fault = f"there is no mode {k + 1}: the model has {plant.n} [E0420]"
+            raise UsageError(fault, f"1 to {plant.n}" if plant.n > 1 else "1")
     if not chosen or len(set(chosen)) < len(chosen):
         raise UsageError("the modes to control are none, or one of them is named twice [E0421]", "[1, 2]")
     gains = [np.broadcast_to(np.asarray(values, dtype=float), (len(chosen),)) for values in (g, h)]
@@ -257,10 +255,8 @@ def modal_feedback(plant: Plant, modes: Modes, controlled: Sequence[int], g: Arr
     for column, k in enumerate(chosen):
         if not sizes[column] > _RANK * largest:
             frequency = modes.frequencies[k] / (2.0 * np.pi)
-            raise ModelError(
-                f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz [E0422]",
-                "another place for one, or other modes",
-            )
+            fault = f"no actuator reaches mode {k + 1} at {frequency:.4g} Hz [E0422]"
+            raise ModelError(fault, "another place for one, or other modes")
     efforts = np.linalg.pinv(reach, rcond=_RANK)
     of_coordinates = modes.shapes[:, chosen].T @ plant.M
     G_p, G_v = (efforts @ (values[:, np.newaxis] * of_coordinates) for values in gains)

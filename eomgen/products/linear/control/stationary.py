@@ -178,15 +178,11 @@ def stationary(
     A, _ = plant.state_space(G_p, G_v)
     growth = float(np.linalg.eigvals(A).real.max())
     if growth >= -1e-12 * plant.scales.rate:
-        raise ModelError(
-            f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s) [E0426]",
-            "a damper, or other gains",
-        )
+        fault = f"there is no stationary motion: a mode does not decay ({growth:.4g} 1/s) [E0426]"
+        raise ModelError(fault, "a damper, or other gains")
     if np.linalg.matrix_rank(plant.K) < plant.n:
-        raise ModelError(
-            "a constant road does not hold the plant anywhere: its stiffness matrix is singular [E0427]",
-            "springs that do",
-        )
+        fault = "a constant road does not hold the plant anywhere: its stiffness matrix is singular [E0427]"
+        raise ModelError(fault, "springs that do")
     r = np.linalg.solve(plant.K, E)
     entering = np.vstack([-r, np.zeros_like(r)])
     covariance = solve_continuous_lyapunov(A, -entering @ W @ entering.T)

@@ -78,9 +78,8 @@ def weight(name: str, value: ArrayLike, size: int) -> Array:
     matrix = (matrix + matrix.T) / 2.0
     least = float(np.linalg.eigvalsh(matrix)[0]) if size else 0.0
     if least < -_ASYMMETRY * largest:
-        raise UsageError(
-            f"{name} is negative in some direction (eigenvalue {least:.4g}) [E0429]", "weights of zero and above"
-        )
+        fault = f"{name} is negative in some direction (eigenvalue {least:.4g}) [E0429]"
+        raise UsageError(fault, "weights of zero and above")
     return matrix
 
 
@@ -190,11 +189,9 @@ def near(name: str, known: Sequence[str]) -> str:
 def number(matrix: str, name: str, value: object) -> float:
     """Return the weight of a name. Raises UsageError unless the weight is a number from zero on."""
     if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating):
-        raise UsageError(
-            Problem(matrix, f"the weight of {name} is {type(value).__name__}, not a number [E0434]", f"{name}: 1.0")
-        )
+        fault = f"the weight of {name} is {type(value).__name__}, not a number [E0434]"
+        raise UsageError(Problem(matrix, fault, f"{name}: 1.0"))
     if not (np.isfinite(value) and value >= 0.0):
-        raise UsageError(
-            Problem(matrix, f"the weight of {name} is {float(value):.6g} [E0435]", "a number of zero or above")
-        )
+        fault = f"the weight of {name} is {float(value):.6g} [E0435]"
+        raise UsageError(Problem(matrix, fault, "a number of zero or above"))
     return float(value)

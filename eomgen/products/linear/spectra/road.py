@@ -163,9 +163,8 @@ class Road:
 
 def _check(name: str, value: float, needed: str) -> None:
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):
-        raise UsageError(
-            Problem(f"Road: {name}", f"{ascii(value)[:32]} is not a valid value for a road [E0475]", needed)
-        )
+        fault = f"{ascii(value)[:32]} is not a valid value for a road [E0475]"
+        raise UsageError(Problem(f"Road: {name}", fault, needed))
 
 
 #: Samples of a segment at least.
@@ -253,9 +252,8 @@ class MeasuredRoad(Road):
             fault = f"the profile has {len(x)} points, and needs {_FEWEST} at distances that increase [E0478]"
             raise UsageError(Problem("MeasuredRoad", fault, "a longer profile"))
         if not (isinstance(segments, int) and segments >= 1):
-            raise UsageError(
-                Problem("MeasuredRoad: segments", "they are a whole number of 1 and more [E0480]", "segments=8")
-            )
+            fault = "they are a whole number of 1 and more [E0480]"
+            raise UsageError(Problem("MeasuredRoad: segments", fault, "segments=8"))
         from scipy.signal import detrend, welch  # noqa: PLC0415  # slow to import
 
         spacing = float(x[-1] - x[0]) / (len(x) - 1)
