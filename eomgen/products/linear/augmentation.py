@@ -247,7 +247,7 @@ def _united(first: Sequence[str], second: Sequence[str]) -> list[str]:
 
 
 def _entering(space: StateSpace, names: Sequence[str]) -> tuple[Array, Array]:
-    """Return the gains of inputs and disturbances to the states and to the outputs; zero for those of other models."""
+    """Return the gains of inputs and disturbances to the states and to the outputs; zero for names of other models."""
     known = (*space.inputs, *space.disturbances)
     columns = [known.index(name) if name in known else len(known) for name in names]  # the last one is zero
     into_states = np.hstack([space.B, space.E, np.zeros((len(space.B), 1))])
