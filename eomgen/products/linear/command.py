@@ -276,8 +276,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         locus, cut = (None, "") if sweep is None else request.roots(*sweep)
         ends = ends or cut
         files = request.written(lin, data, Path(folder), locus, pairs, band)
-        if diagram is not None and view is not None:
-            files += request.written_campbell(diagram, view, Path(folder))
+        files += request.written_campbell(diagram, view, Path(folder))
         if ride is not None and excitation is not None and table is not None:
             files += request.written_ride(table, ride.spectra(lin, excitation), Path(folder))
     if as_json:
@@ -414,8 +413,10 @@ class _Request:
             files.append(plots.draw_responses(frequencies, responses, lin.names.units, name, folder / "responses.png"))
         return files
 
-    def written_campbell(self, diagram: Campbell, view: CampbellView, folder: Path) -> list[Path]:
-        """Write the Campbell diagram as a table and as a picture."""
+    def written_campbell(self, diagram: Campbell | None, view: CampbellView | None, folder: Path) -> list[Path]:
+        """Write the Campbell diagram as a table and as a picture, if there is one."""
+        if diagram is None or view is None:
+            return []
         from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
         from eomgen.products.linear.files import write_campbell  # noqa: PLC0415
 
