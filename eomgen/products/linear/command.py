@@ -420,11 +420,8 @@ class _Request:
         from eomgen.products.linear.campbell_plot import draw_campbell  # noqa: PLC0415
         from eomgen.products.linear.files import write_campbell  # noqa: PLC0415
 
-        picture = folder / "campbell.png"
-        return [
-            write_campbell(diagram, folder / "campbell.csv"),
-            draw_campbell(diagram, self.model.name, picture, view),
-        ]
+        table = write_campbell(diagram, folder / "campbell.csv")
+        return [table, draw_campbell(diagram, self.model.name, folder / "campbell.png", view)]
 
     def written_ride(self, table: RideTable, spectra: Sequence[PowerSpectrum], folder: Path) -> list[Path]:
         """Write root mean squares and spectra on random roads."""
