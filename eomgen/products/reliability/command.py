@@ -100,34 +100,26 @@ def random(scene: str, folder: str, plots: bool, as_json: bool, **options: Any) 
 
 
 def _print(study: RandomVibration) -> None:
-    rows = [(name, *(f"{value:.6g}" for value in values)) for name, values in study.moments.items()]
+    rows = [(_words(name), *(f"{value:.6g}" for value in values)) for name, values in study.moments.items()]
+    moments = ("by", "mean", "standard deviation", "skewness", "excess kurtosis")
     title = f"{study.scene}: {study.output}{f' in {study.unit}' if study.unit else ''} at t = {study.t:.6g} s"
-    print_table(
-        title,
-        ("by", "mean", "standard deviation", "skewness", "excess kurtosis"),
-        [(name.replace("_", " "), *cells) for name, *cells in rows],
-        numeric=(1, 2, 3, 4),
-    )
-    kept = [
-        (one.name, one.kind.replace("_", " "), f"{one.variables}", f"{100.0 * one.captured:.4g}")
-        for one in study.processes
-    ]
-    title = "; ".join(["random processes", *study.truncation]).replace(
-        "its variance", f"the variance of {study.output}"
-    )
+    print_table(title, moments, rows, numeric=(1, 2, 3, 4))
+    kept = [(one.name, _words(one.kind), f"{one.variables}", f"{100.0 * one.captured:.4g}") for one in study.processes]
+    title = "; ".join(["random processes", *study.truncation])
+    title = title.replace("its variance", f"the variance of {study.output}")
     print_table(title, ("process", "kind", "variables", "% of its variance"), kept, numeric=(2, 3))
     _print_probabilities(study)
     if study.autocovariance:
         _print_covariance(study)
     if study.first_passage:
         _print_passage(study)
-    costs = [
-        (name.replace("_", " "), f"{cost.runs}", f"{cost.adjoints}", f"{cost.tangents}")
-        for name, cost in study.costs.items()
-    ]
-    print_table(
-        "solutions of the equations of motion", ("for", "runs", "adjoint runs", "tangents"), costs, numeric=(1, 2, 3)
-    )
+    costs = [(_words(name), *map(str, vars(cost).values())) for name, cost in study.costs.items()]
+    heads = ("for", "runs", "adjoint runs", "tangents")
+    print_table("solutions of the equations of motion", heads, costs, numeric=(1, 2, 3))
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ")
 
 
 def _print_probabilities(study: RandomVibration) -> None:
@@ -141,27 +133,23 @@ def _print_probabilities(study: RandomVibration) -> None:
             value = float(one.above[k] if upper else one.below[k])
             cells.append("-" if math.isnan(value) else f"{value:.4g}")
         table.append((texts[k], ">" if upper else "<=", *cells))
-    heads = ("threshold", "y is", *(name.replace("_", " ") for name in names))
+    heads = ("threshold", "y is", *map(_words, names))
     print_table("probabilities", heads, table, numeric=(0, *range(2, len(heads))))
 
 
 def _print_covariance(study: RandomVibration) -> None:
     order = sorted(range(len(study.times)), key=lambda k: float(study.times[k]))
-    covariances = [
-        (f"{study.times[k]:.6g}", *(f"{values[k]:.6g}" for values in study.autocovariance.values())) for k in order
-    ]
-    heads = ("at t in s", *(name.replace("_", " ") for name in study.autocovariance))
+    columns = [study.times, *study.autocovariance.values()]
+    covariances = [tuple(f"{values[k]:.6g}" for values in columns) for k in order]
+    heads = ("at t in s", *map(_words, study.autocovariance))
     title = f"covariance with the output at t = {study.t:.6g} s"
     print_table(title, heads, covariances, numeric=tuple(range(len(heads))))
 
 
 def _print_passage(study: RandomVibration) -> None:
-    levels = distinct_texts(list(study.first_passage))
+    levels, methods = distinct_texts(list(study.first_passage)), ("crossing_rate", "monte_carlo")
     passage = [
-        (
-            text,
-            *(f"{values[name]:.4g}" if name in values else "-" for name in ("crossing_rate", "monte_carlo")),
-        )
+        (text, *(f"{values[name]:.4g}" if name in values else "-" for name in methods))
         for text, values in zip(levels, study.first_passage.values(), strict=True)
     ]
     print_table("first passage from below", ("level", "rate of crossings", "monte carlo"), passage, numeric=(0, 1, 2))
