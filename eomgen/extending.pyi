@@ -29,7 +29,6 @@ from eomgen.mechanics.forces.symbols import Quantities as Quantities
 from eomgen.pipeline.front_end import FrontEnd as FrontEnd
 from eomgen.scene.forces.element import ForceElement as ForceElement
 from eomgen.scene.forces.element_section import ElementSection as ElementSection
-from eomgen.scene.forces.element_section import Site as Site
 from eomgen.scene.formula.scope import FIXED_PARAMETERS as FIXED_PARAMETERS
 from eomgen.scene.formula.scope import PARAMETERS as PARAMETERS
 from eomgen.scene.formula.scope import POSITIONS as POSITIONS
@@ -38,6 +37,7 @@ from eomgen.scene.formula.scope import TIME as TIME
 from eomgen.scene.formula.scope import VELOCITIES as VELOCITIES
 from eomgen.scene.joint_types import Connection as Connection
 from eomgen.scene.joint_types import ElementaryMotion as ElementaryMotion
+from eomgen.scene.joints.frames import Site as Site
 from eomgen.scene.reading.key_metadata import Table as Table
 from eomgen.scene.reading.key_metadata import key as key
 from eomgen.scene.reading.key_metadata import of_fixed_parameters as of_fixed_parameters

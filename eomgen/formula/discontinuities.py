@@ -21,7 +21,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.formula.curves import Curve
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
-from eomgen.formula.substitution import renamed
+from eomgen.formula.substitution import mapped
 
 
 def applications(formula: Formula) -> Sequence[Application]:
@@ -124,24 +124,20 @@ def breakpoints(
     derivatives : int
         How many time derivatives of the formula forces depend on: 2 for the position of the base.
     """
-    if isinstance(formula, Application):
-        linear = affine(formula.argument, value_of)
-        if linear is not None and linear[0] != 0.0:
-            a, b = linear
-            for kink, order in formula.curve.kinks():
-                period = getattr(formula.curve, "period", 0.0) / abs(a)
-                lowest, blur = order - formula.derivative - derivatives, (abs(kink) + abs(b)) / abs(a)
+    for node in distinct_nodes(formula):
+        if isinstance(node, Application):
+            linear = affine(node.argument, value_of)
+            a, b = linear or (0.0, 0.0)
+            for kink, order in node.curve.kinks() if a != 0.0 else ():
+                period = getattr(node.curve, "period", 0.0) / abs(a)
+                lowest, blur = order - node.derivative - derivatives, (abs(kink) + abs(b)) / abs(a)
                 yield Breakpoint((kink - b) / a, period, lowest, blur)
-        yield from breakpoints(formula.argument, value_of, derivatives)
-    elif isinstance(formula, Operation):
-        if formula.name in _NON_SMOOTH:
-            pair = [affine(argument, value_of) for argument in (*formula.arguments, Number(0.0))[:2]]
-            yield from _crossing(pair, _NON_SMOOTH[formula.name] - derivatives)
-        if isinstance(formula, Quantity):
-            for used in formula.curves():
+        elif isinstance(node, Operation) and node.name in _NON_SMOOTH:
+            pair = [affine(argument, value_of) for argument in (*node.arguments, Number(0.0))[:2]]
+            yield from _crossing(pair, _NON_SMOOTH[node.name] - derivatives)
+        elif isinstance(node, Quantity):
+            for used in node.curves():
                 yield from breakpoints(used, value_of, derivatives)
-        for argument in formula.arguments:
-            yield from breakpoints(argument, value_of, derivatives)
 
 
 def knots_along_a_beam(formulas: Iterable[Formula], value_of: Callable[[Symbol], float | None]) -> tuple[float, ...]:
@@ -152,7 +148,7 @@ def knots_along_a_beam(formulas: Iterable[Formula], value_of: Callable[[Symbol],
 
     places: set[float] = set()
     for formula in formulas:
-        for at in breakpoints(renamed(formula, as_time), value_of):
+        for at in breakpoints(mapped(formula, as_time), value_of):
             count = math.floor((1.0 - at.time) / at.period) + 1 if at.period else 1
             first = math.ceil(-at.time / at.period) if at.period else 0
             places.update(at.time + number * at.period for number in range(first, max(count, first)))

@@ -151,13 +151,9 @@ def symbols(formula: Formula) -> frozenset[Symbol]:
 
 def comparisons(formula: Formula) -> Iterator[Formula]:
     """Yield the comparisons and signs in a formula, which jump from one value to another."""
-    if isinstance(formula, Application):
-        yield from comparisons(formula.argument)
-    elif isinstance(formula, Operation):
-        if formula.name in ("lt", "le", "sign"):
-            yield formula
-        for argument in formula.arguments:
-            yield from comparisons(argument)
+    for node in distinct_nodes(formula):
+        if isinstance(node, Operation) and node.name in ("lt", "le", "sign"):
+            yield node
 
 
 def values_of_parameters(formula: Formula, values: Mapping[str, float]) -> tuple[tuple[str, float], ...]:

@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.curves import Bump, Curve, Waves
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, Symbol, infix
+from eomgen.formula.nodes import VECTORS, Application, Formula, Number, Operation, Quantity, distinct_nodes, infix
 from eomgen.symbolic.operations import ELEMENTARY, NAMES
 
 #: Functions of one number with an unbounded slope at the edge of the domain.
@@ -46,21 +46,14 @@ def rough_operations(formulas: Iterable[Formula], *, quotients: bool = False) ->
 
 def _rough(formula: Formula, *, quotients: bool) -> Iterator[str]:
     """Yield the operations of a formula that may have a value and no derivative."""
-    if isinstance(formula, Application):
-        yield from _rough(formula.argument, quotients=quotients)
-    elif isinstance(formula, Operation):
-        by_zero = quotients and formula.name == "div"
-        moving = any(symbol.kind not in _GIVEN for symbol in symbols(formula.arguments[1 if by_zero else 0]))
-        broken = formula.name in _ROUGH or (formula.name == "pow" and _broken(formula.arguments[1]))
+    for node in distinct_nodes(formula):
+        if not isinstance(node, Operation):
+            continue
+        by_zero = quotients and node.name == "div"
+        moving = any(symbol.kind not in _GIVEN for symbol in symbols(node.arguments[1 if by_zero else 0]))
+        broken = node.name in _ROUGH or (node.name == "pow" and _broken(node.arguments[1]))
         if moving and (by_zero or broken):
-            yield infix(formula, _size)
-        for argument in formula.arguments:
-            yield from _rough(argument, quotients=quotients)
-
-
-def _size(symbol: Symbol) -> int:
-    """Return the number of components of a symbol as far as the symbol's kind decides the number: 3 of points."""
-    return 3 if symbol.kind in VECTORS else 1
+            yield infix(node, lambda symbol: 3 if symbol.kind in VECTORS else 1)
 
 
 def _broken(exponent: Formula) -> bool:
@@ -158,19 +151,15 @@ def summands(formula: Formula) -> Iterator[Formula]:
 def features(formula: Formula) -> Iterator[Feature]:
     """Yield the features of a formula, also the features of its arguments."""
     zero = np.zeros(1)
-    if isinstance(formula, Application):
-        if changes(formula.argument):
-            yield from _of_curve(formula)
-        yield from features(formula.argument)
-    if not isinstance(formula, Operation):
-        return
-    first = formula.arguments[0]
-    if formula.name in _WHERE_EQUAL and changes(formula):
-        yield Feature(first - formula.arguments[1], zero)
-    elif (formula.name in _AT_ZERO or _is_square(formula)) and changes(first):
-        yield Feature(first, zero)
-    for argument in formula.arguments:
-        yield from features(argument)
+    for node in distinct_nodes(formula):
+        if isinstance(node, Application) and changes(node.argument):
+            yield from _of_curve(node)
+        elif isinstance(node, Operation):
+            first = node.arguments[0]
+            if node.name in _WHERE_EQUAL and changes(node):
+                yield Feature(first - node.arguments[1], zero)
+            elif (node.name in _AT_ZERO or _is_square(node)) and changes(first):
+                yield Feature(first, zero)
 
 
 def corners(formula: Formula) -> Iterator[Formula]:
@@ -185,16 +174,11 @@ def jumps(formula: Formula) -> Iterator[Formula]:
 
 def _zeros(formula: Formula, where_equal: tuple[str, ...], at_zero: tuple[str, ...]) -> Iterator[Formula]:
     """Yield differences of the arguments of some functions, and first arguments of others, if these change."""
-    if isinstance(formula, Application):
-        yield from _zeros(formula.argument, where_equal, at_zero)
-    if not isinstance(formula, Operation):
-        return
-    if formula.name in where_equal and changes(formula):
-        yield formula.arguments[0] - formula.arguments[1]
-    elif formula.name in at_zero and changes(formula.arguments[0]):
-        yield formula.arguments[0]
-    for argument in formula.arguments:
-        yield from _zeros(argument, where_equal, at_zero)
+    for node in distinct_nodes(formula):
+        if isinstance(node, Operation) and node.name in where_equal and changes(node):
+            yield node.arguments[0] - node.arguments[1]
+        elif isinstance(node, Operation) and node.name in at_zero and changes(node.arguments[0]):
+            yield node.arguments[0]
 
 
 def _is_square(formula: Operation) -> bool:

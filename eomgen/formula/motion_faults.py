@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.errors import Problem
 from eomgen.formula.discontinuities import breakpoints
-from eomgen.formula.evaluate import evaluate_batch, values_of_parameters
-from eomgen.formula.nodes import Application, Formula, Operation, Symbol
+from eomgen.formula.evaluate import curves, evaluate_batch, values_of_parameters
+from eomgen.formula.nodes import Formula, Symbol
 from eomgen.formula.prescribed_motion import Law
 from eomgen.formula.recording import law_and_rate
 
@@ -47,7 +47,7 @@ def undefined(laws: Iterable[Law], values: Mapping[str, float], start: float, en
     """
     problems = []
     for law in laws:
-        if law.smooth or _has_curves(law.formula):
+        if law.smooth or curves(law.formula):  # whose values are not known here
             continue
         time = undefined_from(law.formula, values_of_parameters(law.formula, values), start, end)
         if time is not None:
@@ -90,13 +90,6 @@ def undefined_from(formula: Formula, values: tuple[tuple[str, float], ...], star
         middle = 0.5 * (low + high)
         low, high = (low, middle) if missing(np.array([middle]))[0] else (middle, high)
     return float(high)
-
-
-def _has_curves(formula: Formula) -> bool:
-    """Return whether there are curves in a formula, whose values are not known here."""
-    if isinstance(formula, Application):
-        return True
-    return isinstance(formula, Operation) and any(map(_has_curves, formula.arguments))
 
 
 #: Jumps that count, as a part of the range of a law, or of the largest rate of the law: constants are typed with a few

@@ -51,15 +51,28 @@ def substituted(formula: Formula, value_of: Callable[[Symbol], float | None]) ->
     return replace(formula, arguments=arguments)
 
 
-def renamed(formula: Formula, symbol_for: Callable[[Symbol], Symbol]) -> Formula:
-    """Return a formula with new symbols in place of the formula's symbols."""
+def mapped(
+    formula: Formula,
+    symbol_for: Callable[[Symbol], Formula],
+    number_for: Callable[[Number], Formula] | None = None,
+    *,
+    added: bool = True,
+) -> Formula:
+    """Return a formula with every symbol, and every number, replaced; curves are referred to as objects, not by name.
+
+    ``added``: whether symbols are replaced in arguments that the words of the register added, too.
+    """
     if isinstance(formula, Symbol):
         return symbol_for(formula)
+    if isinstance(formula, Number):
+        return formula if number_for is None else number_for(formula)
     if isinstance(formula, Application):
-        return replace(formula, argument=renamed(formula.argument, symbol_for))
-    if isinstance(formula, Operation):
-        return replace(formula, arguments=tuple(renamed(argument, symbol_for) for argument in formula.arguments))
-    return formula
+        return replace(formula, argument=mapped(formula.argument, symbol_for, number_for, added=added))
+    arguments = formula.arguments
+    kept = len(formula.word.added(formula.item)) if isinstance(formula, Quantity) and not added else 0
+    changed = arguments[: len(arguments) - kept]
+    given = (mapped(argument, symbol_for, number_for, added=added) for argument in changed)
+    return replace(formula, arguments=(*given, *arguments[len(changed) :]))
 
 
 def _curve_at(formula: Application, argument: Formula) -> Formula:
@@ -110,17 +123,11 @@ def pattern(formulas: tuple[Formula, ...]) -> tuple[tuple[Formula, ...], tuple[f
     numbers."""
     numbers: list[float] = []
 
-    def without(formula: Formula) -> Formula:
-        if isinstance(formula, Number):
-            numbers.append(formula.value)
-            return Symbol("number", index=len(numbers) - 1)
-        if isinstance(formula, Operation):
-            return replace(formula, arguments=tuple(without(argument) for argument in formula.arguments))
-        if isinstance(formula, Application):
-            return replace(formula, argument=without(formula.argument))
-        return formula
+    def numbered(number: Number) -> Symbol:
+        numbers.append(number.value)
+        return Symbol("number", index=len(numbers) - 1)
 
-    return tuple(without(formula) for formula in formulas), tuple(numbers)
+    return tuple(mapped(formula, lambda symbol: symbol, numbered) for formula in formulas), tuple(numbers)
 
 
 #: Powers of formulas, each an exponent.

@@ -8,12 +8,13 @@ on the way from the world to both.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import replace
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.scene.rotations import rows, snapped_rotation
 from eomgen.system.description import BASE, WORLD
@@ -64,6 +65,27 @@ class DesignPlace(NamedTuple):
     body: str
     position: tuple[float, ...]
     world: tuple[float, ...]
+
+
+class _Placed(Protocol):
+    """An item with a place on a body."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def body(self) -> str: ...
+    @property
+    def position(self) -> Vector: ...
+
+
+Key = TypeVar("Key")
+Placed = TypeVar("Placed", bound=_Placed)
+
+
+def attached(item: Placed, at: Callable[[Key, str, Vector], tuple[str, Vector]], key: Key) -> Placed:
+    """Return an item with the body and the position that a function gives for its key, body and position."""
+    body, position = at(key, item.body, item.position)
+    return replace(item, body=body, position=position)
 
 
 class UnknownPoseError(Exception):

@@ -20,21 +20,9 @@ JointType = Literal[
     "fixed", "revolute", "prismatic", "helical", "cylindrical", "universal", "planar", "spherical", "free"
 ]
 ConstraintType = Literal[
-    "spherical",
-    "revolute",
-    "universal",
-    "cylindrical",
-    "helical",
-    "prismatic",
-    "planar",
-    "fixed",
-    "distance",
-    "point_on_line",
-    "orientation",
-    "rolling",
-    "sliding",
-    "formula",
-]
+    "spherical", "revolute", "universal", "cylindrical", "helical", "prismatic", "planar", "fixed", "distance",
+    "point_on_line", "orientation", "rolling", "sliding", "formula",
+]  # fmt: skip  # a table
 MotionKind = Literal["turn", "travel", "screw", "ball", "free"]
 #: Axes of a constraint's frame that its rows use in addition to its origin; "any": the body's own axes by default.
 Need = Literal["nothing", "z", "x and z", "any"]

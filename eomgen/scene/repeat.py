@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from typing import Any
 
+from eomgen.base.data import dataclass
 from eomgen.base.messages import NAME_RULE, is_legal, key_of, listed, nearest, shown
 from eomgen.formula.evaluate import evaluate
 from eomgen.scene.document.schema import section_keys
@@ -140,23 +141,20 @@ def _whole(number: object) -> bool:
     return isinstance(number, int) and not isinstance(number, bool)
 
 
+@dataclass(eq=False)
 class _Copies:
     """The copies made by one table."""
 
-    def __init__(
-        self,
-        key: str,
-        table: Mapping[str, Any],
-        ranges: Mapping[str, range],
-        report: Report,
-        lines: MutableMapping[str, str],
-        sources: Mapping[str, Sequence[tuple[str, Any]]],
-        sections: Sequence[str],
-    ) -> None:
-        self.sections = sections
-        self.key, self.ranges, self.report, self.lines, self.sources = key, ranges, report, lines, sources
-        self.names = SceneNames(parameters=dict.fromkeys(ranges, False))
-        self.table = table
+    key: str
+    table: Mapping[str, Any]
+    ranges: Mapping[str, range]
+    report: Report
+    lines: MutableMapping[str, str]
+    sources: Mapping[str, Sequence[tuple[str, Any]]]
+    sections: Sequence[str]
+
+    def __post_init__(self) -> None:
+        self.names = SceneNames(parameters=dict.fromkeys(self.ranges, False))
         self.formulas: dict[str, Any] = {}
         #: Pieces of texts, in turn literal and a formula.
         self.pieces: dict[str, list[str]] = {}

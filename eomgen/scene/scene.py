@@ -142,49 +142,17 @@ _PARTS = (
 )  # fmt: skip  # a table
 
 
-class SceneSummary(Protocol):
-    """The fields of a ``Scene`` in the summary."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def description(self) -> str: ...
-    @property
-    def bodies(self) -> tuple[Body, ...]: ...
-    @property
-    def joints(self) -> tuple[Joint, ...]: ...
-    @property
-    def constraints(self) -> tuple[Constraint, ...]: ...
-    @property
-    def elements(self) -> tuple[ForceElement, ...]: ...
-    @property
-    def inputs(self) -> tuple[Input, ...]: ...
-    @property
-    def motions(self) -> tuple[Motion, ...]: ...
-    @property
-    def states(self) -> tuple[State, ...]: ...
-    @property
-    def outputs(self) -> tuple[Output, ...]: ...
-    @property
-    def parameters(self) -> tuple[Parameter, ...]: ...
-
-
-def line(scene: SceneSummary) -> str:
-    """Return ``<Scene four_bar: 3 bodies, 3 joints, 1 constraint>``."""
-    return f"<Scene {scene.name}: {', '.join(_counted(scene))}>"
-
-
 def _bodies(item: Constraint) -> tuple[str, str]:
     return (item.first.body, item.second.body) if item.framed else ("", "")
 
 
-def _counted(scene: SceneSummary) -> Iterator[str]:
+def _counted(scene: Scene) -> Iterator[str]:
     for part, one, several in _PARTS:
         if count := len(getattr(scene, part)):
             yield f"{count} {one if count == 1 else several}"
 
 
-def html(scene: SceneSummary) -> str:
+def html(scene: Scene) -> str:
     """Return the scene as tables: bodies with joints, constraints, force elements, signals and parameters."""
     carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
@@ -385,7 +353,7 @@ class Scene:
                 yield f"constraints.{constraint.name}.{side}", frame.body, frame.position
 
     def __repr__(self) -> str:
-        return line(self)
+        return f"<Scene {self.name}: {', '.join(_counted(self))}>"
 
     def _repr_html_(self) -> str:
         return html(self)

@@ -81,6 +81,7 @@ class Section:
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
     drawn : whether entries are for pictures alone, and no part of the digest
+    item : from name, entry and state of reading to the item of the Scene; by default the entry itself
     bounds : bound of each single value, by key within the entry; None for any number
     """
 
@@ -98,6 +99,7 @@ class Section:
     attached: bool = False
     scene_field: str = ""
     drawn: bool = False
+    item: Callable[[str, Any, Reading], Any] | None = None
     bounds: Mapping[str, Bound | None] = field(default_factory=dict)
 
     @property
@@ -229,7 +231,7 @@ class Section:
         object
             The item of the Scene.
         """
-        return entry
+        return entry if self.item is None else self.item(name, entry, reading)
 
     def check(self, reading: Reading) -> None:
         """Report faults between entries, after all entries are read.
@@ -302,6 +304,7 @@ class Section:
         return {self.scene_field: tuple(reading.items[self.key].values())} if self.scene_field else {}
 
 
+@dataclass(eq=False)
 class Reading:
     """The state of reading one scene: items read so far, for the readers of further sections.
 
@@ -340,44 +343,35 @@ class Reading:
     broken : names of refused bodies and beams
     """
 
-    def __init__(
-        self,
-        document: Entries,
-        refused: Mapping[str, set[str]],
-        data: Mapping[str, Any],
-        rows: Sequence[Section],
-        report: Report,
-        folder: Path,
-        judged: Collection[str],
-        bounds: Mapping[str, Row],
-        units: Mapping[str, str],
-        offered: Mapping[str, Mapping[str, str]],
-    ) -> None:
-        self.document = document
-        self.refused = refused
-        self.data = data
-        self.rows = rows
-        self.report = report
-        self.folder = folder
+    document: Entries
+    refused: Mapping[str, set[str]]
+    data: Mapping[str, Any]
+    rows: Sequence[Section]
+    report: Report
+    folder: Path
+    judged: Collection[str]
+    bounds: Mapping[str, Row]
+    units: Mapping[str, str]
+    offered: Mapping[str, Mapping[str, str]]
+
+    def __post_init__(self) -> None:
+        document, rows = self.document, self.rows
         self.items: dict[str, Mapping[str, Any]] = {}
         self.attach: AttachByKey = _as_written
         self.section_formulas: SectionFormulas = _no_sections
-        self.broken = sorted(refused["bodies"] | refused["beams"])
+        self.broken = sorted(self.refused["bodies"] | self.refused["beams"])
         self.bodies = dict.fromkeys([*document.section("bodies"), *document.section("beams"), *self.broken])
-        self._judged = judged
-        self._bounds = bounds
-        self._units = units
         self._kept: dict[type, Any] = {}
         self.parameters = [item for row in rows if not row.single for item in row.parameters(document.section(row.key))]
         tunable = {item.name: item.tunable for item in self.parameters}
         named = [item for row in rows if row.bare for item in document.section(row.key).items()]
         labels = {name: getattr(entry, "unit", "") for name, entry in named}
         self.tables: dict[str, Any] = {
-            "parameters": tunable | dict.fromkeys(sorted(refused["parameters"]), False),
+            "parameters": tunable | dict.fromkeys(sorted(self.refused["parameters"]), False),
             "labels": labels | {item.name: item.unit for item in self.parameters},
             "offered": {
                 kind: ElementQuantity(key, scope, self.names_in(key))
-                for key, scopes in offered.items()
+                for key, scopes in self.offered.items()
                 for kind, scope in scopes.items()
             },
         }
@@ -418,7 +412,7 @@ class Reading:
         """
         defaults = {parameter.name: parameter.value for parameter in self.parameters}
         refused = frozenset().union(*self.refused.values())
-        return Values(self.names, defaults, report or self.report, refused, self._judged, self._bounds, self._units)
+        return Values(self.names, defaults, report or self.report, refused, self.judged, self.bounds, self.units)
 
     def aside(self, attach: AttachByKey = lambda key, body, position: (body, position)) -> Reading:
         """Return a copy of this state with a separate report and a separate reader of values, to read entries in

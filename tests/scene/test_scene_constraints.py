@@ -288,7 +288,7 @@ def test_frames_are_in_one_body_if_fixed_joints_join_their_rigid_bodies(seed: in
         for other in (*merged, "unknown"):
             report = Report("scene.toml", {})
             first, second = (cast(Frame, SimpleNamespace(body=body)) for body in (one, other))
-            check_two_bodies("constraints", "loop", first, second, joints, beams, report)
+            check_two_bodies([("constraints.loop", (first, second))], joints, beams, report)
             joined = one != "unknown" and other in merged[one] and one not in beams
             assert [problem.what.split(":")[0] for _, problem in report.noted] == (
                 ["both frames are in the same rigid body"] if joined else []

@@ -133,6 +133,14 @@ def read_unit(text: str) -> Factors:
     return () if text.strip(" \t") == "1" else _Unit(text.strip(" \t"), text, ()).read()
 
 
+def factors_of(label: str) -> Factors | None:
+    """Return the factors of a unit; None for a text that is not a unit, such as an empty one."""
+    try:
+        return read_unit(label)
+    except UnitError:
+        return None
+
+
 class _Unit:
     """The unit of a text, read from left to right."""
 
@@ -310,10 +318,8 @@ class Dimension(NamedTuple):
 @cache
 def dimension_of(label: str) -> Dimension | None:
     """Return the dimension of a unit; None for a text that is not a unit."""
-    try:
-        return _of_factors(read_unit(label)) if label.strip() else None
-    except UnitError:
-        return None
+    factors = factors_of(label)
+    return None if factors is None else _of_factors(factors)
 
 
 def _of_factors(factors: Factors) -> Dimension:

@@ -192,10 +192,7 @@ def _deformation(
         values.notes.append(f"{key}.damping_ratio: {note}")
     masses: list[tuple[float, float, float]] = []
     for place, mass in enumerate(given.masses):
-        at, amount, inertia = (
-            values.constant(f"{key}.masses[{place}].{field}", getattr(mass, field))
-            for field in ("at", "mass", "inertia")
-        )
+        at, amount, inertia = values.keys(f"{key}.masses[{place}]", mass).values()
         if beam.is_beyond(at):
             fault = f"x = {at:.6g} m is beyond the beam, which goes from {start:.6g} m to {end:.6g} m [E1322]"
             values.report.add(f"{key}.masses[{place}].at", fault, "a place on the beam")
@@ -213,8 +210,7 @@ def _deformation(
         elements=given.elements or 0,
         ends=given.ends or Deformation.ends,
         damping_ratio=ratio,
-        stiffness_damping=values.formula(f"{key}.stiffness_damping", given.stiffness_damping, PARAMETERS),
-        inertia_factor=values.formula(f"{key}.inertia_factor", given.inertia_factor, PARAMETERS),
+        **values.keys(key, given, "stiffness_damping", "inertia_factor"),
         initial_position=position,
         initial_velocity=velocity,
         nodal=given.coordinates == "nodal",

@@ -304,10 +304,7 @@ def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) ->
     free = [strain for strain in STRAINS if strain not in CONSTRAINED[keys.model]]
     if (given := keys["stiffness_matrix"]) is not None:
         place = keys.of("stiffness_matrix")
-        matrix = tuple(
-            tuple(values.formula(f"{place}[{row}][{column}]", entry, PARAMETERS) for column, entry in enumerate(line))
-            for row, line in enumerate(given)
-        )
+        matrix: Rows = values.by_scope(place, given, PARAMETERS)
         if not values.report.concerns(place):
             values.require(place, SectionStiffnessRule(keys.model), [entry for line in matrix for entry in line])
         return matrix

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, ClassVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, cast
 
 import numpy as np
 
@@ -138,8 +138,8 @@ class SectionReader:
 
     def __init__(self, key: str, section: written.Section, values: Values) -> None:
         self.key, self.section, self.values = key, section, values
-        self.elastic_modulus = self._formula("elastic_modulus", section.elastic_modulus)
-        self.density = self._formula("density", section.density)
+        self.elastic_modulus: Formula = self._optional("elastic_modulus")
+        self.density: Formula = self._optional("density")
         if 0.0 < (density := values.value(self.density)) < _LIGHTEST:
             note = f"the density {density:.6g} kg/m^3 is below the density of any foam [W0294]"
             values.note([f"{key}.density: {note}; {1e3 * density:.6g} if it is in g/cm^3"])
@@ -150,41 +150,35 @@ class SectionReader:
 
     @cached_property
     def area(self) -> Formula | None:
-        if self._shape is not None:
-            return self._shape.area
-        return self._optional("area")
+        return self._optional("area") if self._shape is None else self._shape.area
 
     @cached_property
     def second_moments(self) -> tuple[Formula, Formula] | None:
-        if self._shape is not None:
-            return self._shape.second_moments
-        return self._pair("second_moments")
+        return self._optional("second_moments") if self._shape is None else self._shape.second_moments
 
     @cached_property
     def torsion_constant(self) -> Formula | None:
-        if self._shape is not None:
-            return self._shape.torsion_constant
-        return self._optional("torsion_constant")
+        return self._optional("torsion_constant") if self._shape is None else self._shape.torsion_constant
 
     @cached_property
     def shear_factors(self) -> tuple[Formula, Formula] | None:
         """Return the given shear factors, else the shape's."""
-        if self._shape is not None and self.section.shear_factors is None:
-            return self._shape.shear_factors
-        return self._pair("shear_factors")
+        given: tuple[Formula, Formula] | None = self._optional("shear_factors")
+        return self._shape.shear_factors if given is None and self._shape is not None else given
 
     @cached_property
     def shear_modulus(self) -> Formula | None:
         """As given, or by Poisson's ratio: G = E/(2 (1 + nu))."""
-        given = self.section.poisson_ratio
-        if self.section.shear_modulus is not None or given is None:
-            return self._optional("shear_modulus")
+        given: Formula | None = self._optional("shear_modulus")
+        if given is not None or self.section.poisson_ratio is None:
+            return given
         return folded(self.elastic_modulus / (2.0 * (ONE + self._ratio)))
 
     @cached_property
     def _ratio(self) -> Formula:
-        if self.section.poisson_ratio is not None:
-            return self._formula("poisson_ratio", self.section.poisson_ratio)
+        given: Formula | None = self._optional("poisson_ratio")
+        if given is not None:
+            return given
         if self.shear_modulus is None:
             return Number(0.0)
         return folded(self.elastic_modulus / (2.0 * self.shear_modulus) - ONE)
@@ -196,7 +190,7 @@ class SectionReader:
         shape = SHAPES[self.section.shape]
         if any(getattr(self.section, size) is None for size in shape.sizes):  # which is reported
             return None
-        sizes = [self._formula(size, getattr(self.section, size)) for size in shape.sizes]
+        sizes = [self._optional(size) for size in shape.sizes]
         if any(self.values.report.concerns(f"{self.key}.{size}") for size in shape.sizes):
             return None
         if self.section.shape == "tube":
@@ -252,19 +246,9 @@ class SectionReader:
                 fault = f"{field} is given, and follows from the shape too [E1350]"
                 report.add(f"{self.key}.{field}", fault, f"{field} without shape, or shape without {field}")
 
-    def _formula(self, field: str, value: float | str) -> Formula:
-        return self.values.formula(f"{self.key}.{field}", value, PARAMETERS)
-
-    def _optional(self, field: str) -> Formula | None:
-        given = getattr(self.section, field)
-        return None if given is None else self._formula(field, given)
-
-    def _pair(self, field: str) -> tuple[Formula, Formula] | None:
-        given: Sequence[float | str] | None = getattr(self.section, field)
-        if given is None:
-            return None
-        first, second = (self._formula(f"{field}[{place}]", part) for place, part in enumerate(given))
-        return first, second
+    def _optional(self, field: str) -> Any:
+        """Return the formula of a key, or two of a pair; None for a key that is not given."""
+        return self.values.keys(self.key, self.section, field).get(field)
 
 
 #: Part of the largest entry by which entries across the diagonal may differ: written matrices have few digits.
@@ -274,21 +258,32 @@ _NONE = 1e-12
 _DEFINITE = "a positive definite matrix"
 
 
-@dataclass(frozen=True)
-class SectionStiffnessRule:
-    """Rule for the 36 entries of the stiffness of a section, row by row, of a beam of a model."""
+class _MatrixRule:
+    """Rule for the 36 entries of a matrix of a section, row by row."""
 
     stage: ClassVar[int] = 1
 
-    model: str
+    def fault_of(self, matrix: Array) -> tuple[str, str]:
+        """Return the fault of a matrix and a hint, both empty for a valid one."""
+        raise NotImplementedError
 
     def broken(self, numbers: Sequence[Numbers]) -> Flags:
         matrices = np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float).reshape(-1, 6, 6)
-        result = np.array([bool(_stiffness_fault(matrix, self.model)[0]) for matrix in matrices])
+        result = np.array([bool(self.fault_of(matrix)[0]) for matrix in matrices])
         return result.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        return _stiffness_fault(np.array(numbers, dtype=float).reshape(6, 6), self.model)
+        return self.fault_of(np.array(numbers, dtype=float).reshape(6, 6))
+
+
+@dataclass(frozen=True)
+class SectionStiffnessRule(_MatrixRule):
+    """Rule for the 36 entries of the stiffness of a section, row by row, of a beam of a model."""
+
+    model: str
+
+    def fault_of(self, matrix: Array) -> tuple[str, str]:
+        return _stiffness_fault(matrix, self.model)
 
 
 def unlike(matrix: Array) -> tuple[int, int] | None:
@@ -361,18 +356,11 @@ def inertia_of_matrix(matrix: Sequence[Sequence[Formula]]) -> SectionInertia:
 
 
 @dataclass(frozen=True)
-class SectionInertiaRule:
+class SectionInertiaRule(_MatrixRule):
     """Rule for the 36 entries of the inertia of a section, row by row."""
 
-    stage: ClassVar[int] = 1
-
-    def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        matrices = np.stack(np.broadcast_arrays(*numbers), axis=-1).astype(float).reshape(-1, 6, 6)
-        result = np.array([bool(_inertia_fault(matrix)[0]) for matrix in matrices])
-        return result.reshape(np.broadcast_shapes(*map(np.shape, numbers)))
-
-    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        return _inertia_fault(np.array(numbers, dtype=float).reshape(6, 6))
+    def fault_of(self, matrix: Array) -> tuple[str, str]:
+        return _inertia_fault(matrix)
 
 
 def _inertia_fault(matrix: Array) -> tuple[str, str]:
@@ -428,8 +416,7 @@ def read_inertia(keys: BeamKeys, section: SectionReader | None, values: Values) 
     if given is None:
         return SectionInertia(mass, rotary)
     place = keys.of("center_of_mass")
-    y, z = (values.formula(f"{place}[{axis}]", part, PARAMETERS) for axis, part in enumerate(given))
-    return SectionInertia(mass, rotary, (y, z))
+    return SectionInertia(mass, rotary, values.by_scope(place, given, PARAMETERS))
 
 
 def _of_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
@@ -439,10 +426,7 @@ def _of_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
             values.report.add(
                 keys.of(field), f"{field} is given, and inertia_matrix too, which has it [E1353]", "one of them"
             )
-    matrix = [
-        [values.formula(f"{place}[{row}][{column}]", entry, PARAMETERS) for column, entry in enumerate(line)]
-        for row, line in enumerate(keys["inertia_matrix"])
-    ]
+    matrix: Sequence[Sequence[Formula]] = values.by_scope(place, keys["inertia_matrix"], PARAMETERS)
     if not values.report.concerns(place):
         values.require(place, SectionInertiaRule(), [entry for line in matrix for entry in line])
     return _ZEROS if values.report.concerns(place) else inertia_of_matrix(matrix)

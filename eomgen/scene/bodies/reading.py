@@ -4,7 +4,7 @@ rotation, or of its acceleration."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +18,7 @@ from eomgen.formula.recording import law_and_rate
 from eomgen.formula.substitution import total
 from eomgen.formula.units.parser import UnitError, read_unit
 from eomgen.scene.bodies.model import Base, Body
-from eomgen.scene.design_poses import Axes
+from eomgen.scene.design_poses import Axes, attached
 from eomgen.scene.formula.scope import ACCELERATION, MOTION, PARAMETERS
 from eomgen.scene.reading import report
 from eomgen.scene.reading.key_metadata import added_keys
@@ -30,6 +30,7 @@ from eomgen.system.description import BASE, WORLD, FixedFrame, Point
 if TYPE_CHECKING:
     from eomgen.scene.bodies import schema as written
     from eomgen.scene.bodies.base_schema import Base as WrittenBase
+    from eomgen.scene.section import Reading
 
 #: Share of the greatest speed that the speed at the end, or the mean velocity, may have without a note.
 _DRIFTS = 0.02
@@ -192,9 +193,9 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
     return fault is not None or factor != 1.0
 
 
-def read_body(name: str, body: written.Body, values: Values) -> Body:
+def read_body(name: str, body: written.Body, reading: Reading) -> Body:
     """Return a rigid body."""
-    return Body(name, **values.keys(key_of("bodies", name), body, "inertia", "center_of_mass", "mass"))
+    return Body(name, **reading.values.keys(key_of("bodies", name), body, "inertia", "center_of_mass", "mass"))
 
 
 def placed_body(body: Body, entry: written.Body, values: Values) -> Body:
@@ -225,23 +226,24 @@ def _turned(inertia: _Inertia, axes: Axes) -> _Inertia:
     return entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)
 
 
-def read_body_frame(name: str, frame: written.BodyFrame, bodies: Collection[str], values: Values) -> FixedFrame:
-    """Return a frame of a body; ``bodies`` are the names of bodies that can carry it."""
-    key = key_of("frames", name)
-    if frame.body not in bodies:
-        report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *bodies], "body", values.report)
+def read_body_frame(name: str, frame: written.BodyFrame, reading: Reading) -> FixedFrame:
+    """Return a frame of a body; one on a geometrically exact beam is on a node."""
+    key, values = key_of("frames", name), reading.values
+    if frame.body not in reading.bodies:
+        report.check_reference(f"{key}.body", frame.body, [BASE, WORLD, *reading.bodies], "body", values.report)
     position = values.vector(f"{key}.position", frame.position, PARAMETERS)
     orientation = read_orientation(key, frame.rotation, frame.orientation, values)
     positioned = "position" in frame.model_fields_set
     position, orientation = read_placement(key, frame.given_in, positioned, frame.body, position, orientation, values)
-    return FixedFrame(name, frame.body, position, orientation, quaternion_of_matrix(orientation))
+    made = FixedFrame(name, frame.body, position, orientation, quaternion_of_matrix(orientation))
+    return attached(made, reading.attach, f"{key}.position")
 
 
-def read_point(name: str, point: written.Point, bodies: Collection[str], values: Values) -> Point:
-    """Return a point; ``bodies`` are the names of bodies that can carry it."""
-    key = key_of("points", name)
-    if point.body not in bodies:
-        report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *bodies], "body", values.report)
+def read_point(name: str, point: written.Point, reading: Reading) -> Point:
+    """Return a point; one on a geometrically exact beam is on a node."""
+    key, values = key_of("points", name), reading.values
+    if point.body not in reading.bodies:
+        report.check_reference(f"{key}.body", point.body, [BASE, WORLD, *reading.bodies], "body", values.report)
     given, positioned = values.keys(key, point, "position")["position"], "position" in point.model_fields_set
     position, _ = read_placement(key, point.given_in, positioned, point.body, given, rows(np.eye(3)), values)
-    return Point(name, point.body, position)
+    return attached(Point(name, point.body, position), reading.attach, f"{key}.position")

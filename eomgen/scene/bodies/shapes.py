@@ -16,7 +16,7 @@ from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.errors import FileError
 from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.mesh_files import MOST, is_readable, mesh_path, with_mesh
-from eomgen.scene.design_poses import size_of
+from eomgen.scene.design_poses import attached, size_of
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, optional
 from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
@@ -285,13 +285,11 @@ class _Shapes(Section):
             )
         reading.values.mentioned |= values.mentioned
         reading.values.note(values.notes)
-        return {name: self._attached(shape, reading) for name, shape in read.items() if shape is not None}
-
-    def _attached(self, shape: Shape, reading: Reading) -> Shape:
-        """Return a shape on a geometrically exact beam on the nearest node; a shape makes no nodes."""
-        place = key_of(self.key, shape.name, "position")
-        body, position = reading.attach(place, shape.body, shape.position)
-        return replace(shape, body=body, position=position)
+        return {  # on a geometrically exact beam the nearest node carries a shape, which makes no nodes
+            name: attached(shape, reading.attach, key_of(self.key, name, "position"))
+            for name, shape in read.items()
+            if shape is not None
+        }
 
 
 SHAPES = _Shapes(

@@ -7,23 +7,22 @@ from __future__ import annotations
 
 import functools
 import operator
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Symbol
-from eomgen.scene.control.model import Controller, StateFeedback
+from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Symbol, distinct_nodes
+from eomgen.scene.control.model import Controller
 from eomgen.scene.control.sampled import read_sampled_controller, sampled_names
 from eomgen.scene.control.state_feedback import feedback_names, parameters_of, read_state_feedback
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.system.signals import Parameter, SampledController, State
+from eomgen.system.signals import Parameter, State
 
 if TYPE_CHECKING:
     from eomgen.scene.control.schema import Controller as Written
@@ -32,13 +31,13 @@ if TYPE_CHECKING:
 _LIMITS = ("minimum_damping", "maximum_damping", "width")
 
 
-def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, tuple[str, str]]) -> Formula:
-    """Return the tension that a skyhook controller asks for; ``ends`` are the points of every spring."""
+def read_skyhook(name: str, entry: Written, values: Values, springs: Mapping[str, SpringEntry]) -> Formula:
+    """Return the tension that a skyhook controller asks for."""
     key, report = key_of("controllers", name), values.report
     if entry.spring is None:
         return UNKNOWN
-    if entry.spring not in ends:
-        hint = nearest(entry.spring, ends) or "a [springs] section"
+    if entry.spring not in springs:
+        hint = nearest(entry.spring, springs) or "a [springs] section"
         report.add(f"{key}.spring", f"there is no spring {shown(entry.spring)} [E1412]", hint)
         return UNKNOWN
     if entry.damping is None and entry.groundhook is None:
@@ -60,7 +59,7 @@ def read_skyhook(name: str, entry: Written, values: Values, ends: Mapping[str, t
             "maximum_damping = 4000",
         )
         return UNKNOWN
-    first, second = ends[entry.spring]
+    first, second = springs[entry.spring].first, springs[entry.spring].second
     wanted: list[Formula] = []
     if "damping" in given:
         wanted.append(given["damping"] * _along(entry.spring, first, second, second))
@@ -106,7 +105,7 @@ def _root(x: Formula) -> Formula:
     return Operation("sqrt", (x,))
 
 
-def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Controller]:
+def read_controller(name: str, entry: Written, values: Values) -> tuple[list[State], Formula]:
     """Return the states and the output of a controller with memory; faults are reported."""
     key = key_of("controllers", name)
     given = values.keys(key, entry, "signal", "time_constant")
@@ -145,7 +144,7 @@ def read_controller(name: str, entry: Written, values: Values) -> tuple[list[Sta
         )
         for suffix, (rate, initial) in made.items()
     ]
-    return states, Controller(name, limits.of(free), entry.unit, entry.description)
+    return states, limits.of(free)
 
 
 class OutputLimits:
@@ -196,19 +195,11 @@ def check_loops(controllers: Sequence[Controller], springs: Sequence[ForceElemen
     if loop:
         chain = " uses ".join(part.replace("springs.", "tension.") for part in loop)
         formulas = [item.output for item in controllers if f"controllers.{item.name}" in loop]
-        if names := listed(dict.fromkeys(label for formula in formulas for label in _labels(formula))):
+        parts = [part for formula in formulas for part in distinct_nodes(formula) if isinstance(part, Operation)]
+        if names := listed(dict.fromkeys(part.label for part in parts if part.label and _used([part]))):
             chain += f" (in the definition {names})"
         fault = f"an algebraic loop: {chain}, with no state between [E1416]"
         values.report.add(loop[0], fault, "a low_pass controller, or a state, somewhere in the loop")
-
-
-def _labels(formula: Formula) -> Iterator[str]:
-    """Yield the names of definitions in a formula that depend on controllers or tensions."""
-    if isinstance(formula, Operation):
-        if formula.label and _used([formula]):
-            yield formula.label
-        for argument in formula.arguments:
-            yield from _labels(argument)
 
 
 def _used(formulas: Iterable[Formula]) -> list[str]:
@@ -271,57 +262,39 @@ def made_parameters(entries: Mapping[str, Written]) -> list[Parameter]:
     return [parameter for name, entry in feedback for parameter in parameters_of(name, entry)]
 
 
-@dataclass
-class Controllers:
-    """States, outputs and records of the controllers of a scene."""
-
-    states: list[State] = field(default_factory=list)
-    outputs: list[Controller] = field(default_factory=list)
-    feedback: list[StateFeedback] = field(default_factory=list)
-    sampled: list[SampledController] = field(default_factory=list)
-
-
-def read_controllers(
-    entries: Mapping[str, Written],
-    springs: Mapping[str, SpringEntry],
-    outputs: Collection[str],
-    values: Values,
-    folder: Path,
-) -> Controllers:
-    """Return the states and outputs of all controllers; faults are reported.
+def read_controllers(section: Callable[[str], Mapping[str, Any]], values: Values, folder: Path) -> dict[str, list[Any]]:
+    """Return the states, outputs and records of all controllers, by field of the Scene; faults are reported.
 
     Parameters
     ----------
-    springs : mapping
-        As written in the file, for their points.
-    outputs : collection of str
-        Names of the scene's outputs, for weights.
-    folder : Path
-        Folder of the scene file, for C files.
+    section : gives the entries of a section by name
+    folder : from which the paths of C files start
     """
-    result = Controllers()
-    ends = {name: (spring.first, spring.second) for name, spring in springs.items()}
+    entries: Mapping[str, Written] = section("controllers")
+    made: dict[str, list[Any]] = {"states": [], "controllers": [], "feedback": [], "sampled": []}
     for name, entry in entries.items():
-        values.check_kind(key_of("controllers", name), entry, "type", _KEYS)
+        key, unit = key_of("controllers", name), entry.unit
+        values.check_kind(key, entry, "type", _KEYS)
         if SUFFIXES[entry.type]:
-            states, controller = read_controller(name, entry, values)
-            result.states += states
-            result.outputs.append(controller)
-            continue
-        limits = OutputLimits(key_of("controllers", name), entry, values)
-        if entry.type == "sampled":
+            states, formula = read_controller(name, entry, values)
+            made["states"] += states
+            outputs = {name: formula}
+        elif entry.type == "sampled":
+            OutputLimits(key, entry, values)
             states, called = read_sampled_controller(name, entry, values, folder)
-            result.states += states
-            result.sampled.append(called)
-            made = sampled_names(name, entry)
-            for output, held in zip(made.outputs, made.values, strict=True):
-                result.outputs.append(Controller(output, Symbol("state", held), entry.unit, entry.description))
+            made["states"] += states
+            made["sampled"].append(called)
+            names = sampled_names(name, entry)
+            outputs = {output: Symbol("state", held) for output, held in zip(names.outputs, names.values, strict=True)}
         elif entry.type == "state_feedback":
-            free, record = read_state_feedback(name, entry, values, outputs)
-            result.feedback.append(record)
-            for output, formula in zip(record.outputs, free, strict=True):
-                result.outputs.append(Controller(output, limits.of(formula), entry.unit, entry.description))
+            limits = OutputLimits(key, entry, values)
+            free, record = read_state_feedback(name, entry, values, section("outputs"))
+            made["feedback"].append(record)
+            outputs = {output: limits.of(formula) for output, formula in zip(record.outputs, free, strict=True)}
         else:
-            formula = limits.of(read_skyhook(name, entry, values, ends))
-            result.outputs.append(Controller(name, formula, entry.unit or "N", entry.description))
-    return result
+            limits, unit = OutputLimits(key, entry, values), entry.unit or "N"
+            outputs = {name: limits.of(read_skyhook(name, entry, values, section("springs")))}
+        made["controllers"] += [
+            Controller(output, formula, unit, entry.description) for output, formula in outputs.items()
+        ]
+    return made

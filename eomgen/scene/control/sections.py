@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from eomgen.base.messages import NAME_LENGTH, NAME_RULE, is_legal, key_of, shown
 from eomgen.formula.nodes import Formula
 from eomgen.scene.control.controllers import (
-    Controllers,
     check_loops,
     made_by_controller,
     made_parameters,
@@ -20,7 +19,6 @@ from eomgen.scene.control.model import Reference
 from eomgen.scene.formula.scope import SPRING_FORCE
 from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.values import Values
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.signals import Parameter
 
@@ -28,8 +26,10 @@ if TYPE_CHECKING:
     from eomgen.scene.control.schema import Controller, ReferenceEntry
 
 
-def read_reference(name: str, entry: ReferenceEntry, followers: frozenset[str], values: Values) -> Reference:
-    """Return a reference motion; ``followers`` are joints that mimic other joints."""
+def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Reference:
+    """Return a reference motion, of joints that follow no other joint."""
+    values, joints = reading.values, reading.items["joints"].values()
+    followers = frozenset(joint.name for joint in joints if joint.mimic is not None)
     parts: dict[str, tuple[tuple[str, Formula], ...]] = {}
     for part in ("position", "velocity", "acceleration"):
         formulas = []
@@ -86,21 +86,10 @@ class _Controllers(Section):
         return made_parameters(entries)
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
-        section = reading.document.section
-        read = read_controllers(
-            section("controllers"), section("springs"), section("outputs"), reading.values, reading.folder
-        )
-        reading.keep(read)
-        return {}
+        return read_controllers(reading.document.section, reading.values, reading.folder)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
-        read = reading.kept(Controllers)
-        return {
-            "states": tuple(read.states),
-            "controllers": tuple(read.outputs),
-            "feedback": tuple(read.feedback),
-            "sampled": tuple(read.sampled),
-        }
+        return {field: tuple(items) for field, items in reading.items["controllers"].items()}
 
 
 def _made(name: str, entry: Controller) -> list[tuple[str, str]]:
@@ -110,13 +99,8 @@ def _made(name: str, entry: Controller) -> list[tuple[str, str]]:
 
 def check_controllers(reading: Reading) -> None:
     """Report algebraic loops among controllers and tensions of springs."""
-    check_loops(reading.kept(Controllers).outputs, tuple(reading.items.get("springs", {}).values()), reading.values)
-
-
-class _References(Section):
-    def read_entry(self, name: str, entry: ReferenceEntry, reading: Reading) -> Reference:
-        followers = frozenset(joint.name for joint in reading.items["joints"].values() if joint.mimic is not None)
-        return read_reference(name, entry, followers, reading.values)
+    items = reading.items
+    check_loops(items["controllers"]["controllers"], tuple(items.get("springs", {}).values()), reading.values)
 
 
 CONTROLLERS = _Controllers(
@@ -131,12 +115,13 @@ CONTROLLERS = _Controllers(
 
     Formulas use its output by its name.""",
 )
-REFERENCES = _References(
+REFERENCES = Section(
     key="references",
     entry="eomgen.scene.control.schema:ReferenceEntry",
     scene_field="references",
     after=("reactions",),
     last=True,
+    item=read_reference,
     documentation="""
     Add a reference motion of joints, for which formulas ask the inverse dynamics: ``tau.elbow(name)``.""",
 )

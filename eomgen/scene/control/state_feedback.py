@@ -41,54 +41,63 @@ class FeedbackNames:
         return (*(name for row in self.gains for name in row), *filter(None, self.references))
 
 
-def made_by(
-    name: str,
-    outputs: Sequence[str],
-    coordinates: Sequence[str],
-    signals: Sequence[str],
-    referred: tuple[Collection[str], Collection[str]],
-    calibrated: bool,
-) -> FeedbackNames:
-    """Return the names that a state feedback makes; ``referred`` are coordinates, and signals, whose reference is
-    given."""
-    given = tuple(f"{name}_{output}" for output in outputs) or (name,)
-    parts = [f"position_gain_{joint}" for joint in coordinates] + [f"velocity_gain_{joint}" for joint in coordinates]
-    parts += [f"gain_{signal}" for signal in signals]
-    references = ["" if joint in referred[0] else f"{name}_position_reference_{joint}" for joint in coordinates]
-    references += [""] * len(coordinates)
-    references += ["" if signal in referred[1] else f"{name}_reference_{signal}" for signal in signals]
-    gains = tuple(tuple(f"{output}_{part}" for part in parts) for output in given)
-    return FeedbackNames(given, gains, tuple(references) if calibrated else ("",) * len(parts))
+@dataclass(frozen=True)
+class _Quantity:
+    """A quantity that a state feedback feeds back.
+
+    Attributes
+    ----------
+    label : text of the quantity
+    gain : name of the parameter of its gain, after the name of an output
+    gains : as given, by output
+    reference : name of the parameter of its reference, after the name of the feedback; empty for velocities
+    place, given : key and text of a given reference
+    """
+
+    label: str
+    gain: str
+    gains: Sequence[float]
+    reference: str = ""
+    place: str = ""
+    given: float | str | None = None
+
+
+def _quantities(entry: Written) -> list[_Quantity]:
+    """Return the quantities that a state feedback feeds back: coordinates, their velocities, and signals."""
+    coordinates, signals = entry.coordinates or (), entry.signals or {}
+    positions, velocities, others = entry.position_gains or {}, entry.velocity_gains or {}, entry.signal_gains or {}
+    of_positions, of_signals = entry.position_references or {}, entry.signal_references or {}
+    result = []
+    for name in coordinates:
+        reference, place = f"position_reference_{name}", f"position_references.{key_of(name)}"
+        gain, gains = f"position_gain_{name}", positions.get(name, ())
+        result.append(_Quantity(f"q.{name}", gain, gains, reference, place, of_positions.get(name)))
+    result += [_Quantity(f"v.{name}", f"velocity_gain_{name}", velocities.get(name, ())) for name in coordinates]
+    for name in signals:
+        reference, place = f"reference_{name}", f"signal_references.{key_of(name)}"
+        result.append(_Quantity(name, f"gain_{name}", others.get(name, ()), reference, place, of_signals.get(name)))
+    return result
 
 
 def feedback_names(name: str, entry: Written) -> FeedbackNames:
     """Return the names that an entry of type ``state_feedback`` makes."""
-    return made_by(
-        name,
-        entry.outputs or (),
-        entry.coordinates or (),
-        tuple(entry.signals or ()),
-        (entry.position_references or {}, entry.signal_references or {}),
-        entry.calibration is not None,
-    )
+    outputs, parts = tuple(f"{name}_{output}" for output in entry.outputs or ()) or (name,), _quantities(entry)
+    gains = tuple(tuple(f"{output}_{part.gain}" for part in parts) for output in outputs)
+    open_ones = [part.reference if entry.calibration is not None and part.given is None else "" for part in parts]
+    return FeedbackNames(outputs, gains, tuple(f"{name}_{reference}" if reference else "" for reference in open_ones))
 
 
 def parameters_of(name: str, entry: Written) -> list[Parameter]:
     """Return the tunable parameters of a state feedback, with the user's gains as values."""
-    made = feedback_names(name, entry)
-    tables = [(entry.position_gains or {}, joint) for joint in entry.coordinates or ()]
-    tables += [(entry.velocity_gains or {}, joint) for joint in entry.coordinates or ()]
-    tables += [(entry.signal_gains or {}, signal) for signal in entry.signals or ()]
-    labels = _labels(entry)
+    made, parts = feedback_names(name, entry), _quantities(entry)
     result = []
     for row, (output, gains) in enumerate(zip(made.outputs, made.gains, strict=True)):
-        for parameter, (table, signal), label in zip(gains, tables, labels, strict=True):
-            values = table.get(signal, ())
-            value = values[row] if row < len(values) else 0.0
-            result.append(Parameter(parameter, value, True, "", f"gain of {label} in {output}"))
-    for parameter, label in zip(made.references, labels, strict=True):
+        for parameter, part in zip(gains, parts, strict=True):
+            value = part.gains[row] if row < len(part.gains) else 0.0
+            result.append(Parameter(parameter, value, True, "", f"gain of {part.label} in {output}"))
+    for parameter, part in zip(made.references, parts, strict=True):
         if parameter:
-            result.append(Parameter(parameter, 0.0, True, "", f"{label} where {name} gives nothing"))
+            result.append(Parameter(parameter, 0.0, True, "", f"{part.label} where {name} gives nothing"))
     return result
 
 
@@ -100,24 +109,23 @@ def read_state_feedback(
     key = key_of("controllers", name)
     coordinates, signals = entry.coordinates or (), entry.signals or {}
     _check_names(key, name, entry, values)
-    made = feedback_names(name, entry)
+    made, parts = feedback_names(name, entry), _quantities(entry)
     _check_gains(key, entry, len(made.outputs), values)
     measured = [Symbol("q", joint) for joint in coordinates] + [Symbol("v", joint) for joint in coordinates]
     measured += [values.formula(f"{key}.signals.{key_of(signal)}", text, STATE) for signal, text in signals.items()]  # type: ignore[misc]
-    parts = _deviations(key, entry, measured, made.references, values)
+    each = zip(parts, measured, made.references, strict=True)
+    deviations = [_deviation(key, part, formula, parameter, values) for part, formula, parameter in each]
     free = []
     for gains in made.gains:
-        products = [Symbol("parameter", gain) * part for gain, part in zip(gains, parts, strict=True)]
+        products = [Symbol("parameter", gain) * part for gain, part in zip(gains, deviations, strict=True)]
         free.append(-(functools.reduce(operator.add, products) if products else Symbol("time")))
     calibration = None
     if entry.calibration is not None:
         calibration = read_calibration(
             f"{key}.calibration", entry.calibration, signals, len(made.outputs), values, outputs
         )
-    record = StateFeedback(
-        name, made.outputs, tuple(measured), tuple(_labels(entry)), made.gains, made.references, calibration
-    )
-    return free, record
+    labels = tuple(part.label for part in parts)
+    return free, StateFeedback(name, made.outputs, tuple(measured), labels, made.gains, made.references, calibration)
 
 
 def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
@@ -144,26 +152,11 @@ def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
         check_known(f"{key}.{table}", getattr(entry, table), signals, f"signal of {name}", values)
 
 
-def _deviations(
-    key: str, entry: Written, measured: Sequence[Formula], parameters: Sequence[str], values: Values
-) -> list[Formula]:
-    """Return the measured signals without their references: a formula, a parameter by name, or none."""
-    coordinates = entry.coordinates or ()
-    of_positions, of_signals = entry.position_references or {}, entry.signal_references or {}
-    given = [(f"{key}.position_references.{key_of(joint)}", of_positions.get(joint)) for joint in coordinates]
-    given += [("", None)] * len(coordinates)
-    given += [(f"{key}.signal_references.{key_of(signal)}", of_signals.get(signal)) for signal in entry.signals or {}]
-    parts: list[Formula] = []
-    for formula, (place, text), parameter in zip(measured, given, parameters, strict=True):
-        reference = Symbol("parameter", parameter) if parameter else None
-        off = values.formula(place, text, STATE) if text is not None else reference
-        parts.append(formula if off is None else formula - off)
-    return parts
-
-
-def _labels(entry: Written) -> list[str]:
-    coordinates = entry.coordinates or ()
-    return [*(f"q.{joint}" for joint in coordinates), *(f"v.{joint}" for joint in coordinates), *(entry.signals or ())]
+def _deviation(key: str, part: _Quantity, measured: Formula, parameter: str, values: Values) -> Formula:
+    """Return a measured quantity without its reference: a formula, a parameter by name, or none."""
+    if part.given is not None:
+        return measured - values.formula(f"{key}.{part.place}", part.given, STATE)
+    return measured - Symbol("parameter", parameter) if parameter else measured
 
 
 def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Values) -> None:

@@ -67,24 +67,15 @@ def _check_task_frames(document: Document, reading: Reading) -> None:
 
 def _check_frames_of_elements(document: Document, reading: Reading) -> None:
     """Report force elements between two frames of one rigid body."""
-    tree, beams = reading.kept(TreeSections), document.section("beams")
-    for element in _elements(reading):
-        frames = element.frames()
-        if tree.complete and frames is not None:
-            check_two_bodies(element.section, element.name, *frames, tree.joints, beams, reading.report)
+    tree, elements = reading.kept(TreeSections), _elements(reading)
+    framed = [(key_of(item.section, item.name), frames) for item in elements if (frames := item.frames()) is not None]
+    if tree.complete:
+        check_two_bodies(framed, tree.joints, document.section("beams"), reading.report)
 
 
 def _check_places(document: Document, reading: Reading) -> None:
     """Report attachments to a beam beyond the ends."""
-    items = reading.items
-    check_places(
-        items["bodies"],
-        items["joints"].values(),
-        {**items["points"], **items["frames"]}.values(),
-        _elements(reading),
-        items["constraints"].values(),
-        reading.values,
-    )
+    check_places(reading.items, _elements(reading), reading.values)
 
 
 def _elements(reading: Reading) -> list[ForceElement]:

@@ -17,6 +17,7 @@ from eomgen.formula.units.parser import (
     QuantityWithUnit,
     UnitError,
     dimension_of,
+    factors_of,
     is_quantity,
     read_quantity,
     read_unit,
@@ -48,10 +49,8 @@ class ColumnUnits:
     def of(self, column: Column) -> str:
         """Return the SI unit of a column; empty if the unit is not known yet."""
         label = self.argument if column == "argument" else self.value
-        try:
-            return _in_si(read_unit(label)) if label.strip() else ""
-        except UnitError:
-            return ""
+        factors = factors_of(label)
+        return "" if factors is None else _in_si(factors)
 
     def learn(self, column: Column, text: str) -> str:
         """Return the unit of a column; without a label, the column's first quantity determines the unit."""
@@ -82,11 +81,8 @@ class ColumnUnits:
         if not isinstance(label, str) or not label.strip():
             return None
         unit, word = self.of(column), "unit" if column == "value" else "argument_unit"
-        try:
-            if not unit or _is_same(read_unit(label), unit):
-                return None
-        except UnitError:
-            pass
+        if not unit or ((factors := factors_of(label)) is not None and _is_same(factors, unit)):
+            return None
         fault = f"its {column}s are in {unit}, and the label {shown(label)} says otherwise [E1470]"
         hint = f'{word} = "{unit}", or no {word}'
         if dimension_of(label) == dimension_of(unit):
@@ -241,7 +237,7 @@ class _Converter:
 
     def squared_values(self, key: str, label: object, columns: ColumnUnits) -> None:
         """Report a label in another unit than SI of a quantity whose squares are converted to SI."""
-        factors = _factors(label) if isinstance(label, str) else None
+        factors = factors_of(label) if isinstance(label, str) else None
         if factors and not _is_same(factors, unit := _in_si(factors)):
             fault = f"its values become {columns.of('value')}, of a quantity in {unit}, and the label {shown(label)}"
             self.report.add(f"{key}.unit", f"{fault} says otherwise [E1471]", f'unit = "{unit}", or no unit')
@@ -253,7 +249,7 @@ class _Converter:
         label = data.get("unit", "")
         if not isinstance(label, str):
             return
-        factors = _factors(label)
+        factors = factors_of(label)
         if label.strip() and factors is None and label.strip() not in _WITHOUT_UNIT:
             note = f"{key}.unit: {shown(label)} is not a known unit, and is shown unchanged [W0125]"
             self.notes += [note] if note not in self.notes else []
@@ -339,8 +335,8 @@ class _Converter:
         Refused or None
             In place of a refused name.
         """
-        factors = _factors(self.labels.get(name, ""))
-        if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == _factors(unit):
+        factors = factors_of(self.labels.get(name, ""))
+        if not factors or not isinstance(unit, str) or unit in ("", ANY_UNIT) or factors == factors_of(unit):
             return None
         from fractions import Fraction  # noqa: PLC0415  # scenes whose labels fit do not need it
 
@@ -449,10 +445,3 @@ def _plain(value: object) -> float:
         return float(value) if isinstance(value, str | int | float) and not isinstance(value, bool) else 0.0
     except (ValueError, OverflowError):
         return 0.0
-
-
-def _factors(label: str) -> Factors | None:
-    try:
-        return read_unit(label)
-    except UnitError:
-        return None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import key_of, shown
@@ -14,7 +14,7 @@ from eomgen.scene.joint_types import JOINTS
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading import report
 from eomgen.scene.reading.requirements import Outside, Row
-from eomgen.scene.reading.values import UNKNOWN, Values
+from eomgen.scene.reading.values import UNKNOWN
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.system.events import mode_parameter
 from eomgen.system.signals import Parameter
@@ -44,18 +44,9 @@ _RESTITUTION = Row(
 )
 
 
-def read_event(
-    name: str, entry: WrittenEvent, joints: Mapping[str, Joint], modes: Collection[str], absolute: bool, values: Values
-) -> Event:
-    """Return an event.
-
-    Parameters
-    ----------
-    joints : joints without faults, by name
-    modes : names of all modes
-    absolute : whether the scene is in absolute coordinates, without coordinates of joints
-    """
-    key = key_of("events", name)
+def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
+    """Return an event."""
+    key, values = key_of("events", name), reading.values
     when = values.formula(f"{key}.when", entry.when, EVERYTHING)
     if isinstance(when, Number) and when is not UNKNOWN:
         values.report.add(
@@ -66,7 +57,7 @@ def read_event(
         values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
     values.check_kind(key, entry, "action", _KEYS)
     if entry.mode is not None:
-        report.check_reference(f"{key}.mode", entry.mode, modes, "mode", values.report)
+        report.check_reference(f"{key}.mode", entry.mode, reading.names.modes, "mode", values.report)
     resets = []
     if entry.action == "reset" and entry.reset is not None:
         if not entry.reset:
@@ -75,7 +66,7 @@ def read_event(
             place = f"{key}.reset.{key_of(target)}"
             symbol = values.formula(place, target, _TARGETS)
             formula = values.formula(place, value, EVERYTHING)
-            if fault := _fault(symbol, target, joints, absolute):
+            if fault := _fault(symbol, target, reading):
                 values.report.add(place, *fault)
             elif isinstance(symbol, Symbol):
                 resets.append((symbol, formula))
@@ -96,7 +87,7 @@ def _is_comparison(formula: Formula) -> bool:
     return formula.name in ("lt", "le") or joined
 
 
-def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: bool) -> tuple[str, str] | None:
+def _fault(symbol: Formula, target: str, reading: Reading) -> tuple[str, str] | None:
     """Return the reason why a quantity cannot be set, and a hint; None if the quantity can be set."""
     if symbol is UNKNOWN:
         return None
@@ -107,12 +98,12 @@ def _fault(symbol: Formula, target: str, joints: Mapping[str, Joint], absolute: 
         )
     if symbol.kind == "state":
         return None
-    if absolute:
+    if reading.document.coordinates == "absolute":  # joints have no coordinates
         fault = (
             f"{shown(target)} cannot be set: in absolute coordinates joints have no coordinates of their own [E1487]"
         )
         return fault, 'action = "impact", or coordinates = "joint"'
-    joint = joints.get(symbol.name)
+    joint: Joint | None = reading.items["joints"].get(symbol.name)
     if joint is None:
         return None
     if joint.mimic is not None:
@@ -148,23 +139,18 @@ class _Modes(Section):
         return {"modes": tuple(reading.document.section("modes"))}
 
 
-class _Events(Section):
-    def read_entry(self, name: str, entry: WrittenEvent, reading: Reading) -> Event:
-        joints, modes = reading.items["joints"], reading.names.modes
-        return read_event(name, entry, joints, modes, reading.document.coordinates == "absolute", reading.values)
-
-
 MODES = _Modes(
     key="modes",
     entry="eomgen.scene.events.schema:Mode",
     positional=("value",),
     documentation="Add a number that only events change, ``mode.name`` in formulas.",
 )
-EVENTS = _Events(
+EVENTS = Section(
     key="events",
     entry="eomgen.scene.events.schema:Event",
     scene_field="events",
     last=True,
+    item=read_event,
     positional=("when",),
     documentation="Add an event at the roots of a formula.",
 )

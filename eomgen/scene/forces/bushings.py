@@ -11,10 +11,10 @@ from eomgen.base.data import dataclass
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import ZERO, ZERO_VECTOR, Formula, Number
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joints.constraint_schema import Frame as FrameEntry
-from eomgen.scene.joints.frames import read_frame
+from eomgen.scene.joints.frames import Site, read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters, optional
 from eomgen.scene.reading.kinds import Rotations, SixBySix, Triple
@@ -82,7 +82,7 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
     """Return a checked bushing; faults go to the report of ``values``."""
     key, values = key_of("bushings", name), site.values
     first, second = (
-        read_frame(f"{key}.{side}", "bushing", frame, "any", site.bodies, site.points, values)
+        read_frame(f"{key}.{side}", "bushing", frame, "any", site)
         for side, frame in (("first", entry.first), ("second", entry.second))
     )
     stiffness, damping = _rows(key, entry, "stiffness", values), _rows(key, entry, "damping", values)

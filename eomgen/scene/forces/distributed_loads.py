@@ -13,8 +13,9 @@ from eomgen.base.messages import key_of, nearest, shown
 from eomgen.formula.nodes import ZERO_VECTOR, Formula, Vector
 from eomgen.scene.bodies.cosserat import CONSTRAINED, Cosserat
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, LOAD, LOCAL_LOAD
+from eomgen.scene.joints.frames import Site
 from eomgen.scene.reading.key_metadata import Table, key
 from eomgen.scene.reading.kinds import Triple, Values
 from eomgen.scene.reading.values import Values as Reader

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import Formula, Vector
+from eomgen.scene.design_poses import attached
 from eomgen.scene.joints.model import Frame
 from eomgen.system.description import Line, Wheel
 
@@ -103,11 +104,9 @@ class ForceElement:
         frames = self.frames()
         if frames is None:
             return self
-        moved = {}
-        for side, frame in zip(("first", "second"), frames, strict=True):
-            body, position = at((side, "position"), frame.body, frame.position)
-            moved[side] = replace(frame, body=body, position=position)
-        return replace(self, **moved)  # type: ignore[arg-type]  # kinds with frames have these fields
+        sides = zip(("first", "second"), frames, strict=True)
+        moved: dict[str, Any] = {side: attached(frame, at, (side, "position")) for side, frame in sides}
+        return replace(self, **moved)  # kinds with frames have these fields
 
     def angles(self) -> tuple[tuple[str, int], ...]:
         """Return the angles on which the element depends as numbers, so that whole turns matter.

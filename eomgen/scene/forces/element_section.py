@@ -2,36 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.messages import key_of
 from eomgen.errors import Problem, UsageError
 from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.formula.scope import ElementQuantity
+from eomgen.scene.joints.frames import Site, site_of
 from eomgen.scene.section import Reading, Section
-from eomgen.system.description import Point
-
-if TYPE_CHECKING:
-    from eomgen.scene.bodies.beam_schema import Beam
-    from eomgen.scene.bodies.cosserat import Cosserat
-    from eomgen.scene.reading.values import Values
-
-
-@dataclass(frozen=True)
-class Site:
-    """Data for a reader of a force element: names of bodies and of beams, points, and the scene's values.
-
-    ``exact``: geometrically exact beams read so far.
-    """
-
-    bodies: Collection[str]
-    beams: Mapping[str, Beam]
-    points: Mapping[str, Point]
-    values: Values
-    exact: Mapping[str, Cosserat] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -86,11 +67,8 @@ class ElementSection(Section):
         ForceElement
             The element, with places in the axes of its bodies, m.
         """
-        items = reading.items
-        beams = reading.document.section("beams")
-        site = Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))
         key = partial(key_of, self.key, name)
-        element = self.reader(name, entry, site)
+        element = self.reader(name, entry, site_of(reading))
         if not isinstance(element, self.model):
             module, kind = self.reader.__module__, type(element).__qualname__
             fault = f"{module}.{self.reader.__qualname__} returns a {kind}, not a {self.model.__qualname__} [E2220]"

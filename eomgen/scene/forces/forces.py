@@ -13,11 +13,12 @@ from pydantic import Field
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, LoadSymbol, Symbol, Vector
-from eomgen.formula.substitution import renamed
+from eomgen.formula.substitution import mapped
 from eomgen.scene.forces.element import Attach, ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import LOAD, LOCAL_LOAD, PARAMETERS
 from eomgen.scene.joint_types import JOINTS, by_component
+from eomgen.scene.joints.frames import Site
 from eomgen.scene.reading.key_metadata import Table, given_in, key
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
@@ -55,7 +56,7 @@ class Force(ForceElement):
     axes: Literal["world", "body"] = "world"
 
     def formulas(self) -> Iterator[tuple[Formula, int]]:
-        yield from ((renamed(formula, self._placed), 0) for formula in (*self.force, *self.torque))
+        yield from ((mapped(formula, self._placed), 0) for formula in (*self.force, *self.torque))
 
     def _placed(self, symbol: Symbol) -> Symbol:
         if symbol.kind != "local":

@@ -10,12 +10,13 @@ from typing import ClassVar, Literal, Self
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of, listed
 from eomgen.formula.nodes import ZERO, Formula, Vector
+from eomgen.scene.design_poses import attached
 from eomgen.scene.forces.element import Attach, ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS, SPRING_FORCE
 from eomgen.scene.joint_types import Need
 from eomgen.scene.joints.constraint_schema import Frame as FrameEntry
-from eomgen.scene.joints.frames import read_frame
+from eomgen.scene.joints.frames import Site, read_frame
 from eomgen.scene.joints.model import Frame
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Value
@@ -102,25 +103,13 @@ class Tendon(ForceElement):
             yield _place(index), wrap.frame.body, wrap.frame.position
 
     def attached(self, at: Attach) -> Self:
-        wraps = []
-        for index, wrap in enumerate(self.wraps):
-            body, position = at(_place(index), wrap.frame.body, wrap.frame.position)
-            wraps.append(replace(wrap, frame=replace(wrap.frame, body=body, position=position)))
-        return replace(self, wraps=tuple(wraps))
+        wraps = enumerate(self.wraps)
+        return replace(self, wraps=tuple(replace(wrap, frame=attached(wrap.frame, at, _place(k))) for k, wrap in wraps))
 
     def drawn(self) -> Line:
+        placed = [(wrap, (wrap.frame.body, wrap.frame.position, wrap.frame.orientation)) for wrap in self.wraps]
         obstacles = tuple(
-            Obstacle(
-                wrap.after,
-                wrap.cylinder,
-                wrap.frame.body,
-                wrap.frame.position,
-                wrap.frame.orientation,
-                wrap.radius,
-                wrap.side,
-                wrap.inside,
-            )
-            for wrap in self.wraps
+            Obstacle(wrap.after, wrap.cylinder, *place, wrap.radius, wrap.side, wrap.inside) for wrap, place in placed
         )
         path = self.points if len(self.points) > 2 or obstacles else ()
         return Line(self.name, self.points[0], self.points[-1], False, self.length, path, obstacles)
@@ -155,7 +144,7 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
 def _wrap(key: str, entry: WrapEntry, points: Sequence[str], site: Site) -> Wrap | None:
     values, report = site.values, site.values.report
     need: Need = "any" if entry.shape == "sphere" else "z"
-    frame = read_frame(f"{key}.center", entry.shape, entry.center, need, site.bodies, site.points, values)
+    frame = read_frame(f"{key}.center", entry.shape, entry.center, need, site)
     radius = values.formula(f"{key}.radius", entry.radius, PARAMETERS)
     if entry.side is not None:
         values.point(f"{key}.side", entry.side)

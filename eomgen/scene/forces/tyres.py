@@ -10,8 +10,9 @@ from eomgen.base.messages import key_of
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import Formula, Number
 from eomgen.scene.forces.element import ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import FIXED_PARAMETERS, PARAMETERS, ROAD
+from eomgen.scene.joints.frames import Site
 from eomgen.scene.reading.key_metadata import Table, key, optional
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.kinds import Values as ValuesEntry

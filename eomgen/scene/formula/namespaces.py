@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 from eomgen.base.data import dataclass, field, fields, replace
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Application, Formula, Operation, Quantity, Symbol
+from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.substitution import mapped
 from eomgen.scene.formula.definitions import NamedExpression, check_extent, expanded, mentioned
 from eomgen.scene.formula.parser import read_formula
 from eomgen.scene.formula.scope import DRIVEN, PARAMETERS, REACTING, SceneNames, Scope
@@ -242,24 +243,6 @@ def _resolved(symbol: Symbol, spaces: tuple[Namespace, ...], names: SceneNames) 
         if symbol.reference:
             symbol = replace(symbol, reference=space.names["references"][symbol.reference])
     return symbol
-
-
-def mapped(formula: Formula, rename: Callable[[Symbol], Formula], *, added: bool = True) -> Formula:
-    """Return a formula with every symbol replaced; curves are referred to as objects, not by name.
-
-    Without ``added`` the arguments that a word adds to the given arguments are kept: an entry of an included file has
-    names of the scene in these.
-    """
-    if isinstance(formula, Symbol):
-        return rename(formula)
-    if isinstance(formula, Operation):
-        arguments = formula.arguments
-        kept = len(formula.word.added(formula.item)) if isinstance(formula, Quantity) and not added else 0
-        given = tuple(mapped(argument, rename, added=added) for argument in arguments[: len(arguments) - kept])
-        return replace(formula, arguments=(*given, *arguments[len(given) :]))
-    if isinstance(formula, Application):
-        return replace(formula, argument=mapped(formula.argument, rename, added=added))
-    return formula
 
 
 @dataclass

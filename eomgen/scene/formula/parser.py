@@ -544,8 +544,6 @@ class _FormulaReader:
         if kind == "reaction":
             raise self.error(node, f"{label} is a force and a moment [E1559]", f"{label}.force[0] or {label}.moment[0]")
         if kind not in self.kinds() and (added := added_word(kind)):
-            call = added.call(name[:64])
-            fault = f"{label} is a function of {listed(added.arguments)}, and needs arguments [E1560]"
             item = self.names.entries.get(added.section, {}).get(name)
             arguments = added.arguments if item is None else added.arguments_of(item)
             call = added.call(name[:64], item)

@@ -49,27 +49,10 @@ class Scope:
     reasons: tuple[tuple[str, str, str], ...] = ()
 
 
-_STATE = frozenset(
-    {
-        "parameter",
-        "time",
-        "curve",
-        "input",
-        "state",
-        "controller",
-        "q",
-        "v",
-        "position",
-        "velocity",
-        "rotation",
-        "angular_velocity",
-        "energy",
-        "element",
-        "external",
-        "mode",
-        "gravity",
-    }
-)
+_STATE = frozenset((
+    "parameter", "time", "curve", "input", "state", "controller", "q", "v", "position", "velocity", "rotation",
+    "angular_velocity", "energy", "element", "external", "mode", "gravity",
+))  # fmt: skip  # a table
 FIXED_PARAMETERS = Scope("fixed parameters", frozenset({"fixed"}))
 PARAMETERS = Scope("parameters", frozenset({"parameter"}))
 #: The name of the place along a beam, from 0 to 1.

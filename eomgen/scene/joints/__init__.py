@@ -1,11 +1,10 @@
 """Joints, their frames, limits and mimic joints, and constraints: schema, reading, model."""
 
-__all__ = ["constraint_numbers", "model", "tree"]
+__all__ = ["constraint_numbers", "frames", "model", "tree"]
 #: Open to the other parts of ``scene`` as well.
 WITHIN = [
     "constraint_reading",
     "constraint_schema",
-    "frames",
     "moved_inertia",
     "reading",
     "schema",

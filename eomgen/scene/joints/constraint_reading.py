@@ -8,33 +8,32 @@ along a motion, so curves that jump or bend and functions with a corner are refu
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from eomgen.base.messages import key_of
 from eomgen.formula.discontinuities import rough_curves
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.features import changes
-from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Symbol
-from eomgen.scene.design_poses import UnknownPoseError, size_of
+from eomgen.formula.nodes import ZERO, Application, Formula, Operation, Symbol, distinct_nodes
+from eomgen.scene.design_poses import UnknownPoseError, attached, size_of
 from eomgen.scene.formula.scope import BETWEEN_FRAMES, POSITIONS, SURFACE, VELOCITIES
 from eomgen.scene.joint_types import CONSTRAINTS, TYPES, Need
 from eomgen.scene.joints.drives import read_law, read_length, read_smoothing
-from eomgen.scene.joints.frames import check_two_bodies, read_frame
+from eomgen.scene.joints.frames import read_frame, site_of
 from eomgen.scene.joints.model import (
     Constraint,
     EquationUnit,
     Frame,
-    Joint,
     Shape,
 )
 from eomgen.scene.reading.formula_units import FACTOR, dimension_of_formula, disagreement
-from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
 from eomgen.system.description import BASE, WORLD, Point
 
 if TYPE_CHECKING:
     from eomgen.scene.joints import constraint_schema as written
+    from eomgen.scene.section import Reading
 
 #: Keys that surfaces need besides the shape.
 _OF_SHAPES: Mapping[str, str] = {
@@ -54,18 +53,16 @@ _NONLINEAR = 2
 _NO_LENGTH = 1e-9
 
 
-def read_constraint(
-    name: str, entry: written.Constraint, bodies: Collection[str], points: Mapping[str, Point], values: Values
-) -> Constraint:
-    """Return a checked constraint; faults go to the report of ``values``."""
-    key = key_of("constraints", name)
+def read_constraint(name: str, entry: written.Constraint, reading: Reading) -> Constraint:
+    """Return a checked constraint; frames on geometrically exact beams are on nodes. Faults are reported."""
+    key, values, points = key_of("constraints", name), reading.values, reading.items["points"]
     values.check_kind(key, entry, "type", {row.name: row.constraint_keys for row in TYPES.values()})
     shape = entry.shape or Constraint.shape
     if "shape" in CONSTRAINTS[entry.type].keys:
         values.check_kind(key, entry, "shape", _OF_SHAPES, shape)
     framed = entry.type != "formula" or entry.first is not None or entry.second is not None
     first, second = (
-        _frame(f"{key}.{side}", entry, getattr(entry, side), need, bodies, points, values) if framed else Frame(BASE)
+        _frame(f"{key}.{side}", entry, getattr(entry, side), need, reading) if framed else Frame(BASE)
         for side, need in zip(("first", "second"), _needs(entry), strict=True)
     )
     equation, unit = read_equation(key, entry, points, values) if entry.type == "formula" else (None, Constraint.unit)
@@ -78,8 +75,8 @@ def read_constraint(
     return Constraint(
         name=name,
         type=entry.type,
-        first=first,
-        second=second,
+        first=attached(first, reading.attach, f"{key}.first.position"),
+        second=attached(second, reading.attach, f"{key}.second.position"),
         drive=None if entry.drive is None else read_law(f"{key}.drive", entry.drive, values, smooth),
         length=_length(key, entry, first, second, smooth, values) if entry.type == "distance" else ZERO,
         shape=shape,
@@ -154,16 +151,15 @@ def _frame(
     entry: written.Constraint,
     frame: written.Frame | None,
     need: Need,
-    bodies: Collection[str],
-    points: Mapping[str, Point],
-    values: Values,
+    reading: Reading,
 ) -> Frame:
     """Return the first or the second frame of a joint; a missing frame is reported."""
     if frame is None:
         side = key.rpartition(".")[2]
-        values.report.add(key, f"the key {side} is missing [E1343]", f"{side} = ...")
+        reading.report.add(key, f"the key {side} is missing [E1343]", f"{side} = ...")
         return Frame("")
-    return read_frame(key, f"{_kind(entry)} constraint", frame, need, bodies, points, values)
+    driven = "driven " if entry.drive is not None and CONSTRAINTS[entry.type].drive else ""
+    return read_frame(key, f"{driven}{entry.type} constraint", frame, need, site_of(reading))
 
 
 def _needs(entry: written.Constraint) -> tuple[Need, Need]:
@@ -172,10 +168,6 @@ def _needs(entry: written.Constraint) -> tuple[Need, Need]:
     if "shape" in CONSTRAINTS[entry.type].keys and entry.shape in ("sphere", "ellipsoid"):
         return "z", "nothing" if entry.shape == "sphere" else "any"
     return CONSTRAINTS[entry.type].uses
-
-
-def _kind(entry: written.Constraint) -> str:
-    return f"driven {entry.type}" if entry.drive is not None and CONSTRAINTS[entry.type].drive else entry.type
 
 
 def read_equation(
@@ -261,15 +253,12 @@ def _check_smooth(place: str, formula: Formula, values: Values, derivatives: int
         if derivatives == 1 and _ROUGH[name] == "a corner":
             continue
         hint = "a smooth function, such as sqrt(x**2 + d**2) for abs(x), or two constraints"
-        fault = f"{needs}, and {_words(name)} has {_ROUGH[name]} [E1617]"
+        fault = f"{needs}, and {'a comparison' if name in ('lt', 'le') else name} has {_ROUGH[name]} [E1617]"
         values.report.add(place, fault, hint)
-    if any(part.name == "select" and changes(part.arguments[0]) for part in _operations(formula)):
+    operations = [part for part in distinct_nodes(formula) if isinstance(part, Operation)]
+    if any(part.name == "select" and changes(part.arguments[0]) for part in operations):
         equal = "values, slopes and curvatures" if derivatives > 1 else "values and slopes"
         values.note([f"{place}: the {noun} has an if, whose branches have to meet with equal {equal} [W0299]"])
-
-
-def _words(name: str) -> str:
-    return "a comparison" if name in ("lt", "le") else name
 
 
 def _rough(formula: Formula) -> Iterator[str]:
@@ -281,15 +270,6 @@ def _rough(formula: Formula) -> Iterator[str]:
             yield formula.name
         for argument in formula.arguments[1:] if formula.name == "select" else formula.arguments:
             yield from _rough(argument)
-
-
-def _operations(formula: Formula) -> Iterator[Operation]:
-    if isinstance(formula, Application):
-        yield from _operations(formula.argument)
-    elif isinstance(formula, Operation):
-        yield formula
-        for argument in formula.arguments:
-            yield from _operations(argument)
 
 
 def degree(formula: Formula) -> int:
@@ -337,20 +317,3 @@ def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values
         fault = "the unit of the equation does not follow from its text [E1621]"
         report.add(key, fault, f'unit = "{choice[0]}", or "{choice[1]}" of angles and numbers')
     return given or by_choice.get(known, choice[0])  # type: ignore[call-overload]  # known is any text
-
-
-def check_closings(
-    constraints: Iterable[Constraint], joints: Sequence[Joint], beams: Collection[str], report: Report
-) -> None:
-    """Report constraints between two places of one rigid body, which fixed joints make of several.
-
-    Parameters
-    ----------
-    joints : sequence of Joint
-        Parents first.
-    beams : collection of str
-        Bodies that are not rigid.
-    """
-    for constraint in constraints:
-        if constraint.framed:
-            check_two_bodies("constraints", constraint.name, constraint.first, constraint.second, joints, beams, report)

@@ -6,10 +6,11 @@ Two axes do not give the angle between two bodies. So if the angle matters, a fr
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eomgen.base.messages import key_of, listed
+from eomgen.base.data import dataclass, field
+from eomgen.base.messages import listed
 from eomgen.formula.nodes import ZERO_VECTOR
 from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.joint_types import Need
@@ -20,20 +21,35 @@ from eomgen.scene.rotations import frame_about, rows, sequence
 from eomgen.system.description import BASE, WORLD, Point
 
 if TYPE_CHECKING:
+    from eomgen.scene.bodies.beam_schema import Beam
+    from eomgen.scene.bodies.cosserat import Cosserat
     from eomgen.scene.joints import constraint_schema as written
+    from eomgen.scene.section import Reading
 
 
-def read_frame(
-    key: str,
-    title: str,
-    frame: written.Frame,
-    need: Need,
-    bodies: Collection[str],
-    points: Mapping[str, Point],
-    values: Values,
-) -> Frame:
+@dataclass(frozen=True)
+class Site:
+    """Data for a reader of a force element: names of bodies and of beams, points, and the scene's values.
+
+    ``exact``: geometrically exact beams read so far.
+    """
+
+    bodies: Collection[str]
+    beams: Mapping[str, Beam]
+    points: Mapping[str, Point]
+    values: Values
+    exact: Mapping[str, Cosserat] = field(default_factory=dict)
+
+
+def site_of(reading: Reading) -> Site:
+    """Return the data for readers of elements and constraints between bodies."""
+    items, beams = reading.items, reading.document.section("beams")
+    return Site(reading.bodies, beams, items["points"], reading.values, items.get("beams", {}))
+
+
+def read_frame(key: str, title: str, frame: written.Frame, need: Need, site: Site) -> Frame:
     """Return a checked frame; ``title`` is the owner of the frame in messages."""
-    report = values.report
+    values, report = site.values, site.values.report
     orientation = _orientation(key, title, frame, need, values)
     if frame.point is None:
         position = (
@@ -42,19 +58,19 @@ def read_frame(
         if frame.body is None:
             report.add(key, "the frame belongs to no body [E1630]", f'body = "{BASE}", or a point')
             return Frame(BASE, position, orientation)
-        check_reference(f"{key}.body", frame.body, [BASE, *bodies], "body", report)
+        check_reference(f"{key}.body", frame.body, [BASE, *site.bodies], "body", report)
         given = position, orientation
         return Frame(
             frame.body, *read_placement(key, frame.given_in, frame.position is not None, frame.body, *given, values)
         )
-    for field in ("body", "position"):
-        if getattr(frame, field) is not None:
-            report.add(f"{key}.{field}", f"the point gives the {field} already [E1631]", f"either point or {field}")
-    if frame.point in (BASE, *bodies) and frame.point not in values.names.points:
+    for name in ("body", "position"):
+        if getattr(frame, name) is not None:
+            report.add(f"{key}.{name}", f"the point gives the {name} already [E1631]", f"either point or {name}")
+    if frame.point in (BASE, *site.bodies) and frame.point not in values.names.points:
         report.add(f"{key}.point", f"{frame.point} is a body, not a point [E1632]", f'{{ body = "{frame.point}" }}')
     else:
         check_reference(f"{key}.point", frame.point, values.names.points, "point", report)
-    point = points.get(frame.point, Point(frame.point, "", ZERO_VECTOR))
+    point = site.points.get(frame.point, Point(frame.point, "", ZERO_VECTOR))
     if point.body:
         _, orientation = read_placement(key, frame.given_in, True, point.body, ZERO_VECTOR, orientation, values)
     return Frame(point.body, point.position, orientation)
@@ -67,9 +83,9 @@ def _orientation(
     report = values.report
     if frame.rotation is not None or frame.orientation is not None:
         given = "orientation" if frame.rotation is None else "rotation"
-        for field in ("axis", "x_axis"):
-            if getattr(frame, field) is not None:
-                report.add(f"{key}.{field}", f"{field} and {given} are both given [E1633]", "one of them")
+        for name in ("axis", "x_axis"):
+            if getattr(frame, name) is not None:
+                report.add(f"{key}.{name}", f"{name} and {given} are both given [E1633]", "one of them")
         return read_orientation(key, frame.rotation, frame.orientation, values)
     if frame.axis is None:
         if frame.x_axis is not None:
@@ -102,18 +118,14 @@ def _orientation(
 
 
 def check_two_bodies(
-    section: str,
-    name: str,
-    first: Frame,
-    second: Frame,
-    joints: Sequence[Joint],
-    beams: Collection[str],
-    report: Report,
+    pairs: Iterable[tuple[str, tuple[Frame, ...]]], joints: Sequence[Joint], beams: Collection[str], report: Report
 ) -> None:
     """Report frames in one rigid body, which fixed joints make of several.
 
     Parameters
     ----------
+    pairs : iterable
+        Key of an entry, and its two frames.
     joints : sequence of Joint
         Parents first.
     beams : collection of str
@@ -123,8 +135,9 @@ def check_two_bodies(
     for joint in joints:
         rigid = not joint.kind.moves and joint.parent not in beams and joint.child not in beams
         host[joint.child] = host.get(joint.parent, joint.parent) if rigid else joint.child
-    one, other = first.body, second.body
-    if one not in beams and one in host and other in host and host[one] == host[other]:
-        which = one if one == other else listed([one, other]) + ", which fixed joints make one body"
-        hint = "frames in two bodies that move against each other"
-        report.add(key_of(section, name, "second"), f"both frames are in the same rigid body: {which} [E1639]", hint)
+    for key, frames in pairs:
+        one, other = (frame.body for frame in frames)
+        if one not in beams and one in host and other in host and host[one] == host[other]:
+            which = one if one == other else listed([one, other]) + ", which fixed joints make one body"
+            hint = "frames in two bodies that move against each other"
+            report.add(f"{key}.second", f"both frames are in the same rigid body: {which} [E1639]", hint)

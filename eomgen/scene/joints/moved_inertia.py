@@ -71,13 +71,8 @@ def _plus(first: Sequence[Numbers], second: Sequence[Numbers]) -> Triple:
 
 
 def _turned(rotation: Array, vector: Sequence[Numbers]) -> Triple:
-    x, y, z = vector
     first, second, third = rotation.tolist()
-    return (
-        first[0] * x + first[1] * y + first[2] * z,
-        second[0] * x + second[1] * y + second[2] * z,
-        third[0] * x + third[1] * y + third[2] * z,
-    )
+    return dot(first, vector), dot(second, vector), dot(third, vector)
 
 
 def _about(point: Sequence[Numbers], bodies: Sequence[PlacedBody]) -> list[Numbers]:

@@ -4,7 +4,7 @@ angular velocities), limits (compliant stops), dry friction and mimic joints; an
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.messages import key_of, shown
@@ -30,6 +30,7 @@ from eomgen.system.description import BASE, WORLD, Point, WrittenStart
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
     from eomgen.scene.joints.constraint_schema import Reaction as WrittenReaction
+    from eomgen.scene.section import Reading
 
 Given = tuple[float | str | None, ...] | None
 
@@ -54,7 +55,8 @@ class _Coordinates:
         )
         return None
 
-    def bounds(self, field: str, given: Given) -> list[Formula | None]:
+    def formulas(self, field: str, given: Given) -> list[Formula | None]:
+        """Return a formula for each coordinate; None for one without a value."""
         entries = self.counted(field, given) or (None,) * len(self.meanings)
         return [
             None if entry is None else self.values.formula(self.place(field, index), entry, PARAMETERS)
@@ -62,13 +64,7 @@ class _Coordinates:
         ]
 
     def coefficients(self, field: str, given: Given) -> list[Formula]:
-        entries = self.counted(field, given)
-        if entries is None:
-            return [ZERO] * len(self.meanings)
-        return [
-            self.values.formula(self.place(field, index), 0.0 if entry is None else entry, PARAMETERS)
-            for index, entry in enumerate(entries)
-        ]
+        return [ZERO if formula is None else formula for formula in self.formulas(field, given)]
 
 
 def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ...]:
@@ -77,7 +73,7 @@ def read_stops(key: str, joint: written.Joint, values: Values) -> tuple[Stop, ..
     if limits is None or not _has_coordinates(key, joint, "limits", values):
         return ()
     each, units = _Coordinates(key, joint.type, values), tuple(JOINTS[joint.type].coordinates.values())
-    lowers, uppers = each.bounds("lower", limits.lower), each.bounds("upper", limits.upper)
+    lowers, uppers = each.formulas("lower", limits.lower), each.formulas("upper", limits.upper)
     if not values.report.concerns(key) and not any(bound is not None for bound in (*lowers, *uppers)):
         values.report.add(key, "limits need lower, upper or both [E1645]", "lower = -1.0, upper = 1.0")
     stiffness, damping = each.coefficients("stiffness", limits.stiffness), each.coefficients("damping", limits.damping)
@@ -297,11 +293,9 @@ def _written_start(name: str, joint: written.Joint, values: Values) -> WrittenSt
     return WrittenStart(name, position, velocity, initial.hold) if position or velocity else None
 
 
-def read_reaction(
-    name: str, entry: WrittenReaction, bodies: Collection[str], points: Mapping[str, Point], values: Values
-) -> Reaction:
-    """Return a reaction; faults go to the report of ``values``."""
-    key, report, names = key_of("reactions", name), values.report, values.names
+def read_reaction(name: str, entry: WrittenReaction, reading: Reading) -> Reaction:
+    """Return a reaction; faults are reported."""
+    key, report, names = key_of("reactions", name), reading.report, reading.names
     if (entry.joint is None) == (entry.constraint is None):
         got = "none" if entry.joint is None else "both"
         report.add(key, f"a reaction needs one of joint and constraint, not {got} [E1668]", 'joint = "hinge"')
@@ -317,7 +311,6 @@ def read_reaction(
         )
     if entry.point is not None:
         check_reference(f"{key}.point", entry.point, names.points, "point", report)
-    check_reference(f"{key}.axes", entry.axes, [BASE, WORLD, *bodies], "body", report)
-    return Reaction(
-        name, "constraints" if entry.joint is None else "joints", of, points.get(entry.point or ""), entry.axes
-    )
+    check_reference(f"{key}.axes", entry.axes, [BASE, WORLD, *reading.bodies], "body", report)
+    point: Point | None = reading.items["points"].get(entry.point or "")
+    return Reaction(name, "constraints" if entry.joint is None else "joints", of, point, entry.axes)

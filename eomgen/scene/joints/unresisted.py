@@ -31,6 +31,7 @@ _SHARE = 1e-6
 _GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # masses near the largest double are refused elsewhere
 def unresisted_motions(
     joints: Sequence[Joint],
     inertias: Mapping[str, Inertia],
@@ -54,17 +55,6 @@ def unresisted_motions(
     light : sequence of str
         Further joints that move no inertia.
     """
-    with np.errstate(over="ignore", invalid="ignore"):  # masses near the largest double are refused elsewhere
-        return _motions(joints, inertias, sections, values, light)
-
-
-def _motions(
-    joints: Sequence[Joint],
-    inertias: Mapping[str, Inertia],
-    sections: Mapping[str, str],
-    values: Values,
-    light: Sequence[str],
-) -> list[str]:
     arbitrary = _arbitrary()
     held = coupled_by_mimic(joints, values)
     places = [np.array([values.value(entry) for entry in joint.position]) for joint in joints]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Annotated, Any, TypeGuard
+from typing import Annotated, Any, LiteralString, TypeGuard
 
 from pydantic import BeforeValidator, Field, PlainValidator, WithJsonSchema
 from pydantic_core import PydanticCustomError
@@ -39,19 +39,20 @@ def described(value: object) -> str:
     return shown(value)
 
 
+def _refusal(kind: LiteralString, text: str) -> PydanticCustomError:
+    """Return the error of a value that a kind of values does not take."""
+    return PydanticCustomError(kind, "{text}", {"text": text})
+
+
 def _number(value: object, wanted: str = "a number") -> float:
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise PydanticCustomError(
-            "number", "{text}", {"text": f"{wanted} is needed here, not {described(value)} [E1475]"}
-        )
+        raise _refusal("number", f"{wanted} is needed here, not {described(value)} [E1475]")
     try:
         number = float(value)
     except OverflowError:
         number = math.inf
     if not math.isfinite(number):
-        raise PydanticCustomError(
-            "number", "{text}", {"text": f"a finite number is needed here, not {shown(value)} [E1475]"}
-        )
+        raise _refusal("number", f"a finite number is needed here, not {shown(value)} [E1475]")
     return number
 
 
@@ -71,9 +72,7 @@ def list_of(*lengths: int) -> Callable[[object], object]:
         if not isinstance(value, list | tuple) or len(value) not in lengths:
             got = f"{len(value)}" if isinstance(value, list | tuple) else described(value)
             needed = " or ".join(str(length) for length in lengths)
-            raise PydanticCustomError(
-                "list", "{text}", {"text": f"a list of {needed} entries is needed here, not {got} [E1475]"}
-            )
+            raise _refusal("list", f"a list of {needed} entries is needed here, not {got} [E1475]")
         return tuple(value)
 
     return check
@@ -141,7 +140,7 @@ def _inertia(value: object) -> object:
         if unknown or missing:
             fault = f"{shown(unknown[0])} is unknown" if unknown else f"{missing[0]} is missing"
             text = f"an inertia table has the keys xx yy zz, and xy xz yz where needed: {fault} [E2228]"
-            raise PydanticCustomError("inertia", "{text}", {"text": text})
+            raise _refusal("inertia", text)
         return tuple(value.get(key, 0.0) for key in _INERTIA_KEYS)
     if isinstance(value, list | tuple):
         if len(value) == 3 and all(isinstance(row, list | tuple) and len(row) == 3 for row in value):
@@ -151,14 +150,14 @@ def _inertia(value: object) -> object:
                         f"the inertia matrix is not symmetric: entry [{row}][{column}] differs from"
                         f" [{column}][{row}] [E2229]"
                     )
-                    raise PydanticCustomError("inertia", "{text}", {"text": text})
+                    raise _refusal("inertia", text)
             return value[0][0], value[1][1], value[2][2], value[0][1], value[0][2], value[1][2]
         if len(value) == 3:
             return (*value, 0.0, 0.0, 0.0)
         if len(value) == 6:
             return tuple(value)
     text = "an inertia is needed here: [xx, yy, zz], [xx, yy, zz, xy, xz, yz], a table or a 3x3 matrix [E2230]"
-    raise PydanticCustomError("inertia", "{text}", {"text": text})
+    raise _refusal("inertia", text)
 
 
 def _same(first: object, second: object) -> bool:

@@ -151,6 +151,9 @@ _OF_SECTIONS: Mapping[str, Bound] = {
     **{f"damping.{kind}": not_below_zero("the damping of a beam [E1765]") for kind in _STRAINS},
 }
 
+_UNBOUNDED_OF_SECTIONS = (
+    "stiffness_matrix", "inertia_matrix", "center_of_mass", *(f"prestrain.{kind}" for kind in _STRAINS),
+)  # fmt: skip  # a table
 _BOUNDS: Mapping[str, Bound] = {
     "bodies.mass": (_negative, "the mass {0} is negative [E1709]", "a positive number of kg"),
     "joints.pitch": _PITCH,
@@ -196,43 +199,16 @@ def bounds(by_key: Mapping[str, Bound]) -> dict[str, Row]:
 #: Rules for single values of formulas of parameters, by key; rules of force elements are in their sections.
 BOUNDS: Mapping[str, Row] = bounds(_BOUNDS)
 
+
 #: Keys whose single values may be any number: places, rests, preloads, gains, springs and dampers that may push back.
-UNBOUNDED = frozenset(
-    {
-        "gravity",
-        "bodies.center_of_mass",
-        "bodies.inertia",
-        "points.position",
-        "frames.position",
-        "joints.position",
-        "joints.stiffness",
-        "joints.damping",
-        "joints.rest",
-        "joints.limits.lower",
-        "joints.limits.upper",
-        "joints.mimic.multiplier",
-        "joints.mimic.offset",
-        "constraints.first.position",
-        "constraints.second.position",
-        *(
-            f"beams.{part}{key}"
-            for part in ("", "parts.")
-            for key in (
-                "stiffness_matrix",
-                "inertia_matrix",
-                "center_of_mass",
-                *(f"prestrain.{kind}" for kind in _STRAINS),
-            )
-        ),
-        "controllers.proportional",
-        "controllers.integral",
-        "controllers.derivative",
-        "controllers.gain",
-        "controllers.lead",
-        "controllers.minimum",
-        "controllers.maximum",
-    }
-)
+UNBOUNDED = frozenset((
+    "gravity", "bodies.center_of_mass", "bodies.inertia", "points.position", "frames.position", "joints.position",
+    "joints.stiffness", "joints.damping", "joints.rest", "joints.limits.lower", "joints.limits.upper",
+    "joints.mimic.multiplier", "joints.mimic.offset", "constraints.first.position", "constraints.second.position",
+    "controllers.proportional", "controllers.integral", "controllers.derivative", "controllers.gain",
+    "controllers.lead", "controllers.minimum", "controllers.maximum",
+    *(f"beams.{part}{key}" for part in ("", "parts.") for key in _UNBOUNDED_OF_SECTIONS),
+))  # fmt: skip  # a table
 
 
 def _limits(unit: str) -> Row:

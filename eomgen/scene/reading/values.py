@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from eomgen.base.arrays import Array
+from eomgen.base.data import dataclass
 from eomgen.formula.curves import Curve
 from eomgen.formula.discontinuities import applications, knots_along_a_beam
 from eomgen.formula.evaluate import OTHER_VALUES, curves, entries, evaluate, quantities, symbols
@@ -30,7 +31,7 @@ from eomgen.scene.reading.key_metadata import Table, fields_of
 from eomgen.scene.reading.kinds import FaultyText, Rotations
 from eomgen.scene.reading.kinds import Rotation as WrittenRotation
 from eomgen.scene.reading.report import Report, check_reference
-from eomgen.scene.reading.requirements import BOUNDS, Row, bound_of
+from eomgen.scene.reading.requirements import Row, bound_of
 from eomgen.scene.rotations import Rotation, is_rotation, rows, sequence, snapped_rotation, unit_axis
 from eomgen.system.description import BASE, WORLD, Requirement, Rule
 
@@ -65,6 +66,7 @@ _EQUATION = re.compile(r"([^=<>!]+)==?([^=<>!]+)")
 UNKNOWN = Number(math.nan)  # in place of refused values, so that reading can go on to the next problem
 
 
+@dataclass(eq=False)
 class Values:
     """Reader of values, which reports faults by key.
 
@@ -95,23 +97,15 @@ class Values:
     design : poses of the bodies at the design position; known once the joints are read
     """
 
-    def __init__(
-        self,
-        names: SceneNames,
-        parameters: Mapping[str, float],
-        report: Report,
-        refused: Collection[str] = (),
-        judged: Collection[str] = (),
-        bounds: Mapping[str, Row] = BOUNDS,
-        units: Mapping[str, str] | None = None,
-    ) -> None:
-        self.names = names
-        self.parameters = parameters
-        self.report = report
-        self.refused = refused
-        self.judged = judged
-        self.bounds = bounds
-        self.units = units or {}
+    names: SceneNames
+    parameters: Mapping[str, float]
+    report: Report
+    refused: Collection[str]
+    judged: Collection[str]
+    bounds: Mapping[str, Row]
+    units: Mapping[str, str]
+
+    def __post_init__(self) -> None:
         self.requirements: list[Requirement] = []
         self.mentioned: set[tuple[str, str]] = set()
         self.notes: list[str] = []
@@ -404,16 +398,18 @@ class Values:
         meanings = fields_of(type(entry))
         given = ((name, getattr(entry, name)) for name in names or meanings)
         return {
-            name: self._by_scope(f"{key}.{name}", value, meanings[name][0].names)
+            name: self.by_scope(f"{key}.{name}", value, meanings[name][0].names)
             for name, value in given
             if value is not None
         }
 
-    def _by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
+    def by_scope(self, key: str, value: Any, scope: Scope | None) -> Any:
+        """Return a formula or a number of fixed parameters, each part of a list by itself; without a scope the value
+        as it is."""
         if scope is None:
             return value
         if isinstance(value, tuple):
-            return tuple(self._by_scope(f"{key}[{place}]", part, scope) for place, part in enumerate(value))
+            return tuple(self.by_scope(f"{key}[{place}]", part, scope) for place, part in enumerate(value))
         return self.constant(key, value) if scope is FIXED_PARAMETERS else self.formula(key, value, scope)
 
     def vector(self, key: str, value: Sequence[float | str], scope: Scope) -> Vector:
@@ -459,9 +455,8 @@ class Values:
 
     def constant_rotations(self, key: str, value: Sequence[WrittenRotation]) -> list[tuple[Array, float]] | None:
         """Return intrinsic rotations by constant angles; None if an angle is unknown."""
-        result = []
-        for rotation in self.rotations(key, value, FIXED_PARAMETERS):
-            result.append((np.array(rotation.axis), self.value(rotation.angle)))
+        rotations = self.rotations(key, value, FIXED_PARAMETERS)
+        result = [(np.array(rotation.axis), self.value(rotation.angle)) for rotation in rotations]
         if len(result) < len(value) or any(math.isnan(angle) for _, angle in result):
             return None
         return result

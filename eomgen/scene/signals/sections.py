@@ -14,7 +14,7 @@ from eomgen.base.random_inputs import Harmonic
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.discontinuities import applications
 from eomgen.formula.nodes import Formula, Symbol
-from eomgen.formula.units.parser import Dimension, Factors, UnitError, dimension_of, read_unit
+from eomgen.formula.units.parser import Dimension, dimension_of, factors_of, read_unit
 from eomgen.formula.units.table import names
 from eomgen.scene.formula.definitions import named_expressions
 from eomgen.scene.formula.namespaces import in_order_of_mention
@@ -40,7 +40,7 @@ from eomgen.scene.reading.formula_units import (
 )
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import UNKNOWN, Values
-from eomgen.scene.section import Entries, Reading, Section, SectionFormulas, UnusedEntries
+from eomgen.scene.section import Entries, Reading, Section, UnusedEntries
 from eomgen.scene.signals.curves import Curves
 from eomgen.scene.signals.sampling import read_sampled_state
 from eomgen.scene.signals.tables import note_of_label
@@ -66,8 +66,7 @@ def unit_of_formulas(formulas: Sequence[Formula], names: SceneNames) -> str:
 def doubtful_label(label: str, unit: str) -> str:
     """Return a note on the label of a signal whose values are in another unit; empty for the same unit, and for a label
     that is not a unit."""
-    factors = _factors(label)
-    known = _factors(unit)
+    factors, known = factors_of(label), factors_of(unit)
     if not known or not factors or factors == known:
         return ""
     note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
@@ -76,13 +75,6 @@ def doubtful_label(label: str, unit: str) -> str:
     from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
 
     return note if misplaced(label, unit) else ""
-
-
-def _factors(label: str) -> Factors:
-    try:
-        return read_unit(label) if label.strip() else ()
-    except UnitError:
-        return ()
 
 
 def read_motion(name: str, entry: curve_schema.Input, report: Report) -> Motion:
@@ -173,10 +165,9 @@ _UNITS = {
 }
 
 
-def _formulas(
-    key: str, kind: str, output: schema.Output, sections: SectionFormulas, values: Values
-) -> tuple[Formula, ...]:
+def _formulas(key: str, kind: str, output: schema.Output, reading: Reading) -> tuple[Formula, ...]:
     """Return the formulas of the components of an output of a kind."""
+    values = reading.values
     if output.formula is not None:
         if not output.formula:
             values.report.add(f"{key}.formula", "the list of formulas is empty [E1876]", "a formula")
@@ -186,7 +177,7 @@ def _formulas(
         report.check_reference(f"{key}.energy", output.energy, ENERGIES, "energy", values.report)
         return (Symbol("energy", output.energy),)
     if kind.startswith("section"):
-        return sections(key, kind, output)
+        return reading.section_formulas(key, kind, output)
     name = str(getattr(output, kind))
     if kind.startswith("reaction"):
         if fault := values.names.fault_of_reaction(name):
@@ -197,9 +188,9 @@ def _formulas(
     return tuple(Symbol(kind, name, index) for index in range(3))
 
 
-def read_output(name: str, output: schema.Output, sections: SectionFormulas, values: Values) -> Output:
+def read_output(name: str, output: schema.Output, reading: Reading) -> Output:
     """Return an output; by default in the unit of its kind."""
-    key = key_of("outputs", name)
+    key, values = key_of("outputs", name), reading.values
     kinds = (*_UNITS, "formula", "energy")
     given = [kind for kind in kinds if getattr(output, kind) is not None]
     formulas: tuple[Formula, ...] = ()
@@ -207,7 +198,7 @@ def read_output(name: str, output: schema.Output, sections: SectionFormulas, val
         got = " and ".join(given) or "none"
         values.report.add(key, f"an output needs one of {', '.join(kinds)}, not {got} [E1880]", 'position = "tip"')
     else:
-        formulas = _formulas(key, given[0], output, sections, values)
+        formulas = _formulas(key, given[0], output, reading)
     if output.at is not None and not any(kind.startswith("section") for kind in given):
         values.report.add(
             f"{key}.at", "at is a place on a beam, of outputs of its sections [E1881]", 'section_moment = "NAME"'
@@ -380,11 +371,6 @@ class _States(Section):
         return {state.name: state for state in states}
 
 
-class _Outputs(Section):
-    def read_entry(self, name: str, entry: schema.Output, reading: Reading) -> Output:
-        return read_output(name, entry, reading.section_formulas, reading.values)
-
-
 PARAMETERS = _Parameters(
     key="parameters",
     entry="eomgen.scene.signals.schema:Parameter",
@@ -434,12 +420,13 @@ STATES = _States(
     Add an internal state: ``rate``, a formula of everything but accelerations, is its time derivative; or
     ``sample`` in s and ``formula`` of one that is sampled.""",
 )
-OUTPUTS = _Outputs(
+OUTPUTS = Section(
     key="outputs",
     entry="eomgen.scene.signals.schema:Output",
     scene_field="outputs",
     after=("events",),
     last=True,
+    item=read_output,
     documentation="""
     Add an output: formulas, a point's position, velocity or acceleration (world axes), or an energy.""",
 )

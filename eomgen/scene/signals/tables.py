@@ -15,7 +15,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.files import read_bytes
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.errors import Problem
-from eomgen.formula.units.parser import Factors, UnitError, read_unit
+from eomgen.formula.units.parser import factors_of, read_unit
 from eomgen.formula.units.table import names
 
 LARGEST_TABLE = 20_000_000
@@ -321,7 +321,7 @@ def unit_of_title(title: str) -> str:
         return ""
     if unit == "g" and "acc" in title.lower():
         return "g0"
-    return unit if _factors(unit) else ""
+    return unit if factors_of(unit) else ""
 
 
 def is_time(title: str) -> bool:
@@ -342,13 +342,6 @@ def is_in_si(unit: str) -> bool:
 
 def note_of_label(key: str, label: str, remedy: str) -> list[str]:
     """Return a note on the label of numbers if the label is a unit beyond SI; none for other labels."""
-    if all(names()[name].is_coherent for name, _ in _factors(label)):
+    if all(names()[name].is_coherent for name, _ in factors_of(label) or ()):
         return []
     return [f"{key}.unit: its unit {label} is a label, so formulas take its numbers as they are; try: {remedy} [W0142]"]
-
-
-def _factors(unit: str) -> Factors:
-    try:
-        return read_unit(unit)
-    except UnitError:
-        return ()

@@ -9,6 +9,7 @@ frame move in the same direction: else it does not hold the beam (mean axes are 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -21,23 +22,18 @@ from eomgen.scene.forces.element import ForceElement
 from eomgen.scene.joint_types import GROUPS
 from eomgen.scene.joints.model import Constraint, Joint
 from eomgen.scene.joints.tree import displaced
-from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.scene.rotations import ALIKE
 from eomgen.system.description import FixedFrame, Point
 
 
-def check_places(
-    bodies: Mapping[str, Body],
-    joints: Iterable[Joint],
-    points: Iterable[Point],
-    elements: Iterable[ForceElement],
-    constraints: Iterable[Constraint],
-    values: Values,
-) -> None:
-    """Report attachments to a beam at places outside of the beam."""
+def check_places(items: Mapping[str, Mapping[str, Any]], elements: Iterable[ForceElement], values: Values) -> None:
+    """Report attachments to a beam at places outside of the beam; ``items`` are the results of sections."""
+    joints: Iterable[Joint] = items["joints"].values()
+    constraints: Iterable[Constraint] = items["constraints"].values()
+    points: Mapping[str, Point] = {**items["points"], **items["frames"]}
     places = [(key_of("joints", joint.name, "position"), joint.parent, joint.position) for joint in joints]
-    for point in points:
+    for point in points.values():
         section = "frames" if isinstance(point, FixedFrame) else "points"
         places.append((key_of(section, point.name, "position"), point.body, point.position))
     for element in elements:
@@ -50,7 +46,7 @@ def check_places(
     judged = set()
     for key, body, position in places:
         if (body, position) not in judged:  # a frame in a point is the point's matter, and points come before
-            _check_place(key, body, position, bodies, values)
+            _check_place(key, body, position, items["bodies"], values)
         judged.add((body, position))
 
 
@@ -83,13 +79,6 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
 _DEFLECTION = {"bending_y": 4, "bending_z": 5, "stretch": 3, "torsion": 0}
 _SLOPE = {"bending_y": 2, "bending_z": 1}
 _WORDS = tuple(f"{move} {axis}" for move in ("turn about", "move along") for axis in "xyz")
-
-
-def check_not_absolute(beams: Iterable[str], report: Report) -> None:
-    """Report beams in a scene of absolute coordinates."""
-    for name in beams:
-        fault = "absolute coordinates know rigid bodies only, and this is a beam [E1981]"
-        report.add(key_of("beams", name), fault, 'coordinates = "joint"')
 
 
 def check_frames(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of, nearest, shown
@@ -18,37 +18,20 @@ from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.bodies.model import AT_END
-from eomgen.scene.joints.model import Constraint, Joint
+from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
 from eomgen.scene.section import AttachByKey, Reading, in_reading_order
-from eomgen.system.description import BASE, Point
+from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
     from eomgen.scene.signals.schema import Output
-
-AnyPoint = TypeVar("AnyPoint", bound=Point)
 
 
 def attached_joint(joint: Joint, attach: AttachByKey) -> Joint:
     """Return a joint with a node as parent, for joints on geometrically exact beams; other joints are unchanged."""
     parent, position = attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
     return replace(joint, parent=parent, position=position)
-
-
-def attached_point(section: str, point: AnyPoint, attach: AttachByKey) -> AnyPoint:
-    """Return a point, or a frame, on a node, for places on geometrically exact beams; other places are unchanged."""
-    body, position = attach(key_of(section, point.name, "position"), point.body, point.position)
-    return replace(point, body=body, position=position)
-
-
-def attached_constraint(constraint: Constraint, attach: AttachByKey) -> Constraint:
-    """Return a constraint with frames on nodes, for frames on geometrically exact beams; other frames are unchanged."""
-    moved = {}
-    for side, frame in (("first", constraint.first), ("second", constraint.second)):
-        body, position = attach(key_of("constraints", constraint.name, side, "position"), frame.body, frame.position)
-        moved[side] = replace(frame, body=body, position=position)
-    return replace(constraint, first=moved["first"], second=moved["second"])
 
 
 class BeamNodes:

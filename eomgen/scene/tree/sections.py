@@ -24,8 +24,9 @@ from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.inertia import Inertia, impossible, not_physical, tensor
 from eomgen.scene.joint_types import JOINTS as TYPES
 from eomgen.scene.joint_types import is_own
-from eomgen.scene.joints.constraint_reading import check_closings, read_constraint
-from eomgen.scene.joints.model import Constraint, Joint, LightJoint, Reaction
+from eomgen.scene.joints.constraint_reading import read_constraint
+from eomgen.scene.joints.frames import check_two_bodies
+from eomgen.scene.joints.model import Constraint, Joint, LightJoint
 from eomgen.scene.joints.moved_inertia import check_motion
 from eomgen.scene.joints.reading import read_joint, read_reaction
 from eomgen.scene.joints.tree import JointEdge, check_mimics, ordered
@@ -34,22 +35,14 @@ from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.section import Entries, Reading, Section
-from eomgen.scene.tree.beam_attachments import check_frames, check_not_absolute
-from eomgen.scene.tree.beam_nodes import (
-    BeamNodes,
-    attached_constraint,
-    attached_joint,
-    attached_point,
-    section_formulas,
-    stations_of,
-)
+from eomgen.scene.tree.beam_attachments import check_frames
+from eomgen.scene.tree.beam_nodes import BeamNodes, attached_joint, section_formulas, stations_of
 from eomgen.system.description import BASE as BASE_NAME
 from eomgen.system.description import WORLD, FixedFrame, Point
 
 if TYPE_CHECKING:
     from eomgen.scene.bodies import schema as bodies
     from eomgen.scene.bodies.beam_schema import Beam
-    from eomgen.scene.joints import constraint_schema as constraints
     from eomgen.scene.joints import schema as joints
 
 
@@ -120,9 +113,6 @@ class _Bodies(Section):
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"bodies": dict.fromkeys(reading.document.section("bodies"))}  # looked up for every point and element
-
-    def read_entry(self, name: str, entry: bodies.Body, reading: Reading) -> Body:
-        return read_body(name, entry, reading.values)
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         entries = reading.document.section("bodies").items()
@@ -266,9 +256,6 @@ class _Points(Section):
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"points": dict.fromkeys(reading.names_in("points"))}
 
-    def read_entry(self, name: str, entry: bodies.Point, reading: Reading) -> Point:
-        return attached_point("points", read_point(name, entry, reading.bodies, reading.values), reading.attach)
-
 
 class _Frames(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
@@ -280,9 +267,6 @@ class _Frames(Section):
 
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"points": dict.fromkeys(reading.names_in("frames"))}
-
-    def read_entry(self, name: str, entry: bodies.BodyFrame, reading: Reading) -> FixedFrame:
-        return attached_point("frames", read_body_frame(name, entry, reading.bodies, reading.values), reading.attach)
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         frames: Mapping[str, FixedFrame] = super().read(reading)
@@ -310,21 +294,16 @@ class _Constraints(Section):
             return f"the name {name} is both a joint and a constraint [E1461]", "another name for one of them"
         return "", ""
 
-    def read_entry(self, name: str, entry: constraints.Constraint, reading: Reading) -> Constraint:
-        read = read_constraint(name, entry, reading.bodies, reading.items["points"], reading.values)
-        return attached_constraint(read, reading.attach)
-
     def check(self, reading: Reading) -> None:
         tree, beams = reading.kept(TreeSections), reading.document.section("beams")
+        items: Mapping[str, Constraint] = reading.items["constraints"]
         if tree.complete:
-            check_closings(reading.items["constraints"].values(), tree.joints, beams, reading.report)
-        if reading.document.coordinates == "absolute":
-            check_not_absolute([name for name in beams if name not in reading.items["beams"]], reading.report)
-
-
-class _Reactions(Section):
-    def read_entry(self, name: str, entry: constraints.Reaction, reading: Reading) -> Reaction:
-        return read_reaction(name, entry, reading.bodies, reading.items["points"], reading.values)
+            closed = [(key_of("constraints", name), item.frames) for name, item in items.items() if item.framed]
+            check_two_bodies(closed, tree.joints, beams, reading.report)
+        flexible = [name for name in beams if name not in reading.items["beams"]]
+        for name in flexible if reading.document.coordinates == "absolute" else ():
+            fault = "absolute coordinates know rigid bodies only, and this is a beam [E1981]"
+            reading.report.add(key_of("beams", name), fault, 'coordinates = "joint"')
 
 
 class _Base(Section):
@@ -356,6 +335,7 @@ BODIES = _Bodies(
     entry="eomgen.scene.bodies.schema:Body",
     singular="body",
     after=("curves",),
+    item=read_body,
     positional=("mass",),
     documentation="""
     Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
@@ -391,6 +371,7 @@ CONSTRAINTS = _Constraints(
     scene_field="constraints",
     after=("frames",),
     attached=True,
+    item=read_constraint,
     positional=("type", "first", "second"),
     documentation="""
     Add a constraint that closes a loop between two frames.
@@ -400,12 +381,13 @@ CONSTRAINTS = _Constraints(
     helical (with pitch), prismatic, planar, fixed, distance (with length), point_on_line, orientation, rolling (with
     radius, and shape disc or sphere).""",
 )
-REACTIONS = _Reactions(
+REACTIONS = Section(
     key="reactions",
     entry="eomgen.scene.joints.constraint_schema:Reaction",
     scene_field="reactions",
     after=("base",),
     last=True,
+    item=read_reaction,
     documentation="Set the point and the axes of ``reaction.NAME`` for a joint or a constraint.",
 )
 POINTS = _Points(
@@ -414,6 +396,7 @@ POINTS = _Points(
     scene_field="points",
     after=("joints",),
     attached=True,
+    item=read_point,
     positional=("body", "position"),
     documentation="""
     Add a point fixed in a body, in the ``base``, or in the ``world`` (at rest while the base moves).""",
@@ -424,6 +407,7 @@ FRAMES = _Frames(
     scene_field="frames",
     after=("points",),
     attached=True,
+    item=read_body_frame,
     positional=("body", "position"),
     documentation="""
     Add a frame fixed in a body, in the ``base`` or in the ``world``; its origin is a point of that name.""",

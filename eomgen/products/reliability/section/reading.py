@@ -17,11 +17,11 @@ from eomgen.base.random_inputs import FASTEST, standard_normals
 from eomgen.errors import UsageError
 from eomgen.formula.curves import Curve
 from eomgen.formula.nodes import Application, Formula, Number, Symbol
+from eomgen.formula.substitution import mapped
 from eomgen.products.reliability.random_processes.coherence import Coherence, nearest_correlation
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.section import schema as written
 from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, crossed
-from eomgen.scene.formula.namespaces import mapped
 from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values

@@ -13,8 +13,9 @@ from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.products.waves.formula.fields import WaveField
 from eomgen.scene.forces.element import Attach, ForceElement
-from eomgen.scene.forces.element_section import ElementSection, Site
+from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS
+from eomgen.scene.joints.frames import Site
 from eomgen.scene.reading.key_metadata import Table, key, of_parameters
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
