@@ -51,14 +51,11 @@ def _rough(formula: Formula, *, quotients: bool) -> Iterator[str]:
             continue
         by_zero = quotients and node.name == "div"
         moving = any(symbol.kind not in _GIVEN for symbol in symbols(node.arguments[1 if by_zero else 0]))
-        broken = node.name in _ROUGH or (node.name == "pow" and _broken(node.arguments[1]))
+        exponent = node.arguments[-1]  # a power with this exponent may have no derivative at zero
+        whole = isinstance(exponent, Number) and exponent.value >= 1.0
+        broken = node.name in _ROUGH or (node.name == "pow" and not whole)
         if moving and (by_zero or broken):
             yield infix(node, lambda symbol: 3 if symbol.kind in VECTORS else 1)
-
-
-def _broken(exponent: Formula) -> bool:
-    """Return whether a power with this exponent may have no derivative at zero."""
-    return not isinstance(exponent, Number) or exponent.value < 1.0
 
 
 #: Kinds of symbols that do not change within a run.

@@ -447,10 +447,8 @@ def _fitted(name: str, values: Callable[[Array], Array], breaks: Array) -> tuple
         missing = ~np.isfinite(at).all(axis=1)
         if missing.any():
             time = float(middle[np.flatnonzero(missing)[0], 0])
-            raise IntegrationError(
-                f"the acceleration has no value near t = {time:.6g} s [E0296]",
-                "a formula that has one throughout the run",
-            )
+            fault = f"the acceleration has no value near t = {time:.6g} s [E0296]"
+            raise IntegrationError(fault, "a formula that has one throughout the run")
         scale = max(scale, float(np.max(np.abs(at))))
         missed = np.max(np.abs(between - at @ beside.T), axis=1)
         done = (missed <= _FITS * scale) | (halving == _HALVINGS - 1)

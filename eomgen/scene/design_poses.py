@@ -14,7 +14,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import replace
+from eomgen.base.data import dataclass, replace
 from eomgen.formula.nodes import ONE, ZERO, Formula, Number, Operation, Vector
 from eomgen.scene.rotations import rows, snapped_rotation
 from eomgen.system.description import BASE, WORLD
@@ -96,6 +96,7 @@ class UnknownPoseError(Exception):
         self.fault, self.hint = fault, hint
 
 
+@dataclass(eq=False)
 class DesignPoses:
     """Poses of the bodies of a scene with every joint at zero.
 
@@ -109,12 +110,11 @@ class DesignPoses:
         Whether the base has a pose in the world that differs from the world frame.
     """
 
-    def __init__(
-        self, placements: Mapping[str, FramePlacement], beams: Collection[str] = (), base_moves: bool = False
-    ) -> None:
-        self._placements = placements
-        self._beams = beams
-        self._base_moves = base_moves
+    placements: Mapping[str, FramePlacement]
+    beams: Collection[str] = ()
+    base_moves: bool = False
+
+    def __post_init__(self) -> None:
         self._poses: dict[str, Pose] = {BASE: Pose(np.eye(3), ({}, {}, {}))}
 
     def pose(self, body: str) -> Pose:
@@ -126,13 +126,13 @@ class DesignPoses:
             If a geometrically exact beam carries the body, if the placements refer to one another in a circle, if no
             joint carries the body, or for the world while the base has a pose in the world.
         """
-        if body == WORLD and self._base_moves:
+        if body == WORLD and self.base_moves:
             raise UnknownPoseError("the base has a place of its own in the world", f'in = "{BASE}"')
         path = [BASE if body == WORLD else body]
         while path[-1] not in self._poses:
             path.append(self._reference(path))
         for name, frame in zip(path[-2::-1], path[:0:-1], strict=True):
-            given, carrier = self._placements[name], self._poses[frame]
+            given, carrier = self.placements[name], self._poses[frame]
             origin = _sums(carrier.axes, given.position)
             x, y, z = (_plus(one, other) for one, other in zip(carrier.origin, origin, strict=True))
             self._poses[name] = Pose(carrier.axes @ np.array(given.axes), (x, y, z))
@@ -141,13 +141,13 @@ class DesignPoses:
     def _reference(self, path: Sequence[str]) -> str:
         """Return the frame in which the last body of a path is placed."""
         body = path[-1]
-        if body in self._beams:
+        if body in self.beams:
             fault = f"places on the geometrically exact beam {body} are counted along its axis"
             raise UnknownPoseError(fault, "the place on the beam or in the body itself, without in")
-        if body not in self._placements:
+        if body not in self.placements:
             raise UnknownPoseError(f"no joint places the body {body}", "")
-        frame = self._placements[body].frame
-        if frame == WORLD and self._base_moves:
+        frame = self.placements[body].frame
+        if frame == WORLD and self.base_moves:
             raise UnknownPoseError("the base has a place of its own in the world", f'in = "{BASE}"')
         frame = BASE if frame == WORLD else frame
         if frame in path:
@@ -160,7 +160,7 @@ class DesignPoses:
     def placed(self, given: FramePlacement, body: str) -> FramePlacement:
         """Return a placement in the frame of a body, by the design position of both frames. Raises
         UnknownPoseError."""
-        if body == WORLD and self._base_moves:
+        if body == WORLD and self.base_moves:
             if given.frame == WORLD:
                 return given
             fault = "the base has a place of its own in the world"

@@ -223,11 +223,8 @@ class _Includer:
         file, ``chain`` leads from the scene to the file."""
         written = part.data.pop("include", {})
         if not isinstance(written, Mapping):
-            report.add(
-                "include",
-                f"a table is needed here, not {described(written)} [E0716]",
-                '[include.left] and file = "left.toml"',
-            )
+            fault = f"a table is needed here, not {described(written)} [E0716]"
+            report.add("include", fault, '[include.left] and file = "left.toml"')
             return part
         opened: list[tuple[str, Include, FileData]] = []
         for name, raw in written.items():
@@ -253,15 +250,13 @@ class _Includer:
             own = self.resolved(path)
             again = next((step for step in chain if self.resolved(step) == own), None)
         except (OSError, ValueError, RuntimeError) as error:
-            report.add(
-                place, f"{shown(entry.file)} is not a path: {error} [E1588]", "a path from the folder of this file"
-            )
+            fault = f"{shown(entry.file)} is not a path: {error} [E1588]"
+            report.add(place, fault, "a path from the folder of this file")
             return None
         if again is not None:
             names = ", ".join(self.shown_file(step) for step in [*chain[chain.index(again) :], path])
-            report.add(
-                place, f"files include one another in a circle: {names} [E1590]", "one of them without the include"
-            )
+            fault = f"files include one another in a circle: {names} [E1590]"
+            report.add(place, fault, "one of them without the include")
             return None
         if len(chain) > _DEEPEST or self.files > _MOST_FILES:
             fault = f"more than {_MOST_FILES} files, or more than {_DEEPEST} within one another, are included [E1591]"
@@ -269,19 +264,15 @@ class _Includer:
         source = source_of(path)
         if source is None:
             named = Path(entry.file) if path.is_dir() else path  # its files may include this one
-            report.add(
-                place, f"{shown(entry.file)} is not a kind of file that can be included [E1592]", readable(named)
-            )
+            fault = f"{shown(entry.file)} is not a kind of file that can be included [E1592]"
+            report.add(place, fault, readable(named))
             return None
         try:
             options = all_options()
             of_others = (options.keys() & entry.model_fields_set) - {option.name for option in source.options}
             for name in sorted(of_others):
-                report.add(
-                    f"{key}.{name}",
-                    f"{name} is for {options[name][0].name} only [E1593]",
-                    "the joint in the included file",
-                )
+                fault = f"{name} is for {options[name][0].name} only [E1593]"
+                report.add(f"{key}.{name}", fault, "the joint in the included file")
             if source.scenes:
                 return self.scene(source, path, [*chain, path])
             part = _part(source, read_text(path, endings_like(path)), path, self.shown_file(path), entry)
@@ -319,9 +310,8 @@ class _Includer:
         self.report.noted += report.all()
         for left_out in ("base", "doubts", "gravity"):
             if left_out in part.data:
-                part.notes.append(
-                    f"{file}: its key {left_out} is left out, the key of the including scene holds [W0130]"
-                )
+                fault = f"{file}: its key {left_out} is left out, the key of the including scene holds [W0130]"
+                part.notes.append(fault)
         return part
 
 
@@ -339,9 +329,8 @@ def _entry(name: str, raw: object, report: Report) -> Include | None:
         return None
     prefix = _prefix(name, entry)
     if prefix and not is_legal(prefix):
-        report.add(
-            key_of("include", name), f"{shown(prefix)} cannot be the beginning of a name [E1595]", 'prefix = "left_"'
-        )
+        message = f"{shown(prefix)} cannot be the beginning of a name [E1595]"
+        report.add(key_of("include", name), message, 'prefix = "left_"')
         return None
     return entry
 
@@ -448,9 +437,8 @@ def _base(name: str, entry: Include, part: FileData, report: Report, taken: Coll
         if not isinstance(mine, Mapping):
             continue
         if body in mine:
-            report.add(
-                key, f"the name {body} in {section} is needed for the place of this include [E1598]", "another name"
-            )
+            fault = f"the name {body} in {section} is needed for the place of this include [E1598]"
+            report.add(key, fault, "another name")
         part.data[section] = {**mine, body: made}
         for place in ("", ".position", ".rotation"):
             if key + place in part.lines:

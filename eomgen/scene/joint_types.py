@@ -64,12 +64,9 @@ class ElementaryMotion:
     @property
     def units(self) -> tuple[str, ...]:
         """Unit of the integral of each velocity component."""
-        count = len(self.components)
-        return (
-            ("rad", "rad", "rad", "m", "m", "m")
-            if self.kind == "free"
-            else ("m" if self.kind == "travel" else "rad",) * count
-        )
+        if self.kind == "free":
+            return ("rad", "rad", "rad", "m", "m", "m")
+        return ("m" if self.kind == "travel" else "rad",) * len(self.components)
 
 
 def _turn(component: int = 0, axis: int = AXIS) -> ElementaryMotion:

@@ -125,13 +125,11 @@ def _ranges(key: str, table: Mapping[str, Any], report: Report) -> dict[str, ran
         if not is_legal(str(index)):
             report.add(place, f"the index {shown(index)} is not a name [E1850]", NAME_RULE)
         elif not (isinstance(bounds, Sequence) and len(bounds) == 2 and all(map(_whole, bounds))):
-            report.add(
-                f"{place}.{index}", f"an index counts by whole numbers, and here is {described(given)} [E1851]", _HOW
-            )
+            fault = f"an index counts by whole numbers, and here is {described(given)} [E1851]"
+            report.add(f"{place}.{index}", fault, _HOW)
         elif bounds[1] < bounds[0]:
-            report.add(
-                f"{place}.{index}", f"the index {index} takes no number from {bounds[0]} to {bounds[1]} [E1852]", _HOW
-            )
+            fault = f"the index {index} takes no number from {bounds[0]} to {bounds[1]} [E1852]"
+            report.add(f"{place}.{index}", fault, _HOW)
         else:
             ranges[str(index)] = range(bounds[0], bounds[1] + 1)
     return ranges if len(ranges) == len(indices) else None
@@ -237,9 +235,8 @@ class _Copies:
         pieces = self._pieces(text)
         filled = "".join(repr(self._number(piece, values, key)) if k % 2 else piece for k, piece in enumerate(pieces))
         if ("{" in filled or "}" in filled) and not self.report.concerns(key):
-            self.report.add(
-                key, f"{shown(text)} has a brace without its other [E1855]", f"{{{next(iter(self.ranges))}}}"
-            )
+            fault = f"{shown(text)} has a brace without its other [E1855]"
+            self.report.add(key, fault, f"{{{next(iter(self.ranges))}}}")
         return filled
 
     def _pieces(self, text: str) -> list[str]:

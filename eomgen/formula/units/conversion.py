@@ -192,6 +192,5 @@ def _finite(quantity: QuantityWithUnit, value: Fraction) -> float:
     try:
         return float(value)
     except OverflowError:
-        raise UnitError(
-            f"{shown(quantity.text)} is out of the range of double precision in SI [E0304]", "a number below 1e300"
-        ) from None
+        fault = f"{shown(quantity.text)} is out of the range of double precision in SI [E0304]"
+        raise UnitError(fault, "a number below 1e300") from None

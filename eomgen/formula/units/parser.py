@@ -119,10 +119,8 @@ def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
     digits = match[1].replace(" ", "").replace("\t", "")
     number, value = Fraction(digits), float(digits)
     if not math.isfinite(value) or (value == 0.0 and number != 0):
-        raise UnitError(
-            f"the number of {shown(text)} is out of the range of double precision [E0309]",
-            "a number between 1e-300 and 1e300",
-        )
+        fault = f"the number of {shown(text)} is out of the range of double precision [E0309]"
+        raise UnitError(fault, "a number between 1e-300 and 1e300")
     return QuantityWithUnit(text, number, _Unit(match[2], text, known).read())
 
 
@@ -165,10 +163,8 @@ class _Unit:
                 result += self.term(-1)
                 divides = True
             elif divides and self.accept(_TIMES):
-                raise UnitError(
-                    f"{shown(self.text)} can be read in two ways [E0312]",
-                    "brackets, N/(m s), or the divisor last, N s/m",
-                )
+                fault = f"{shown(self.text)} can be read in two ways [E0312]"
+                raise UnitError(fault, "brackets, N/(m s), or the divisor last, N s/m")
             else:
                 raise self.malformed()
         return tuple(result)
@@ -222,9 +218,8 @@ class _Unit:
         import difflib  # noqa: PLC0415  # for a mistake only
 
         close = difflib.get_close_matches(name, self.known, n=1, cutoff=0.7)
-        raise UnitError(
-            f"there is no unit {shown(name)} [E0317]", f"a * before {close[0]}" if close else _nearest(name)
-        )
+        message = f"there is no unit {shown(name)} [E0317]"
+        raise UnitError(message, f"a * before {close[0]}" if close else _nearest(name))
 
     def malformed(self) -> UnitError:
         rest = self.unit[self.place :].lstrip(" \t")
@@ -265,9 +260,8 @@ def _nearest(name: str) -> str:
 def in_formula(number: str, word: str) -> tuple[str, str]:
     """Return the fault of a number followed by a word within a formula, and a hint."""
     if word in names():
-        return f"{shown(f'{number} {word}')} is within a formula, where units are not read [E1581]", _parameter(
-            number, word
-        )
+        fault = f"{shown(f'{number} {word}')} is within a formula, where units are not read [E1581]"
+        return fault, _parameter(number, word)
     return f"the number {shown(number)} runs into a name [E1580]", f"a * after {number[:20]}"
 
 

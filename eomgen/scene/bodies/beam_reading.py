@@ -55,9 +55,8 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
                 _deformation(f"{key}.{kind}", kind, given, section.stiffness(kind, given), line, values)
             )
     if not deformations:
-        values.report.add(
-            key, "the beam deforms in no way [E1313]", f"one of {', '.join(KINDS)}, or a body of [bodies]"
-        )
+        fault = "the beam deforms in no way [E1313]"
+        values.report.add(key, fault, f"one of {', '.join(KINDS)}, or a body of [bodies]")
     if entry.torsion is not None and not values.report.concerns(f"{key}.polar_inertia"):
         values.require(f"{key}.torsion", RELATIONS["inertia of torsion"], [polar])
     beam = replace(
@@ -70,9 +69,8 @@ def read_beam(name: str, entry: written.Beam, values: Values) -> Body:
     try:
         return undeformed(name, beam)
     except OverflowError:
-        values.report.add(
-            key, "the mass or the inertia of the beam is out of the range of double precision [E1314]", "SI units"
-        )
+        fault = "the mass or the inertia of the beam is out of the range of double precision [E1314]"
+        values.report.add(key, fault, "SI units")
         return Body(name, ZERO, ZERO_VECTOR, (ZERO,) * 6, beam)
 
 
@@ -105,9 +103,8 @@ class _Section:
             self.once("mass_per_length")
             return self.values.formula(f"{self.key}.mass_per_length", self.entry.mass_per_length, PARAMETERS)
         if self.section is None:
-            self.values.report.add(
-                self.key, "the key mass_per_length is missing [E1315]", "mass_per_length = ..., or a section"
-            )
+            fault = "the key mass_per_length is missing [E1315]"
+            self.values.report.add(self.key, fault, "mass_per_length = ..., or a section")
             return ZERO
         if self.section.area is None:
             if not self.values.report.concerns(self.section.key):
@@ -144,9 +141,8 @@ class _Section:
         if section is not None and self.values.report.concerns(section.key):
             return ZERO
         other = "a section" if section is None else f"{needed[kind]} in the section"
-        self.values.report.add(
-            f"{self.key}.{kind}", "the key stiffness is missing [E1317]", f"stiffness = ..., or {other}"
-        )
+        fault = "the key stiffness is missing [E1317]"
+        self.values.report.add(f"{self.key}.{kind}", fault, f"stiffness = ..., or {other}")
         return ZERO
 
     def once(self, field: str) -> None:
@@ -198,9 +194,8 @@ def _deformation(
             values.report.add(f"{key}.masses[{place}].at", fault, "a place on the beam")
         for field, number in (("mass", amount), ("inertia", inertia)):
             if number < 0.0:
-                values.report.add(
-                    f"{key}.masses[{place}].{field}", f"the {field} {number:.6g} is negative [E1323]", "0 or more"
-                )
+                fault = f"the {field} {number:.6g} is negative [E1323]"
+                values.report.add(f"{key}.masses[{place}].{field}", fault, "0 or more")
         masses.append((beam.nearest(at), amount / unit_mass, inertia / unit_mass))
     return Deformation(
         kind=kind,

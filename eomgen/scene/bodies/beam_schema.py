@@ -61,24 +61,23 @@ class Section(Table):
     )
 
 
+def _coordinates(unit: str) -> Any:
+    """Return the key of a quantity of the elastic coordinates."""
+    return key("one value for each coordinate", (), unit=unit, names=FIXED_PARAMETERS, shown_default="zeros")
+
+
 class ElasticInitial(Table):
     """Elastic coordinates of bending or stretch at the start."""
 
-    position: Values = key("one value for each coordinate", (), unit="m", names=FIXED_PARAMETERS, shown_default="zeros")
-    velocity: Values = key(
-        "one value for each coordinate", (), unit="m/s", names=FIXED_PARAMETERS, shown_default="zeros"
-    )
+    position: Values = _coordinates("m")
+    velocity: Values = _coordinates("m/s")
 
 
 class TwistInitial(Table):
     """Elastic coordinates of torsion at the start."""
 
-    position: Values = key(
-        "one value for each coordinate", (), unit="rad", names=FIXED_PARAMETERS, shown_default="zeros"
-    )
-    velocity: Values = key(
-        "one value for each coordinate", (), unit="rad/s", names=FIXED_PARAMETERS, shown_default="zeros"
-    )
+    position: Values = _coordinates("rad")
+    velocity: Values = _coordinates("rad/s")
 
 
 class ModeMass(Table):
@@ -252,7 +251,7 @@ class Beam(Table):
     start: Value = key(
         "x of its first end in its frame, which its joint carries", 0.0, unit="m", names=FIXED_PARAMETERS
     )
-    section: Section | None = optional("shape and material, in place of masses and stiffnesses", kind="table, below")
+    section: Section | None = optional("shape and material, in place of masses and stiffnesses")
     mass_per_length: Value | None = of_parameters("density times area", unit="kg/m", shown_default="of the section")
     polar_inertia: Value | None = of_parameters(
         "density times polar second moment of area; needed by torsion, and by joints that let the beam turn about its"
@@ -267,10 +266,10 @@ class Beam(Table):
         1,
     )
     stiffening: bool = key("keep the shortening of the bent axis, which centrifugal stiffening comes from", True)
-    bending_y: Bending | None = optional("deflection along y", kind="table, below")
-    bending_z: Bending | None = optional("deflection along z", kind="table, below")
-    stretch: Stretch | None = optional("elongation along x", kind="table, below")
-    torsion: Torsion | None = optional("twist about x", kind="table, below")
+    bending_y: Bending | None = optional("deflection along y")
+    bending_z: Bending | None = optional("deflection along z")
+    stretch: Stretch | None = optional("elongation along x")
+    torsion: Torsion | None = optional("twist about x")
     elements: Annotated[int, Field(ge=1, le=MOST_EXACT_ELEMENTS)] | None = optional(
         "`cosserat`: equal elements along the beam",
         kind=f"1 to {MOST_EXACT_ELEMENTS}",
@@ -282,15 +281,13 @@ class Beam(Table):
         kind="list of tables, below",
         shown_default="none",
     )
-    stiffness: SectionStiffness | None = optional(
-        "`cosserat`: of the sections", kind="table, below", shown_default="of the section"
-    )
+    stiffness: SectionStiffness | None = optional("`cosserat`: of the sections", shown_default="of the section")
     stiffness_matrix: SixBySixValues | None = optional(
         "`cosserat`: symmetric, of all strains together, in their place: twist, bending about y and z (N m²), stretch,"
         " shear along y and z (N)",
         **_OF_MATRIX,
     )
-    damping: SectionDamping | None = optional("`cosserat`: of the sections", kind="table, below", shown_default="zeros")
+    damping: SectionDamping | None = optional("`cosserat`: of the sections", shown_default="zeros")
     stiffness_damping: Value | None = of_parameters(
         "`cosserat`: damping by stiffness, of all strains", unit="s", shown_default="`0`"
     )
@@ -315,9 +312,7 @@ class Beam(Table):
         unit="rad/m",
         shown_default="`[0, 0, 0]`",
     )
-    shape: BeamShape | None = optional(
-        "`cosserat`: the initial shape, in place of `curvature` and `length`", kind="table, below"
-    )
+    shape: BeamShape | None = optional("`cosserat`: the initial shape, in place of `curvature` and `length`")
     pretwist: Value | None = of_fixed_parameters(
         "`cosserat`: angle by which sections are turned about the axis of the initial shape, 0 at s = 0",
         unit="rad",
@@ -325,7 +320,6 @@ class Beam(Table):
     )
     prestrain: SectionStrain | None = optional(
         "`cosserat`: strains that the initial shape has; without them it is at rest",
-        kind="table, below",
         shown_default="zeros",
     )
     group: Literal["SE3", "R3xSO3"] | None = optional(

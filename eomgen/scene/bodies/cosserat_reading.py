@@ -137,9 +137,8 @@ def read_cosserat(name: str, entry: written.Beam, values: Values, stations: Sequ
     beam = Cosserat(name, tuple(elements), whole.model)
     if values.report.concerns(whole.key) or not (fault := _beyond_numbers(beam, values)):
         return beam
-    values.report.add(
-        whole.key, f"{fault} is too large or too small to be squared in double precision [E1335]", "SI units"
-    )
+    message = f"{fault} is too large or too small to be squared in double precision [E1335]"
+    values.report.add(whole.key, message, "SI units")
     return Cosserat(name, tuple(replace(part, length=Fraction(1)) for part in elements), whole.model)
 
 
@@ -181,11 +180,8 @@ def _pieces(whole: BeamKeys, shape: InitialShape | None, values: Values) -> list
     entry, report = whole.entry, values.report
     if not entry.parts:
         if entry.elements is None:
-            report.add(
-                whole.key,
-                f"a beam of the model {whole.model} needs the number of its elements [E1336]",
-                "elements = 16",
-            )
+            fault = f"a beam of the model {whole.model} needs the number of its elements [E1336]"
+            report.add(whole.key, fault, "elements = 16")
         return [_Piece(whole, _equal(_length(whole, shape, values), entry.elements or 1))]
     for field in ("length", "elements", "shape"):
         if getattr(entry, field) is not None:
@@ -334,12 +330,8 @@ def _given(key: str, table: written.SectionStiffness, free: Sequence[str], value
     for strain in free:
         if getattr(table, strain) is None:
             values.report.add(key, f"the key {strain} is missing [E1343]", f"{strain} = ...")
-    return [
-        values.formula(f"{key}.{strain}", getattr(table, strain), PARAMETERS)
-        if strain in free and getattr(table, strain) is not None
-        else ZERO
-        for strain in STRAINS
-    ]
+    given = values.keys(key, table, *free)
+    return [given.get(strain, ZERO) for strain in STRAINS]
 
 
 def _damping(keys: BeamKeys, stiffness: Rows, values: Values) -> Rows:
@@ -367,9 +359,7 @@ def _prestrain(keys: BeamKeys, values: Values) -> tuple[Formula, ...]:
 def _by_strain(keys: BeamKeys, field: str, values: Values) -> list[Formula]:
     """Return the entries of a table by the kind of strain, zeros if there is no table."""
     given = keys[field]
-    if given is None:
-        return [ZERO] * 6
-    return [values.formula(f"{keys.of(field)}.{kind}", getattr(given, kind), PARAMETERS) for kind in STRAINS]
+    return [ZERO] * 6 if given is None else list(values.keys(keys.of(field), given, *STRAINS).values())
 
 
 def _diagonal(entries: Sequence[Formula]) -> Rows:

@@ -423,9 +423,8 @@ def _of_matrix(keys: BeamKeys, values: Values) -> SectionInertia:
     place = keys.of("inertia_matrix")
     for field in _BY_KEYS:
         if keys[field] is not None and keys.together(field, "inertia_matrix"):
-            values.report.add(
-                keys.of(field), f"{field} is given, and inertia_matrix too, which has it [E1353]", "one of them"
-            )
+            fault = f"{field} is given, and inertia_matrix too, which has it [E1353]"
+            values.report.add(keys.of(field), fault, "one of them")
     matrix: Sequence[Sequence[Formula]] = values.by_scope(place, keys["inertia_matrix"], PARAMETERS)
     if not values.report.concerns(place):
         values.require(place, SectionInertiaRule(), [entry for line in matrix for entry in line])

@@ -319,9 +319,8 @@ def _several(key: str, plural: str, places: Array, values: Values) -> bool:
     faults."""
     report = values.report
     if len(places) < 2:
-        report.add(
-            key, f"a shape needs two {plural} at least, not {len(places)} [E1365]", "[0, 0, 0], and where the beam goes"
-        )
+        fault = f"a shape needs two {plural} at least, not {len(places)} [E1365]"
+        report.add(key, fault, "[0, 0, 0], and where the beam goes")
         return False
     if not np.all(np.isfinite(places)):
         return False

@@ -108,11 +108,9 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
     """
     ending, name = path.suffix.lower(), path.name
     if ending not in ENDINGS:
-        kind = (
-            f"files of the kind {shown(ending)} are not read [E1369]"
-            if ending in _OTHERS
-            else "its ending is none of a mesh [E1370]"
-        )
+        kind = "its ending is none of a mesh [E1370]"
+        if ending in _OTHERS:
+            kind = f"files of the kind {shown(ending)} are not read [E1369]"
         raise MeshError(name, kind, f"{path.stem}.stl or {path.stem}.obj, exported from the same program")
     try:
         data = read_bytes(path, LARGEST)
@@ -132,9 +130,8 @@ def read_mesh(path: Path, most: int = MOST) -> Mesh:
         raise MeshError(name, "a vertex of the mesh is not a finite number [E1374]", "the export of the mesh once more")
     mesh = _merged(vertices, faces, colors)._replace(closed=_is_closed(vertices, faces))
     if not len(mesh.faces):
-        raise MeshError(
-            name, "each triangle of the mesh has two equal corners [E1375]", "the export of the mesh once more"
-        )
+        fault = "each triangle of the mesh has two equal corners [E1375]"
+        raise MeshError(name, fault, "the export of the mesh once more")
     return _thinned(_outward(mesh), most)
 
 
@@ -253,9 +250,8 @@ def _stl(data: bytes, name: str) -> Triangles:
     elif data.lstrip()[:5].lower() == b"solid":
         corners = _text_corners(data, name)
     elif count < 0:
-        raise MeshError(
-            name, f"the file has {counted(len(data), 'byte')}, too few for an STL file [E1376]", "a whole file"
-        )
+        fault = f"the file has {counted(len(data), 'byte')}, too few for an STL file [E1376]"
+        raise MeshError(name, fault, "a whole file")
     else:
         held = max(len(data) - _HEADER, 0) // _TRIANGLE.itemsize
         fault = (

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Literal
 
 from eomgen.base.data import dataclass, field
-from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector
+from eomgen.formula.nodes import ONE, ZERO, ZERO_VECTOR, Formula, Vector
 from eomgen.scene.rotations import Rotation
 
 DeformationKind = Literal["bending_y", "bending_z", "stretch", "torsion"]
@@ -28,9 +28,6 @@ AT_END = 1e-6
 #: Nodal coordinates held at the ends; negative indices are counted from the last coordinate.
 _FIXED_IN_BENDING: dict[Ends, tuple[int, ...]] = {"clamped_free": (0, 1), "free_free": (), "pinned_pinned": (0, -2)}
 _FIXED: dict[Ends, tuple[int, ...]] = {"clamped_free": (0,), "free_free": (), "pinned_pinned": (0, -1)}
-
-_ZERO: Formula = Number(0.0)
-_ONE: Formula = Number(1.0)
 
 
 @dataclass(frozen=True)
@@ -67,8 +64,8 @@ class Deformation:
     elements: int = 0
     ends: Ends = "clamped_free"
     damping_ratio: float = 0.0
-    stiffness_damping: Formula = _ZERO
-    inertia_factor: Formula = _ONE
+    stiffness_damping: Formula = ZERO
+    inertia_factor: Formula = ONE
     initial_position: tuple[float, ...] = ()
     initial_velocity: tuple[float, ...] = ()
     nodal: bool = False
@@ -112,7 +109,7 @@ class Beam:
     length: float
     mass_per_length: Formula
     deformations: tuple[Deformation, ...]
-    polar_inertia: Formula = _ZERO
+    polar_inertia: Formula = ZERO
     profiles: Mapping[str, tuple[float, ...]] = field(default_factory=dict)
     order: Literal[1, 2] = 1
     stiffening: bool = True

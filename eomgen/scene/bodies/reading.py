@@ -4,7 +4,7 @@ rotation, or of its acceleration."""
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -45,14 +45,10 @@ _UNIT = "m/s^2"
 _Inertia = tuple[Formula, Formula, Formula, Formula, Formula, Formula]
 
 
-def read_base(base: WrittenBase | None, values: Values, duration: float, units: Mapping[str, str]) -> Base | None:
-    """Return the motion of the base; formulas of its position and rotation must be twice differentiable.
-
-    Parameters
-    ----------
-    duration : of the scene's runs, s
-    units : labels of curves by name
-    """
+def read_base(reading: Reading) -> Base | None:
+    """Return the motion of the base; formulas of its position and rotation must be twice differentiable."""
+    base: WrittenBase | None = reading.document.table("base")
+    values = reading.values
     if base is None:
         return None
     position = values.vector("base.position", base.position, MOTION)
@@ -61,7 +57,7 @@ def read_base(base: WrittenBase | None, values: Values, duration: float, units: 
         check_twice_differentiable(key, formulas, values.report)
     made = Base(position, rotations)
     if base.acceleration is not None:
-        made = _accelerated(made, base.acceleration, base.drift, values, duration, units)
+        made = _accelerated(made, base.acceleration, base.drift, reading)
     elif base.drift is not None:
         fault = "drift is of the integral of an acceleration, and the base has none [E1386]"
         values.report.add("base.drift", fault, 'acceleration = ["quake(t)", 0, 0]')
@@ -71,15 +67,10 @@ def read_base(base: WrittenBase | None, values: Values, duration: float, units: 
     return made
 
 
-def _accelerated(
-    base: Base,
-    acceleration: tuple[float | str, ...],
-    drift: str | None,
-    values: Values,
-    duration: float,
-    units: Mapping[str, str],
-) -> Base:
+def _accelerated(base: Base, acceleration: Sequence[float | str], drift: str | None, reading: Reading) -> Base:
     """Return a base with the second integrals of an acceleration added to its position."""
+    values, duration = reading.values, reading.document.simulation.duration
+    units = {name: entry.unit for name, entry in reading.document.section("curves").items()}
     position, integrals = list(base.position), {}
     tunable = frozenset(name for name, is_tunable in values.names.parameters.items() if is_tunable)
     for axis, written_formula in enumerate(acceleration):
@@ -100,9 +91,8 @@ def _accelerated(
         if integral.end > 0.0:
             integrals[axis] = _described(key, integral)
         if drift is None and _drifts(integral, values.parameters):
-            values.note(
-                [f'{integrals[axis]}; try: drift = "remove"; or drift = "keep" if that motion is meant [W0296]']
-            )
+            remedy = 'drift = "remove"; or drift = "keep" if that motion is meant'
+            values.note([f"{integrals[axis]}; try: {remedy} [W0296]"])
         values.note(_doubts(key, written_formula, integral, duration, values.parameters))
     x, y, z = position
     return replace(base, position=(x, y, z), integrals=integrals)

@@ -10,7 +10,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from eomgen.base.arrays import Flags, Numbers
 from eomgen.base.data import replace
 from eomgen.base.messages import key_of, listed, nearest, shown
 from eomgen.errors import FileError
@@ -18,11 +17,11 @@ from eomgen.formula.nodes import Formula, Vector
 from eomgen.scene.bodies.mesh_files import MOST, is_readable, mesh_path, with_mesh
 from eomgen.scene.design_poses import attached, size_of
 from eomgen.scene.formula.scope import PARAMETERS
-from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, optional
+from eomgen.scene.reading.key_metadata import Table, given_in, key, of_fixed_parameters, of_parameters, optional
 from eomgen.scene.reading.kinds import Finite, Rotations, Triple, Value
 from eomgen.scene.reading.kinds import Values as OneOrMore
 from eomgen.scene.reading.report import check_reference
-from eomgen.scene.reading.requirements import above_zero
+from eomgen.scene.reading.requirements import above_zero, is_zero
 from eomgen.scene.reading.values import Values, read_orientation, read_placement
 from eomgen.scene.rotations import frame_about, rows
 from eomgen.scene.section import Reading, Section
@@ -52,7 +51,6 @@ COLORS = {
 _HEXADECIMAL = re.compile(r"#(?:[0-9a-fA-F]{3}|[0-9a-fA-F]{6})")
 _ORIGIN = (0.0, 0.0, 0.0)
 _SAME = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_OF_TYPE = "required for {}"
 
 
 class DrawnShape(Table):
@@ -80,42 +78,30 @@ class DrawnShape(Table):
         refers="points",
     )
     second: str | None = optional("the other end", refers="points")
-    size: Triple | None = optional(
-        "sides of a box along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("a box")
+    size: Triple | None = of_parameters("sides of a box along its axes", unit="m", shown_default="required for a box")
+    radius: Value | None = of_parameters(
+        "of a cylinder, a sphere, a capsule or a wheel", unit="m", shown_default="required for round types"
     )
-    radius: Value | None = optional(
-        "of a cylinder, a sphere, a capsule or a wheel",
-        unit="m",
-        names=PARAMETERS,
-        shown_default=_OF_TYPE.format("round types"),
+    length: Value | None = of_parameters(
+        "of a cylinder, of a capsule without its ends", unit="m", shown_default="required for a cylinder and a capsule"
     )
-    length: Value | None = optional(
-        "of a cylinder, of a capsule without its ends",
-        unit="m",
-        names=PARAMETERS,
-        shown_default=_OF_TYPE.format("a cylinder and a capsule"),
-    )
-    width: Value | None = optional("of a wheel", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("a wheel"))
-    semi_axes: Triple | None = optional(
-        "of an ellipsoid along its axes", unit="m", names=PARAMETERS, shown_default=_OF_TYPE.format("an ellipsoid")
+    width: Value | None = of_parameters("of a wheel", unit="m", shown_default="required for a wheel")
+    semi_axes: Triple | None = of_parameters(
+        "of an ellipsoid along its axes", unit="m", shown_default="required for an ellipsoid"
     )
     file: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "path of an STL file (binary or text), an OBJ file, a COLLADA file (DAE) or a binary glTF file (GLB), from the"
         " folder of the scene file; `package://NAME/...` for a file of a folder NAME around that folder",
-        kind="text",
         path=True,
-        shown_default=_OF_TYPE.format("a mesh"),
+        shown_default="required for a mesh",
     )
-    scale: OneOrMore | None = optional(
+    scale: OneOrMore | None = of_parameters(
         'length of one unit in the file of the mesh; `"1 mm"` for millimetres; or three, along the axes of the mesh,'
         " negative ones for mirrored meshes",
         unit="m",
-        names=PARAMETERS,
         shown_default="1",
     )
-    color: str = key(
-        "`#rrggbb`, or one of " + ", ".join(COLORS), "", kind="text", shown_default="the colour of the body"
-    )
+    color: str = key("`#rrggbb`, or one of " + ", ".join(COLORS), "", shown_default="the colour of the body")
     opacity: Finite = key("1 hides the parts behind the shape", 1.0)
     required: bool = key(
         "`false`: a mesh is read when a picture is drawn, and one that cannot be read is left out with a note or a"
@@ -182,9 +168,8 @@ class _Reader:
         size = float(np.linalg.norm(direction))
         if not size > 0.0:
             if size == 0.0:
-                self.report.add(
-                    self.key, "both points are at the same place at the design position [E1399]", "other points"
-                )
+                fault = "both points are at the same place at the design position [E1399]"
+                self.report.add(self.key, fault, "other points")
             return None
         if np.count_nonzero(direction) > 1 and values.is_tunable(*way):
             fault = "tunable parameters turn the line between both points, and axes of shapes are fixed [E1396]"
@@ -264,10 +249,6 @@ def _noun(kind: str) -> str:
     return f"an {kind}" if kind.startswith("e") else f"a {kind}"
 
 
-def _zero(number: Numbers) -> Flags:
-    return number == 0.0
-
-
 class _Shapes(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         """Return the shapes; rules for sizes stay out of the scene's requirements, since no run depends on them."""
@@ -306,7 +287,7 @@ SHAPES = _Shapes(
         "length": above_zero("the length of a shape [E1736]"),
         "width": above_zero("the width of a wheel [E1737]"),
         "semi_axes": above_zero("a semi-axis of an ellipsoid [E1738]"),
-        "scale": (_zero, "the scale of a mesh is {0} [E1409]", "a number other than 0; a negative one mirrors"),
+        "scale": (is_zero, "the scale of a mesh is {0} [E1409]", "a number other than 0; a negative one mirrors"),
     },
     documentation="""
     Add a solid or a mesh by which pictures show a body, the base or the world; equations do not depend on it.

@@ -47,17 +47,11 @@ def read_skyhook(name: str, entry: Written, values: Values, springs: Mapping[str
     if not entry.clipped:
         for field in _LIMITS:
             if field in given:
-                report.add(
-                    f"{key}.{field}",
-                    f"{field} has no meaning for a skyhook that is not clipped [E1414]",
-                    "clipped = true",
-                )
+                fault = f"{field} has no meaning for a skyhook that is not clipped [E1414]"
+                report.add(f"{key}.{field}", fault, "clipped = true")
     elif "maximum_damping" not in given:
-        report.add(
-            key,
-            "a clipped skyhook needs maximum_damping: no damper is infinitely hard [E1415]",
-            "maximum_damping = 4000",
-        )
+        fault = "a clipped skyhook needs maximum_damping: no damper is infinitely hard [E1415]"
+        report.add(key, fault, "maximum_damping = 4000")
         return UNKNOWN
     first, second = springs[entry.spring].first, springs[entry.spring].second
     wanted: list[Formula] = []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -14,7 +14,6 @@ Names = Annotated[tuple[Annotated[str, Field(max_length=200)], ...], Field(stric
 Modes = Annotated[tuple[Annotated[int, Field(ge=1, le=100_000)], ...], Field(strict=False)]
 Poles = Annotated[tuple[NumberPair, ...], Field(strict=False)]
 _BY_JOINT = "table of numbers by joint"
-_VALUES = "table of values by joint"
 
 
 class Calibration(Table):
@@ -119,7 +118,7 @@ class Controller(Table):
     signal_gains: dict[str, Numbers] | None = optional(
         "the same of `signals`", kind="table of numbers by signal", shown_default="`0`, or calibrated"
     )
-    calibration: Calibration | None = optional("`state_feedback`: how gains are found", kind="table, below")
+    calibration: Calibration | None = optional("`state_feedback`: how gains are found")
     spring: str | None = optional("`skyhook`: between whose points it acts", refers="springs", shown_default="required")
     damping: Value | None = of_parameters(
         "`skyhook`: c, of the spring's second point against the world", unit="N s/m", shown_default="`0`"
@@ -149,11 +148,10 @@ class Controller(Table):
     source: Annotated[str, Field(min_length=1, max_length=1000)] | None = optional(
         "`sampled`: C file with its function, path from the folder of the scene file",
         path=True,
-        kind="text",
         shown_default="none: the caller's",
     )
     function: Annotated[str, Field(min_length=1, max_length=64)] | None = optional(
-        "`sampled`: name of the function in `source`", kind="text", shown_default="required with `source`"
+        "`sampled`: name of the function in `source`", shown_default="required with `source`"
     )
     memory: Annotated[int, Field(ge=0, le=256)] | None = optional(
         "`sampled`: numbers that its function keeps from sample to sample",
@@ -164,30 +162,18 @@ class Controller(Table):
     description: Description = key("for tables", "")
 
 
+def _by_joint(description: str) -> Any:
+    """Return a key with values of the state by joint."""
+    return key(
+        description, {}, refers="joints", names=SPRING_FORCE, kind="table of values by joint", shown_default="`{}`"
+    )
+
+
 class ReferenceEntry(Table):
     """Coordinates, velocities and accelerations of joints, in place of the present ones."""
 
-    position: dict[str, Value] = key(
-        "of joints of one coordinate, rad or m; others have their present coordinate",
-        {},
-        refers="joints",
-        names=SPRING_FORCE,
-        kind=_VALUES,
-        shown_default="`{}`",
+    position: dict[str, Value] = _by_joint(
+        "of joints of one coordinate, rad or m; others have their present coordinate"
     )
-    velocity: dict[str, Value] = key(
-        "the same, rad/s or m/s; others have their present velocity",
-        {},
-        refers="joints",
-        names=SPRING_FORCE,
-        kind=_VALUES,
-        shown_default="`{}`",
-    )
-    acceleration: dict[str, Value] = key(
-        "the same, rad/s² or m/s²; others have 0",
-        {},
-        refers="joints",
-        names=SPRING_FORCE,
-        kind=_VALUES,
-        shown_default="`{}`",
-    )
+    velocity: dict[str, Value] = _by_joint("the same, rad/s or m/s; others have their present velocity")
+    acceleration: dict[str, Value] = _by_joint("the same, rad/s² or m/s²; others have 0")

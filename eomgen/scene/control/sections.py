@@ -39,9 +39,8 @@ def read_reference(name: str, entry: ReferenceEntry, reading: Reading) -> Refere
                 continue
             kind = JOINTS.get(values.names.joints[joint])
             if kind is not None and kind.v_size != 1:
-                values.report.add(
-                    place, f"a {kind.name} joint has not one coordinate [E1427]", "a joint of one coordinate"
-                )
+                fault = f"a {kind.name} joint has not one coordinate [E1427]"
+                values.report.add(place, fault, "a joint of one coordinate")
             if joint in followers:
                 values.report.add(place, f"the joint {joint} follows another [E1428]", "the joint that it follows")
             formulas.append((joint, values.formula(place, text, SPRING_FORCE)))

@@ -143,9 +143,8 @@ def _check_names(key: str, name: str, entry: Written, values: Values) -> None:
         if output in (entry.outputs or ())[:number]:
             report.add(f"{key}.outputs[{number}]", f"the output {output} is named twice [E1430]", "each output once")
     if entry.outputs == ():
-        report.add(
-            f"{key}.outputs", "the list of outputs is empty [E1431]", f"no outputs: then there is one, called {name}"
-        )
+        fault = "the list of outputs is empty [E1431]"
+        report.add(f"{key}.outputs", fault, f"no outputs: then there is one, called {name}")
     for table in ("position_gains", "velocity_gains", "position_references"):
         check_known(f"{key}.{table}", getattr(entry, table), coordinates, f"coordinate of {name}", values)
     for table in ("signal_gains", "signal_references"):
@@ -165,9 +164,8 @@ def _check_coordinate(key: str, joint: str, before: Sequence[str], values: Value
         hint = f'signals = {{ {joint}_0 = "q.{joint}[0]", {joint}_0_rate = "v.{joint}[0]", ... }}'
         values.report.add(key, f"{shown(joint)} is a beam: signals name its elastic coordinates [E1432]", hint)
     elif joint not in kinds:
-        values.report.add(
-            key, f"there is no joint {shown(joint)} [E1433]", nearest(joint, kinds) or "a [joints] section"
-        )
+        fault = f"there is no joint {shown(joint)} [E1433]"
+        values.report.add(key, fault, nearest(joint, kinds) or "a [joints] section")
     elif joint in before:
         values.report.add(key, f"the joint {joint} is named twice [E1434]", "each joint once")
     elif kinds[joint] and (size := JOINTS[kinds[joint]].v_size) != 1:
@@ -187,13 +185,11 @@ def _check_gains(key: str, entry: Written, count: int, values: Values) -> None:
                 fault = f"{len(gains)} gain{'s' * (len(gains) > 1)} given for {count} output{'s' * (count > 1)} [E1436]"
                 values.report.add(f"{key}.{table}.{key_of(name)}", fault, "one gain for each output")
     if tables and entry.calibration is not None:
-        values.report.add(
-            f"{key}.{tables[0]}", "gains are given, and a calibration that would find them, too [E1437]", "one of them"
-        )
+        fault = "gains are given, and a calibration that would find them, too [E1437]"
+        values.report.add(f"{key}.{tables[0]}", fault, "one of them")
     if not tables and entry.calibration is None:
-        values.report.add(
-            key, "a state_feedback needs gains or a calibration [E1438]", f'[{key}.calibration] and method = "lqr"'
-        )
+        fault = "a state_feedback needs gains or a calibration [E1438]"
+        values.report.add(key, fault, f'[{key}.calibration] and method = "lqr"')
 
 
 #: Keys of each method, besides method and at; needed keys with an example.
@@ -248,9 +244,8 @@ def _check_weights(
     for table, _, _ in known:
         for name, weight in (getattr(written, table) or {}).items():
             if weight < 0.0:
-                values.report.add(
-                    f"{key}.{table}.{key_of(name)}", f"the weight {weight:.6g} is negative [E1441]", "0 or more"
-                )
+                fault = f"the weight {weight:.6g} is negative [E1441]"
+                values.report.add(f"{key}.{table}.{key_of(name)}", fault, "0 or more")
 
 
 def _check_lists(key: str, written: WrittenCalibration, count: int, values: Values) -> None:
@@ -279,11 +274,8 @@ def _check_needed(key: str, written: WrittenCalibration, values: Values) -> None
     report, method = values.report, written.method
     if method == "pole_placement":
         if written.poles is not None and (written.modes or written.frequencies or written.damping_ratios):
-            report.add(
-                f"{key}.poles",
-                "poles are given, and modes, frequencies or damping ratios too [E1447]",
-                "one of both ways",
-            )
+            fault = "poles are given, and modes, frequencies or damping ratios too [E1447]"
+            report.add(f"{key}.poles", fault, "one of both ways")
         elif written.poles is None and written.damping_ratios is None:
             report.add(key, "pole_placement needs damping_ratios of modes, or poles [E1448]", "damping_ratios = 0.3")
 

@@ -27,7 +27,7 @@ from eomgen.scene.signals.curves import digest
 from eomgen.system import description
 
 if TYPE_CHECKING:
-    from eomgen.scene.document.schema import Document, Simulation
+    from eomgen.scene.document.schema import Document
 
 
 def assemble(
@@ -122,9 +122,5 @@ def _fields(reading: Reading, document: Document, bound: Mapping[str, str]) -> d
         "parts": {key: items for key, items in fields.get("parts", {}).items() if items},
         "parameters": tuple(reading.parameters),
         "requirements": tuple(reading.values.requirements),
-        "simulation": _simulation(document.simulation),
+        "simulation": description.Simulation(**dict(document.simulation)),
     }
-
-
-def _simulation(table: Simulation) -> description.Simulation:
-    return description.Simulation(**{field: getattr(table, field) for field in type(table).model_fields})

@@ -103,22 +103,19 @@ def _check_drive_efforts(document: Document, reading: Reading) -> None:
     for key, formula in formulas:
         for symbol in sorted(symbols(formula), key=lambda symbol: symbol.name):
             if symbol.kind == "drive_effort" and (count := driven.count(symbol.name)) != 1:
-                fault = (
-                    f"{symbol.name} has no drive [E1463]"
-                    if not count
-                    else f"two drives are called {symbol.name} [E1464]"
-                )
-                hint = nearest(symbol.name, driven) or 'drive = "0.5 * t"'
-                report.add(key, f"drive_effort.{symbol.name}: {fault}", hint if not count else "another name")
+                fault, hint = f"two drives are called {symbol.name} [E1464]", "another name"
+                if not count:
+                    fault = f"{symbol.name} has no drive [E1463]"
+                    hint = nearest(symbol.name, driven) or 'drive = "0.5 * t"'
+                report.add(key, f"drive_effort.{symbol.name}: {fault}", hint)
 
 
 def _check_simulation(document: Document, reading: Reading) -> None:
     """Report a time grid or a spectral radius that cannot be."""
     simulation, report = document.simulation, reading.report
     if not is_legal(simulation.method):
-        report.add(
-            "simulation.method", f"{shown(simulation.method)} is not the name of a method [E1465]", "generalized_alpha"
-        )
+        fault = f"{shown(simulation.method)} is not the name of a method [E1465]"
+        report.add("simulation.method", fault, "generalized_alpha")
     if simulation.step <= 0.0:
         report.add("simulation.step", f"the step {simulation.step:.6g} is not positive [E1466]", "1e-3")
     if simulation.duration < 0.0:
@@ -126,11 +123,8 @@ def _check_simulation(document: Document, reading: Reading) -> None:
     if not 0.0 <= simulation.rho_inf <= 1.0:
         report.add("simulation.rho_inf", f"rho_inf {simulation.rho_inf:.6g} is not between 0 and 1 [E1468]", "0.8")
     if "rho_inf" in simulation.model_fields_set and simulation.alpha is not None:
-        report.add(
-            "simulation.alpha",
-            "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha) [E0352]",
-            "one of them",
-        )
+        fault = "alpha and rho_inf say the same: rho_inf = (1 - alpha)/(1 + alpha) [E0352]"
+        report.add("simulation.alpha", fault, "one of them")
 
 
 #: Checks across sections, in order: before sections are read that observe a motion, and at the end.

@@ -29,11 +29,9 @@ _OPTIONS = {option.name: _key_of(source, option) for source, option in all_optio
 class Include(Table):
     """Another scene file, or a URDF, as a part of this scene."""
 
-    file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
-        "path, from the folder of this file", kind="text", path=True
-    )
+    file: Annotated[str, Field(min_length=1, max_length=1000)] = key("path, from the folder of this file", path=True)
     prefix: Annotated[str, Field(max_length=64)] | None = optional(
-        "goes before every name of the file", kind="text", shown_default="the entry's name and `_`"
+        "goes before every name of the file", shown_default="the entry's name and `_`"
     )
     parent: str = key("body of this scene that is the file's base", "base", refers="bodies", kind="body, or `base`")
     position: Triple = key("of the file's base in the parent's frame", (0.0, 0.0, 0.0), unit="m", names=PARAMETERS)

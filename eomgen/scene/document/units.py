@@ -389,9 +389,8 @@ class _Converter:
                 raise UnitError(fault, f'"{number:.6g} * t"')
             quantity = read_quantity(text, self.known)
             if not isinstance(unit, str):
-                raise UnitError(
-                    f"{shown(text)} is one value, and {len(unit)} are needed here [E0323]", f"units {', '.join(unit)}"
-                )
+                message = f"{shown(text)} is one value, and {len(unit)} are needed here [E0323]"
+                raise UnitError(message, f"units {', '.join(unit)}")
             if unit:
                 if unit != ANY_UNIT:
                     return to_unit(quantity, unit, over_time=over_time)

@@ -49,9 +49,8 @@ def read_event(name: str, entry: WrittenEvent, reading: Reading) -> Event:
     key, values = key_of("events", name), reading.values
     when = values.formula(f"{key}.when", entry.when, EVERYTHING)
     if isinstance(when, Number) and when is not UNKNOWN:
-        values.report.add(
-            f"{key}.when", "a number has no roots in time [E1481]", 'a formula such as "q.ball" or "t - 2"'
-        )
+        message = "a number has no roots in time [E1481]"
+        values.report.add(f"{key}.when", message, 'a formula such as "q.ball" or "t - 2"')
     if _is_comparison(when):
         message = "a comparison is 1 or 0 and does not pass zero [E1482]"
         values.report.add(f"{key}.when", message, 'the difference of its sides, "q.ball - 0.5", and a direction')
@@ -92,10 +91,8 @@ def _fault(symbol: Formula, target: str, reading: Reading) -> tuple[str, str] | 
     if symbol is UNKNOWN:
         return None
     if not isinstance(symbol, Symbol) or symbol.kind not in ("q", "v", "state"):
-        return (
-            f"{shown(target)} is not a number of the state [E1486]",
-            'one of "q.joint", "v.joint" or the name of a state',
-        )
+        fault = f"{shown(target)} is not a number of the state [E1486]"
+        return fault, 'one of "q.joint", "v.joint" or the name of a state'
     if symbol.kind == "state":
         return None
     if reading.document.coordinates == "absolute":  # joints have no coordinates
@@ -107,10 +104,8 @@ def _fault(symbol: Formula, target: str, reading: Reading) -> tuple[str, str] | 
     if joint is None:
         return None
     if joint.mimic is not None:
-        return (
-            f"{shown(target)} cannot be set: the joint follows {joint.mimic.joint} [E1489]",
-            f'"{symbol.kind}.{joint.mimic.joint}"',
-        )
+        fault = f"{shown(target)} cannot be set: the joint follows {joint.mimic.joint} [E1489]"
+        return fault, f'"{symbol.kind}.{joint.mimic.joint}"'
     if symbol.kind == "q" and JOINTS[joint.type].group != "R":
         fault = f"{shown(target)} cannot be set: an orientation has no components that are free of each other [E1488]"
         return fault, f'"v.{symbol.name}[0]", or joints that turn about one axis each'
@@ -121,10 +116,8 @@ class _Modes(Section):
     def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
         parameter = mode_parameter(name)
         if parameter in document.section("parameters"):
-            return (
-                f"the mode {name} is the parameter {parameter}, and there is one of that name [E1457]",
-                "another name",
-            )
+            fault = f"the mode {name} is the parameter {parameter}, and there is one of that name [E1457]"
+            return fault, "another name"
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:

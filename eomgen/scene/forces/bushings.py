@@ -89,9 +89,8 @@ def read_bushing(name: str, entry: BushingEntry, site: Site) -> Bushing:
     preload = sum(values.keys(key, entry, "rotational_preload", "preload").values(), ())
     parts = [entry for row in (*stiffness, *damping, preload) for entry in row]
     if not values.report.concerns(key) and all(part in (ZERO, Number(-0.0)) for part in parts):
-        values.report.add(
-            key, "the bushing has no stiffness, damping or preload [E1491]", "stiffness = [1e5, 1e5, 1e5]"
-        )
+        fault = "the bushing has no stiffness, damping or preload [E1491]"
+        values.report.add(key, fault, "stiffness = [1e5, 1e5, 1e5]")
     return Bushing(
         name=name,
         first=first,

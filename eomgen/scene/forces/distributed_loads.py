@@ -96,11 +96,9 @@ def read_distributed_load(name: str, entry: DistributedLoadEntry, site: Site) ->
     place, values = key_of("distributed_loads", name), site.values
     start, length, scope = 0.0, 1.0, LOAD
     if entry.beam not in site.beams:
-        fault = (
-            f"{shown(entry.beam)} is not a beam [E1495]"
-            if entry.beam in site.bodies
-            else f"there is no beam {shown(entry.beam)} [E1291]"
-        )
+        fault = f"there is no beam {shown(entry.beam)} [E1291]"
+        if entry.beam in site.bodies:
+            fault = f"{shown(entry.beam)} is not a beam [E1495]"
         hint = nearest(entry.beam, site.beams) or "a [beams] section; a rigid body takes [forces] at its centre"
         values.report.add(f"{place}.beam", fault, hint)
         scope = LOCAL_LOAD
@@ -121,9 +119,8 @@ def _profile(place: str, entry: DistributedLoadEntry, values: Reader) -> tuple[f
     if not profile:
         values.report.add(f"{place}.profile", "the list of coefficients is empty [E1319]", "[1, -0.5]")
     elif all(math.isfinite(entry) for entry in profile) and not any(profile):
-        values.report.add(
-            f"{place}.profile", "all coefficients are zero, so there is no load [E1498]", "[1], or no entry"
-        )
+        fault = "all coefficients are zero, so there is no load [E1498]"
+        values.report.add(f"{place}.profile", fault, "[1], or no entry")
     return profile
 
 

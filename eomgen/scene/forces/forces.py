@@ -143,9 +143,8 @@ def read_effort(name: str, effort: EffortEntry, site: Site) -> Effort:
         size = JOINTS[kind].v_size if kind else math.inf
         if effort.index >= size:
             hint = f"an index from 0 to {size - 1}" if size else "a moving joint"
-            values.report.add(
-                f"{key}.index", f"the {kind} joint {effort.joint} has no component {effort.index} [E1501]", hint
-            )
+            fault = f"the {kind} joint {effort.joint} has no component {effort.index} [E1501]"
+            values.report.add(f"{key}.index", fault, hint)
     return Effort(name, **values.keys(key, effort))
 
 

@@ -70,9 +70,8 @@ def read_spring(name: str, spring: SpringEntry, site: Site) -> Spring:
     for field, point in (("first", spring.first), ("second", spring.second)):
         known = values.point(f"{key}.{field}", point) and known
     if known and spring.first == spring.second:
-        values.report.add(
-            f"{key}.second", f"the spring connects the point {spring.first} to itself [E1502]", "another point"
-        )
+        fault = f"the spring connects the point {spring.first} to itself [E1502]"
+        values.report.add(f"{key}.second", fault, "another point")
     return Spring(name, **values.keys(key, spring))
 
 
@@ -141,9 +140,8 @@ def read_torsion_spring(name: str, spring: TorsionSpringEntry, site: Site) -> To
             fault = f"the {joints[joint]} joint {joint} has no angle {index} [E1504]"
             values.report.add(f"{key}.{field}_index", fault, "0" if angles == 1 else "0 or 1")
     if spring.first == spring.second in joints and spring.first_index == spring.second_index:
-        values.report.add(
-            f"{key}.second", f"the spring connects the joint {spring.first} to itself [E1505]", "another joint, or none"
-        )
+        fault = f"the spring connects the joint {spring.first} to itself [E1505]"
+        values.report.add(f"{key}.second", fault, "another joint, or none")
     return TorsionSpring(name, **values.keys(key, spring))
 
 

@@ -125,9 +125,8 @@ def read_tendon(name: str, entry: TendonEntry, site: Site) -> Tendon:
     for index, point in enumerate(entry.points):
         values.point(f"{key}.points[{index}]", point)
     if len(entry.points) < 2:
-        report.add(
-            f"{key}.points", f"a path needs two points, not {len(entry.points)} [E1506]", 'points = ["first", "second"]'
-        )
+        fault = f"a path needs two points, not {len(entry.points)} [E1506]"
+        report.add(f"{key}.points", fault, 'points = ["first", "second"]')
     for point, following in pairwise(entry.points):
         if point == following:
             report.add(f"{key}.points", f"the path goes from the point {point} to itself [E1507]", "another point")

@@ -46,7 +46,7 @@ class TyreEntry(Table):
     road_rate: Value | None = optional(
         "its rate from time and inputs; needed with `damping` if the road has an input", unit="m/s", names=ROAD
     )
-    slip: SlipEntry | None = optional("forces in the plane of the road", kind="table, below")
+    slip: SlipEntry | None = optional("forces in the plane of the road")
 
 
 @dataclass(frozen=True)

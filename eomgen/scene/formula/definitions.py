@@ -126,9 +126,8 @@ def expanded(symbol: Symbol, names: SceneNames, scope: Scope, read: Callable[[st
     except DefinitionError:
         raise
     except FormulaError as error:
-        raise FormulaError(
-            f"in the definition {symbol.name}, {error.fault} [E1519]", error.column, error.hint
-        ) from None
+        fault = f"in the definition {symbol.name}, {error.fault} [E1519]"
+        raise FormulaError(fault, error.column, error.hint) from None
 
 
 def mentioned(formula: Formula) -> set[Symbol]:

@@ -97,13 +97,15 @@ def names_of_file(text: str, section: str, names: Collection[str]) -> dict[str, 
     spaces = spaces_of(text)
     if not spaces:
         return {name: name for name in names}
-    result = {}
+    return {local: name for local, name in _outward(section, spaces) if name in names}
+
+
+def _outward(section: str, spaces: Sequence[Namespace]) -> Iterator[tuple[str, str]]:
+    """Yield the names of a section's entries in the innermost file and in the scene."""
     for local, name in spaces[0].names.get(section, {}).items():
         for space in spaces[1:]:
             name = space.names[section][name]  # noqa: PLW2901 - follows the name outwards
-        if name in names:
-            result[local] = name
-    return result
+        yield local, name
 
 
 def known_there(text: str, names: Collection[str]) -> frozenset[str]:
@@ -111,14 +113,8 @@ def known_there(text: str, names: Collection[str]) -> frozenset[str]:
     spaces = spaces_of(text)
     if not spaces:
         return frozenset(names)
-    result = set()
-    for section, local_names in spaces[0].names.items():
-        for local, name in local_names.items():
-            for space in spaces[1:]:
-                name = space.names[section][name]  # noqa: PLW2901 - follows the name outwards
-            if name in names:
-                result.add(local)
-    return frozenset(result)
+    every = (pair for section in spaces[0].names for pair in _outward(section, spaces))
+    return frozenset(local for local, name in every if name in names)
 
 
 def mentions_any(text: str, names: Collection[str]) -> bool:

@@ -141,6 +141,7 @@ class _FormulaReader:
         self.text = FormulaText(text)
         self.names = names
         self.scope = scope
+        self.constants: dict[int, float] = {}  # values of operations on constants, by identity
 
     def read(self) -> Formula:
         try:
@@ -156,20 +157,18 @@ class _FormulaReader:
             raise FormulaError(fault, column, hint) from None
         except (RecursionError, MemoryError, ValueError):
             raise FormulaError(TOO_DEEP, 1, "a shorter formula") from None
-        return self.convert(tree.body, 1)[0]
+        return self.convert(tree.body, 1)
 
     def error(self, node: ast.expr, fault: str, hint: str = "") -> FormulaError:
         return FormulaError(fault, self.text.column(node.col_offset), hint)
 
-    def convert(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
-        """Return the formula of a node, and the value of a constant node."""
+    def convert(self, node: ast.expr, depth: int) -> Formula:
+        """Return the formula of a node."""
         if depth > DEPTH:
-            raise self.error(
-                node, f"{TOO_DEEP} (each term of a long sum counts) [E1523]", "brackets around groups of terms"
-            )
+            fault = f"{TOO_DEEP} (each term of a long sum counts) [E1523]"
+            raise self.error(node, fault, "brackets around groups of terms")
         if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-            value = float(node.value)  # type: ignore[arg-type]
-            return Number(value), value
+            return Number(float(node.value))  # type: ignore[arg-type]
         if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
             return self.binary(node, depth)
         if isinstance(node, ast.UnaryOp):
@@ -187,56 +186,53 @@ class _FormulaReader:
         if isinstance(node, ast.Name):
             return self.bare(node)
         if isinstance(node, ast.Subscript) and (word := self.word_of(node.value)):
-            return self.quantity_of_entry(word, node, node.value, depth), None
+            return self.quantity_of_entry(word, node, node.value, depth)
         if isinstance(node, ast.Attribute | ast.Subscript):
-            return self.quantity(node), None
+            return self.quantity(node)
         comma = re.fullmatch(r"\s*([+-]?\d+),(\d+)\s*([A-Za-z][^,]*)?", self.text.text)
         hint = f"{comma[1]}.{comma[2]} with a decimal point" if comma else "one expression that gives one number"
         raise self.error(node, "this is not a number, a name, an operation or a function [E1524]", hint)
 
-    def operation(
-        self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]
-    ) -> tuple[Formula, float | None]:
-        values = [value for _, value in parts if value is not None]
-        value = None
-        if len(values) == len(parts):
+    def constant(self, formula: Formula) -> float | None:
+        """Return the value of a formula of numbers; None for other formulas."""
+        return formula.value if isinstance(formula, Number) else self.constants.get(id(formula))
+
+    def operation(self, node: ast.expr, name: str, parts: list[Formula]) -> Formula:
+        result, values = Operation(name, tuple(parts)), [self.constant(part) for part in parts]
+        if None not in values:
             try:
-                value = apply(name, values)
+                self.constants[id(result)] = apply(name, [value for value in values if value is not None])
             except ArithmeticError as error:
                 raise self.error(node, f"the constant {error} [E1525]", "a finite constant") from None
-        return Operation(name, tuple(formula for formula, _ in parts)), value
+        return result
 
-    def fold(
-        self, node: ast.expr, name: str, parts: list[tuple[Formula, float | None]]
-    ) -> tuple[Formula, float | None]:
+    def fold(self, node: ast.expr, name: str, parts: list[Formula]) -> Formula:
         """Apply an associative operation to many arguments by halves, which keeps the depth small."""
         if len(parts) == 1:
             return parts[0]
         half = len(parts) // 2
         return self.operation(node, name, [self.fold(node, name, parts[:half]), self.fold(node, name, parts[half:])])
 
-    def binary(self, node: ast.BinOp, depth: int) -> tuple[Formula, float | None]:
+    def binary(self, node: ast.BinOp, depth: int) -> Formula:
         name = _BINARY[type(node.op)]
         parts = [self.convert(node.left, depth + 1), self.convert(node.right, depth + 1)]
-        exponent = parts[1][1]
+        exponent = self.constant(parts[1])
         if name == "pow" and exponent is not None and abs(exponent) > LARGEST_EXPONENT:
             fault = f"the exponent {exponent:.6g} is beyond {LARGEST_EXPONENT:.0f} [E1526]"
             raise self.error(node.right, fault, "exp() or a smaller exponent")
-        if name == "div" and exponent == 0.0 and parts[0][1] is None:
+        if name == "div" and exponent == 0.0 and self.constant(parts[0]) is None:
             raise self.error(node.right, "the divisor is zero [E1527]", "another divisor")
         return self.operation(node, name, parts)
 
-    def unary(self, node: ast.UnaryOp, depth: int) -> tuple[Formula, float | None]:
+    def unary(self, node: ast.UnaryOp, depth: int) -> Formula:
         if isinstance(node.op, ast.Not):
-            return self.operation(node, "sub", [(Number(1.0), 1.0), self.condition(node.operand, depth + 1)])
-        formula, value = self.convert(node.operand, depth + 1)
+            return self.operation(node, "sub", [Number(1.0), self.condition(node.operand, depth + 1)])
+        formula = self.convert(node.operand, depth + 1)
         if isinstance(node.op, ast.UAdd):
-            return formula, value
-        if isinstance(formula, Number):
-            return Number(-formula.value), -formula.value
-        return self.operation(node, "neg", [(formula, value)])
+            return formula
+        return Number(-formula.value) if isinstance(formula, Number) else self.operation(node, "neg", [formula])
 
-    def comparison(self, node: ast.Compare, depth: int) -> tuple[Formula, float | None]:
+    def comparison(self, node: ast.Compare, depth: int) -> Formula:
         operands = [self.convert(operand, depth + 1) for operand in (node.left, *node.comparators)]
         parts = []
         for place, operator in enumerate(node.ops):
@@ -247,7 +243,7 @@ class _FormulaReader:
             parts.append(self.operation(node, name, pair[::-1] if swapped else pair))
         return self.fold(node, "mul", parts)
 
-    def condition(self, node: ast.expr, depth: int) -> tuple[Formula, float | None]:
+    def condition(self, node: ast.expr, depth: int) -> Formula:
         name = node.id.removeprefix(PREFIX) if isinstance(node, ast.Name) else ""
         if not (_is_condition(node) or self.defines_condition(name)):
             hint = "a comparison such as x > 0"
@@ -272,11 +268,11 @@ class _FormulaReader:
             name = node.id.removeprefix(PREFIX) if own and isinstance(node, ast.Name) else ""
         return False
 
-    def call(self, node: ast.Call, depth: int) -> tuple[Formula, float | None]:
+    def call(self, node: ast.Call, depth: int) -> Formula:
         if _is_tau(node.func):
-            return self.tau(node), None
+            return self.tau(node)
         if word := self.word_of(node):
-            return self.quantity_of_entry(word, node, node, depth), None
+            return self.quantity_of_entry(word, node, node, depth)
         if isinstance(node.func, ast.Attribute) and isinstance(node.func.value, ast.Name):
             return self.application(node, node.func.attr, node.func.value.id.removeprefix(PREFIX), depth)
         if not isinstance(node.func, ast.Name):
@@ -309,7 +305,7 @@ class _FormulaReader:
             hint = added.call(next(iter(entries)))
         return self.error(node, f"unknown function {shown(name)} [E1534]", self.call_of_entry(name) or hint)
 
-    def application(self, node: ast.Call, name: str, word: str, depth: int) -> tuple[Formula, float | None]:
+    def application(self, node: ast.Call, name: str, word: str, depth: int) -> Formula:
         """Return a curve, or a derivative of a curve, at an argument."""
         name = name.removeprefix(PREFIX)
         call = f"{word}.{name}" if word else name
@@ -327,11 +323,10 @@ class _FormulaReader:
             raise self.error(node, f"there is no curve {shown(name)} [E1537]", hint)
         self.allow(node, "curve", f"the curve {shown(name)}")
         if len(node.args) != 1 or node.keywords or isinstance(node.args[0], ast.Starred):
-            raise self.error(
-                node, f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)} [E1532]", f"{call}(t)"
-            )
-        argument, _ = self.convert(node.args[0], depth + 1)
-        return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0)), None
+            fault = f"{call}() takes 1 argument, not {len(node.args) + len(node.keywords)} [E1532]"
+            raise self.error(node, fault, f"{call}(t)")
+        argument = self.convert(node.args[0], depth + 1)
+        return Application(self.names.curves[name], argument, DERIVATIVES.get(word, 0))
 
     def call_of_entry(self, name: str) -> str:
         """Return the call of an entry of a section that has a word, as maps have; empty if no entry has the name."""
@@ -373,7 +368,7 @@ class _FormulaReader:
             raise self.error(call, fault, word.call(name[:64], item, part))
         named = self.part(call, word, item, part)
         index = self.component_of_entry(word, node, item)
-        place = [self.convert(argument, depth + 1)[0] for argument in call.args]
+        place = [self.convert(argument, depth + 1) for argument in call.args]
         quantity = quantity_of(word, item, tuple(place), named or index)
         if quantity.curves():
             self.allow(call, "curve", label)
@@ -399,11 +394,8 @@ class _FormulaReader:
             hint = f"{label}.{nearest(part, parts)}" if parts else word.call(item.name, item)
             raise self.error(call, f"{label} has no result {shown(part)} [E1545]", hint)
         if not part and len(parts) > 1:
-            raise self.error(
-                call,
-                f"{label} has the results {listed(parts)} [E1547]",
-                f"{label}.{parts[0]}({', '.join(word.arguments_of(item))})",
-            )
+            fault = f"{label} has the results {listed(parts)} [E1547]"
+            raise self.error(call, fault, f"{label}.{parts[0]}({', '.join(word.arguments_of(item))})")
         return parts.index(part) if part else 0
 
     def tau(self, node: ast.Call) -> Symbol:
@@ -413,22 +405,21 @@ class _FormulaReader:
         label = f"tau.{joint.name}"
         one = node.args[0] if len(node.args) == 1 and not node.keywords else None
         if not isinstance(one, ast.Name):
-            raise self.error(
-                node, f"{label}() takes the name of one reference [E1548]", f"{label}(servo), and [references.servo]"
-            )
+            fault = f"{label}() takes the name of one reference [E1548]"
+            raise self.error(node, fault, f"{label}(servo), and [references.servo]")
         name = one.id.removeprefix(PREFIX)
         if name not in self.names.references:
             hint = nearest(name, self.names.references) or "a [references] section"
             raise self.error(one, f"there is no reference {shown(name)} [E0253]", hint)
         return replace(joint, reference=name)
 
-    def bare(self, node: ast.Name) -> tuple[Formula, float | None]:
+    def bare(self, node: ast.Name) -> Formula:
         """Return a number or a symbol that is a name alone."""
         name = node.id.removeprefix(PREFIX)
         if name == "pi":
-            return Number(math.pi), math.pi
+            return Number(math.pi)
         if symbol := self.of_scope(node, name) or self.signal(node, name):
-            return symbol, None
+            return symbol
         if name in self.names.definitions:
             return self.definition(name)
         raise self.not_a_number(node, name)
@@ -497,13 +488,13 @@ class _FormulaReader:
         )
         return [name for names in declared for name in names]
 
-    def definition(self, name: str) -> tuple[Formula, float | None]:
+    def definition(self, name: str) -> Formula:
         """Return a definition: a number, or a symbol until the definition is expanded and checked."""
         definition: NamedExpression = self.names.definitions[name]
         if (number := definition.number) is None:
-            return Symbol("definition", name), None
+            return Symbol("definition", name)
         definition.used = True
-        return Number(number), number
+        return Number(number)
 
     def allow(self, node: ast.expr, kind: str, quantity: str) -> None:
         if kind not in self.scope.kinds:
@@ -550,16 +541,14 @@ class _FormulaReader:
             fault = f"{kind}.{name[:64]} is a function of {listed(arguments)}, and needs arguments [E1560]"
             raise self.error(node, fault, f"{call}[0]" if added.components > 1 else call)
         if kind == "tau" and not called:
-            raise self.error(
-                node, f"{label} needs a reference motion [E1561]", f"{label}(servo), and [references.servo]"
-            )
+            fault = f"{label} needs a reference motion [E1561]"
+            raise self.error(node, fault, f"{label}(servo), and [references.servo]")
 
     def unknown_kind(self, node: ast.expr, kind: str, name: str) -> FormulaError:
         """Return the error for a kind of quantity that the scene does not have."""
         if kind == "mode":
-            return self.error(
-                node, f"mode.{name[:64]}: the scene has no [modes] [E1562]", f"[modes] and {name[:64]} = 1"
-            )
+            fault = f"mode.{name[:64]}: the scene has no [modes] [E1562]"
+            return self.error(node, fault, f"[modes] and {name[:64]} = 1")
         if absent := fault_of_absent(kind):
             return self.error(node, f"unknown quantity {shown(kind)}: {absent[0]} [E1563]", absent[1])
         meant = next((each for each in (name, f"{kind}_{name}") if each in self.declared()), "")
@@ -580,9 +569,8 @@ class _FormulaReader:
                 fault = f"{kind}.{name}: the beam {name} bends, and has no axes of its own [E1566]"
                 raise self.error(node, fault, "a body that is fixed to the beam at the place of interest")
             noun = "joint or beam" if of_joints and self.names.beams else _words(self.names.section_of(kind))
-            raise self.error(
-                node, f"{kind}.{name[:64]}: there is no {noun} {shown(name)} [E1568]", nearest(name, known)
-            )
+            fault = f"{kind}.{name[:64]}: there is no {noun} {shown(name)} [E1568]"
+            raise self.error(node, fault, nearest(name, known))
         if of_joints and name in self.names.exact_beams and name not in self.names.joints:
             fault = f"{kind}.{name}: a geometrically exact beam has no elastic coordinates [E1564]"
             raise self.error(node, fault, ON_A_POINT)
@@ -628,9 +616,8 @@ class _FormulaReader:
         if fault := self.names.fault_of_reaction(name):
             raise self.error(node, f"{label}: {fault[0]}", fault[1])
         if part not in REACTION_PARTS:
-            raise self.error(
-                node, f"{label} has no part {shown(part)} [E1576]", f"{label}.force[0] or {label}.moment[0]"
-            )
+            message = f"{label} has no part {shown(part)} [E1576]"
+            raise self.error(node, message, f"{label}.force[0] or {label}.moment[0]")
         if index is None or index > 2:
             message = (
                 f"{label}.{part} has 3 components [E1543]"

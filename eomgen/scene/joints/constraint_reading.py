@@ -184,9 +184,8 @@ def read_equation(
     text = entry.velocity_equation if at_velocity else entry.equation
     if text is None or (at_velocity and entry.equation is not None):
         got = "both" if at_velocity else "none"
-        report.add(
-            key, f"a formula constraint needs one of equation and velocity_equation, not {got} [E1609]", _EQUATION
-        )
+        fault = f"a formula constraint needs one of equation and velocity_equation, not {got} [E1609]"
+        report.add(key, fault, _EQUATION)
         return None, "m"
     framed = entry.first is not None or entry.second is not None
     if at_velocity and framed:
@@ -222,9 +221,8 @@ def _holds(
         if kinds.intersection(("q", "position")):
             report.add(place, "the equation names no velocity [E1611]", "equation = ... for positions")
         else:
-            report.add(
-                place, "the equation names no velocity, so it holds no motion [E1612]", "v.JOINT or velocity.POINT[0]"
-            )
+            fault = "the equation names no velocity, so it holds no motion [E1612]"
+            report.add(place, fault, "v.JOINT or velocity.POINT[0]")
         return False
     if at_velocity and degree(formula) >= _NONLINEAR:
         hint = "a sum of velocities times factors of positions and time"
@@ -306,9 +304,8 @@ def _unit(key: str, formula: Formula, given: EquationUnit | None, values: Values
     by_choice = {unit: unit for unit in choice}
     if given is not None and given not in choice:
         level = "velocities" if at_velocity else "positions"
-        report.add(
-            f"{key}.unit", f"an equation of {level} is in {' or '.join(choice)}, not in {given} [E1618]", choice[0]
-        )
+        fault = f"an equation of {level} is in {' or '.join(choice)}, not in {given} [E1618]"
+        report.add(f"{key}.unit", fault, choice[0])
     elif known and known not in choice:
         report.add(place, f"the equation is in {known} [E1619]", f"an equation in {' or '.join(choice)}")
     elif given is not None and known and given != known:

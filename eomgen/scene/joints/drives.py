@@ -11,7 +11,7 @@ import numpy as np
 from eomgen.errors import ModelError
 from eomgen.formula.discontinuities import SmoothingError, smoothed
 from eomgen.formula.evaluate import symbols
-from eomgen.formula.nodes import Formula, Symbol
+from eomgen.formula.nodes import Formula
 from eomgen.formula.prescribed_motion import constant
 from eomgen.formula.recording import law_and_rate
 from eomgen.scene.formula.scope import MOTION, PARAMETERS
@@ -76,9 +76,8 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
     if math.isnan(duration):
         return None
     if not 0.0 < duration < math.inf:
-        values.report.add(
-            place, f"the duration is {duration:.6g} s, and has to be positive [E1624]", 'smooth = "10 ms"'
-        )
+        fault = f"the duration is {duration:.6g} s, and has to be positive [E1624]"
+        values.report.add(place, fault, 'smooth = "10 ms"')
         return None
     return duration
 
@@ -86,13 +85,8 @@ def read_smoothing(key: str, smooth: float | str | None, law: str, values: Value
 def _without_jumps(key: str, formula: Formula, values: Values, smooth: float | None) -> Formula:
     if smooth is None or formula is UNKNOWN:
         return formula
-
-    def fixed(symbol: Symbol) -> float | None:
-        tunable = values.names.parameters.get(symbol.name, True)
-        return None if tunable else values.parameters.get(symbol.name)
-
     try:
-        law = smoothed(formula, smooth, fixed)
+        law = smoothed(formula, smooth, values.fixed)
         if law == formula:
             values.notes.append(f"{key}: smooth changes nothing, since the law has no jumps and no kinks [W0133]")
         return law
@@ -109,9 +103,8 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
     kind, place, report = JOINTS[joint.type], f"{key}.drive", values.report
     meanings = tuple(kind.coordinates)
     if not meanings:
-        report.add(
-            place, f"a {joint.type} joint has no coordinates that a drive could prescribe [E1625]", "a revolute joint"
-        )
+        fault = f"a {joint.type} joint has no coordinates that a drive could prescribe [E1625]"
+        report.add(place, fault, "a revolute joint")
         return ()
     if len(joint.drive) != len(meanings):
         count = f"{len(meanings)} values ({', '.join(meanings)})" if len(meanings) > 1 else "one value"
@@ -121,11 +114,8 @@ def read_drives(key: str, joint: written.Joint, values: Values) -> tuple[Formula
         report.add(place, "a joint that follows another cannot be driven [E1627]", f"the drive of {joint.mimic.joint}")
     for field in _STARTS:
         if getattr(joint.initial, field) is not None:
-            report.add(
-                f"{key}.initial.{field}",
-                "a driven joint has no initial state of its own [E1628]",
-                "no initial: it starts where its drive is at t = 0",
-            )
+            fault = "a driven joint has no initial state of its own [E1628]"
+            report.add(f"{key}.initial.{field}", fault, "no initial: it starts where its drive is at t = 0")
     smooth = read_smoothing(key, joint.smooth, "", values)
     places = zip(_places(key, joint.drive), joint.drive, strict=True)
     noted = len(values.notes)
@@ -157,8 +147,7 @@ def start_of(key: str, law: Formula, values: Values) -> tuple[float, float]:
         values.report.add(key, error.problems[0].what, error.problems[0].hint)
         return 0.0, 0.0
     if not (math.isfinite(value) and abs(rate) < _ENDLESS):
-        values.report.add(
-            key, "the motion has no finite value and rate at t = 0 [E1629]", "a law that begins at t = 0 or before"
-        )
+        fault = "the motion has no finite value and rate at t = 0 [E1629]"
+        values.report.add(key, fault, "a law that begins at t = 0 or before")
         return 0.0, 0.0
     return (0.0 if abs(value) < _NOISE else value), rate

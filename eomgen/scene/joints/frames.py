@@ -89,19 +89,15 @@ def _orientation(
         return read_orientation(key, frame.rotation, frame.orientation, values)
     if frame.axis is None:
         if frame.x_axis is not None:
-            report.add(
-                f"{key}.x_axis",
-                "x_axis has no meaning without axis, the z axis of the frame [E1634]",
-                "axis = [0, 0, 1]",
-            )
+            fault = "x_axis has no meaning without axis, the z axis of the frame [E1634]"
+            report.add(f"{key}.x_axis", fault, "axis = [0, 0, 1]")
         elif need not in ("nothing", "any"):
             extra = ", x_axis = [1, 0, 0]" if need == "x and z" else ""
             report.add(key, f"a {title} needs the axes of this frame [E1635]", f"axis = [0, 0, 1]{extra}, or rotation")
         return rows(sequence([]))
     if need == "nothing":
-        report.add(
-            f"{key}.axis", f"a {title} has no axis in this frame [E1636]", "its position alone, without axis and x_axis"
-        )
+        fault = f"a {title} has no axis in this frame [E1636]"
+        report.add(f"{key}.axis", fault, "its position alone, without axis and x_axis")
     axis = values.axis(f"{key}.axis", frame.axis)
     if frame.x_axis is None:
         if need in ("x and z", "any"):

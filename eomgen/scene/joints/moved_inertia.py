@@ -290,7 +290,7 @@ def check_motion(
             continue
         fixed, alike = assemblies[joint.child], _formulas_of(joint, bodies)
         known = alike in sound and not fixed and joint.name not in followers
-        if known or _any_concerned([joint, *fixed], bodies, values):
+        if known or any(_concerned(bodies[item.child], values) for item in (joint, *fixed)):
             continue
         places = _Places()
         parts = _parts(joint, fixed, bodies, places)
@@ -350,10 +350,6 @@ def _directions(joint: Joint) -> Array:
 
 def _values_of(body: Body) -> tuple[Formula, ...]:
     return (body.mass, *body.center_of_mass, *body.inertia)
-
-
-def _any_concerned(joints: Sequence[Joint], bodies: Mapping[str, Body], values: Values) -> bool:
-    return any(_concerned(bodies[joint.child], values) for joint in joints)
 
 
 def _concerned(body: Body, values: Values) -> bool:

@@ -50,9 +50,8 @@ class _Coordinates:
         if given is None or len(given) == len(self.meanings):
             return given
         count = f"{len(self.meanings)} values ({', '.join(self.meanings)})" if len(self.meanings) > 1 else "one value"
-        self.values.report.add(
-            f"{self.key}.{field}", f"a {self.kind} joint needs {count} here, not {len(given)} [E1644]", ""
-        )
+        fault = f"a {self.kind} joint needs {count} here, not {len(given)} [E1644]"
+        self.values.report.add(f"{self.key}.{field}", fault, "")
         return None
 
     def formulas(self, field: str, given: Given) -> list[Formula | None]:
@@ -261,9 +260,8 @@ def _quaternion(
     """Return the initial orientation, from a quaternion under ``field`` or from rotations."""
     if initial.rotation is not None:
         if given is not None:
-            values.report.add(
-                f"{place}.rotation", f"{field} and rotation both give the orientation [E1666]", "one of them"
-            )
+            fault = f"{field} and rotation both give the orientation [E1666]"
+            values.report.add(f"{place}.rotation", fault, "one of them")
         return quaternion_of(values.constant_rotations(f"{place}.rotation", initial.rotation) or [])
     numbers = _known(f"{place}.{field}", given, 4, "a quaternion (w, x, y, z)", values)
     if numbers is None:
@@ -306,9 +304,8 @@ def read_reaction(name: str, entry: WrittenReaction, reading: Reading) -> Reacti
     of = entry.joint or entry.constraint or ""
     if of != name and (name in names.joints or name in names.constraints):
         kind = "joint" if name in names.joints else "constraint"
-        report.add(
-            key, f"the {kind} {name} has a reaction of that name, and this is one of {of} [E1669]", "another name"
-        )
+        fault = f"the {kind} {name} has a reaction of that name, and this is one of {of} [E1669]"
+        report.add(key, fault, "another name")
     if entry.point is not None:
         check_reference(f"{key}.point", entry.point, names.points, "point", report)
     check_reference(f"{key}.axes", entry.axes, [BASE, WORLD, *reading.bodies], "body", report)

@@ -142,8 +142,8 @@ class Joint(Table):
         unit=by_coordinate("kg m^2", "kg"),
         shown_default="`0`",
     )
-    limits: Limits | None = optional("compliant stops", kind="table, below")
-    friction: Friction | None = optional("dry friction", kind="table, below")
+    limits: Limits | None = optional("compliant stops")
+    friction: Friction | None = optional("dry friction")
     drive: Values | None = optional(
         "prescribes the coordinates over time, which then have no initial state of their own",
         unit=by_coordinate("rad", "m"),
@@ -156,7 +156,7 @@ class Joint(Table):
         unit="s",
         shown_default="jumps are refused",
     )
-    mimic: Mimic | None = optional("leader that the coordinate follows, in place of being free", kind="table, below")
+    mimic: Mimic | None = optional("leader that the coordinate follows, in place of being free")
     initial: Initial = key("state at the start", Initial.model_construct(), shown_default="zeros")
 
     @field_validator("type", mode="wrap")

@@ -166,11 +166,8 @@ def _report_lost(
         if body in lost:
             others = hanging.get(body, [])
             rest = f", nor the bodies that hang from it: {listed(others)}" if others else ""
-            report.add(
-                key_of(section, body),
-                f"no joint carries the body {body}{rest} [E1674]",
-                f'a joint with child = "{body}"',
-            )
+            fault = f"no joint carries the body {body}{rest} [E1674]"
+            report.add(key_of(section, body), fault, f'a joint with child = "{body}"')
 
 
 def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Report) -> None:
@@ -192,20 +189,15 @@ def check_mimics(joints: Mapping[str, Joint], refused: Iterable[str], report: Re
             name for name in joints if name in path
         ):
             circle = listed([*path, joint.name]) if len(path) > 1 else ""
-            fault = (
-                f"the joints follow one another in a circle: {circle} [E1675]"
-                if circle
-                else f"the joint {joint.name} follows itself [E1676]"
-            )
+            fault = f"the joint {joint.name} follows itself [E1676]"
+            if circle:
+                fault = f"the joints follow one another in a circle: {circle} [E1675]"
             report.add(f"{key}.joint", fault, "one joint that leads")
         if joint.mimic is None or joint.mimic.joint in refused:
             continue
         if joint.mimic.joint not in joints:
-            report.add(
-                f"{key}.joint",
-                f"there is no joint {shown(joint.mimic.joint)} [E1433]",
-                nearest(joint.mimic.joint, joints),
-            )
+            fault = f"there is no joint {shown(joint.mimic.joint)} [E1433]"
+            report.add(f"{key}.joint", fault, nearest(joint.mimic.joint, joints))
             continue
         first = joints[joint.mimic.joint]
         if first.kind.v_size != 1:

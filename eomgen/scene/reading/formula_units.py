@@ -167,10 +167,6 @@ def unit_of_symbol(symbol: Symbol, joints: Mapping[str, str], labels: Mapping[st
     return f"{kind.units[symbol.index]}{_PER_TIME[symbol.kind]}"
 
 
-def _has_angle(dimension: Dimension) -> bool:
-    return dimension.angle is not None
-
-
 def _is_of_gains(dimension: Dimension) -> bool:
     """Return whether values are numbers, angles, times, or rates of these, which plain gains are multiplied by."""
     return not any(power for base, power in enumerate(dimension.powers) if base != _TIME)
@@ -263,7 +259,8 @@ class _Units:
         if formula.name in _ALIKE:
             terms = formula.arguments[-2:]
             self.compare(formula, terms, arguments[-2:])
-            known = {each.powers: each for each in sorted(filter(None, arguments[-2:]), key=_has_angle)}
+            alike = sorted(filter(None, arguments[-2:]), key=lambda each: each.angle is not None)
+            known = {each.powers: each for each in alike}
             if formula.name in _KEEPING:
                 return next(iter(known.values())) if len(known) == 1 else None
             return Dimension((0.0,) * 5, 1.0) if formula.name == "atan2" else None

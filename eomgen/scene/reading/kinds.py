@@ -217,9 +217,8 @@ def is_matrix(value: object) -> bool:
 
 def _rotations(value: object) -> object:
     if plain_angles(value):
-        raise PydanticCustomError(
-            "rotations", "angles alone say no axes and no order: a table is needed for each [E2231]"
-        )
+        fault = "angles alone say no axes and no order: a table is needed for each [E2231]"
+        raise PydanticCustomError("rotations", fault)
     if is_matrix(value):
         raise PydanticCustomError("rotations", "this is a matrix, and a list of turns about axes is needed [E2232]")
     return value

@@ -115,9 +115,6 @@ def check_reference(key: str, name: str, known: Collection[str], kind: str, repo
         fault = f"{shown(name)} may be a node of the beam {whole}, and a scene calls nodes by their places [E1685]"
         report.add(key, fault, f'"{whole}", and a position on it')
         return False
-    report.add(
-        key,
-        f"there is no {kind} {shown(name)} [E0100]",
-        nearest(name, known) or f"a [{kind.replace(' ', '_')}s] section",
-    )
+    fault = f"there is no {kind} {shown(name)} [E0100]"
+    report.add(key, fault, nearest(name, known) or f"a [{kind.replace(' ', '_')}s] section")
     return False

@@ -56,7 +56,8 @@ def _negative(number: Numbers) -> Flags:
     return number < 0.0
 
 
-def _zero(number: Numbers) -> Flags:
+def is_zero(number: Numbers) -> Flags:
+    """Return whether numbers are zero."""
     return number == 0.0
 
 
@@ -120,7 +121,7 @@ class Outside:
         return np.logical_or(np.less(number, self.lower), np.greater(number, self.upper))
 
 
-_PITCH: Bound = _zero, "a screw with a pitch of {0} does not travel [E1771]", 'a pitch in m/rad, or type = "revolute"'
+_PITCH: Bound = is_zero, "a screw with a pitch of {0} does not travel [E1771]", 'a pitch in m/rad, or type = "revolute"'
 _LENGTH: Bound = _not_positive, "{0} m is not positive [E1772]", "a length in m"
 STIFFNESS: Bound = _negative, "the stiffness is negative: {0} [E1773]", "0 or more"
 DAMPING: Bound = _negative, "the damping is negative: {0} [E1774]", "0 or more"

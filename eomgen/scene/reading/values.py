@@ -141,7 +141,8 @@ class Values:
             return number
         known = self.read.get(key)
         try:
-            read = read_included(value, self.names, self._along(scope)) if known is None else known
+            here = scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
+            read = read_included(value, self.names, here) if known is None else known
             formula = self._here(key, read, scope)
         except ArithmeticError as error:
             self.report.add(key, f"at s = {self.place:.6g}, {error}", OTHER_VALUES)
@@ -268,9 +269,6 @@ class Values:
                 fault = f"{name}[{symbol.index}] is a component of a quaternion, of the half angle, and no angle"
                 yield f"{key}: {fault}; try: a joint of angles, such as universal, or 2 * asin({name}[k]) [W0303]"
 
-    def _along(self, scope: Scope) -> Scope:
-        return scope if self.place is None else ALONG_A_BEAM.get(scope, scope)
-
     def _here(self, key: str, formula: Formula, scope: Scope) -> Formula:
         """Return a formula at the reader's place, with numbers for all that is known of one that varies along a beam.
 
@@ -287,11 +285,15 @@ class Values:
         self.mentioned |= {("curve", name) for name in curves(formula)}
 
         def known(symbol: Symbol) -> float | None:
-            if symbol.kind != "parameter":
-                return self.place if symbol.kind == "place" else None
-            return None if self.names.parameters.get(symbol.name, True) else self.parameters.get(symbol.name)
+            return self.place if symbol.kind == "place" else self.fixed(symbol)
 
         return substituted(formula, known)
+
+    def fixed(self, symbol: Symbol) -> float | None:
+        """Return the number of a fixed parameter; None for any other symbol."""
+        if symbol.kind != "parameter" or self.names.parameters.get(symbol.name, True):
+            return None
+        return self.parameters.get(symbol.name)
 
     def note(self, notes: Iterable[str]) -> None:
         """Keep notes that are not there yet."""
@@ -338,11 +340,7 @@ class Values:
 
     def knots(self, formulas: Iterable[Formula]) -> tuple[float, ...]:
         """Return the places s between 0 and 1 along a beam, in order, at which formulas of s jump or bend."""
-
-        def known(symbol: Symbol) -> float | None:
-            return None if self.names.parameters.get(symbol.name, True) else self.parameters.get(symbol.name)
-
-        return knots_along_a_beam(formulas, known)
+        return knots_along_a_beam(formulas, self.fixed)
 
     def is_tunable(self, *formulas: Formula) -> bool:
         """Return whether some of the formulas have a tunable parameter."""

@@ -24,7 +24,7 @@ class TableFile(Table):
     """Two columns of a CSV file."""
 
     file: Annotated[str, Field(min_length=1, max_length=1000)] = key(
-        "path, from the folder of the scene file", kind="text", path=True
+        "path, from the folder of the scene file", path=True
     )
     argument: Column = key(
         "column of the argument (time, distance, ...), which increases from row to row", 0, kind=_COLUMN

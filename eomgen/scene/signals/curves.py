@@ -129,9 +129,8 @@ class Curves:
         given = [kind for kind in KINDS if getattr(entry, kind) is not None]
         if len(given) != 1:
             got = " and ".join(given) or "none"
-            self.report.add(
-                key, f"a curve needs one of {', '.join(KINDS)}, not {got} [E1857]", "points = [[0, 0], [1, 0.5]]"
-            )
+            message = f"a curve needs one of {', '.join(KINDS)}, not {got} [E1857]"
+            self.report.add(key, message, "points = [[0, 0], [1, 0.5]]")
             return _empty(name)
         if given[0] not in ("table", "points"):
             self.refuse_options(key, entry, f"a {given[0]}")
@@ -181,9 +180,8 @@ class Curves:
             return None
         for column in ("argument_scale", "value_scale"):
             if getattr(table, column) == 0.0:
-                self.report.add(
-                    f"{key}.{column}", "a factor of zero leaves nothing of the column [E1859]", "1, or no factor"
-                )
+                message = "a factor of zero leaves nothing of the column [E1859]"
+                self.report.add(f"{key}.{column}", message, "1, or no factor")
                 return None
         path, chosen = self.folder / table.file, {"argument", "value"} & table.model_fields_set
         try:
@@ -275,28 +273,21 @@ class Curves:
             self.refuse_options(key, entry, "an input without points or a table")
         if not given:
             return []
-        made = (
-            self.wave(f"{key}.wave", key, entry.wave)
-            if entry.wave is not None
-            else self.through_points(key, key, entry, ("s", entry.unit))
-        )
-        return [Application(made, Symbol("time"))]
+        if entry.wave is not None:
+            return [Application(self.wave(f"{key}.wave", key, entry.wave), Symbol("time"))]
+        return [Application(self.through_points(key, key, entry, ("s", entry.unit)), Symbol("time"))]
 
     def refuse_options(self, key: str, entry: written.Shape, kind: str) -> None:
         """Report options that have no effect without points."""
         for option in ("interpolation", "outside"):
             if getattr(entry, option) is not None:
-                self.report.add(
-                    f"{key}.{option}", f"{option} is for points and tables, not for {kind} [E1864]", "without it"
-                )
+                message = f"{option} is for points and tables, not for {kind} [E1864]"
+                self.report.add(f"{key}.{option}", message, "without it")
 
     def road(self, key: str, road: written.Road) -> tuple[Harmonic, ...] | Formula:
         """Return the road under a wheel over time: harmonics for a road of a class at a fixed speed, else a formula."""
-        given = [
-            word
-            for word, entry in (("class", road.road_class), *((kind, getattr(road, kind)) for kind in _ROADS))
-            if entry
-        ]
+        shapes = {"class": road.road_class, **{kind: getattr(road, kind) for kind in _ROADS}}
+        given = [kind for kind, shape in shapes.items() if shape]
         if len(given) != 1:
             got = " and ".join(given) or "none"
             self.report.add(key, f"a road needs one of class, {', '.join(_ROADS)}, not {got} [E1865]", 'class = "C"')

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -66,6 +66,11 @@ class Parameter(Table):
         return data if isinstance(data, Mapping) else {"value": data}
 
 
+def _section_key(description: str) -> Any:
+    """Return the key of a quantity of the sections of a beam."""
+    return optional(description, refers="beams", kind="beam of the model `cosserat`")
+
+
 class Output(Table):
     """A named quantity that is recorded along a run."""
 
@@ -81,25 +86,13 @@ class Output(Table):
     reaction_moment: str | None = optional(
         "the same of its moment", refers="reactions", kind="reaction, joint or constraint"
     )
-    section_force: str | None = optional(
+    section_force: str | None = _section_key(
         "3 components in the axes of the section: axial force, shear force along y and along z, see"
-        " [section loads](exact_beams.md#section-loads)",
-        refers="beams",
-        kind="beam of the model `cosserat`",
+        " [section loads](exact_beams.md#section-loads)"
     )
-    section_moment: str | None = optional(
-        "the same of its torque and its bending moments about y and z",
-        refers="beams",
-        kind="beam of the model `cosserat`",
-    )
-    section_strain: str | None = optional(
-        "stretch, shear along y and along z", refers="beams", kind="beam of the model `cosserat`"
-    )
-    section_curvature: str | None = optional(
-        "twist, curvature about y and about z, less the values at rest",
-        refers="beams",
-        kind="beam of the model `cosserat`",
-    )
+    section_moment: str | None = _section_key("the same of its torque and its bending moments about y and z")
+    section_strain: str | None = _section_key("stretch, shear along y and along z")
+    section_curvature: str | None = _section_key("twist, curvature about y and about z, less the values at rest")
     at: Value | None = of_fixed_parameters("of these four: x of the section along the beam at rest", unit="m")
     energy: str | None = optional(
         "J, or W for the powers", kind="`kinetic`, `potential`, `total`, `power`, `base_power`"

@@ -103,9 +103,8 @@ def read_input(
     """Return an input, and the curves in the input."""
     key = key_of("inputs", name)
     if entry.initial is not None:
-        values.report.add(
-            f"{key}.initial", "initial is of motions, and this is none [E1873]", "formula, or motion = true"
-        )
+        fault = "initial is of motions, and this is none [E1873]"
+        values.report.add(f"{key}.initial", fault, "formula, or motion = true")
     parts: list[Formula] = []
     if entry.formula is not None:
         parts.append(values.formula(f"{key}.formula", entry.formula, TIME))
@@ -139,9 +138,8 @@ def read_state(name: str, entry: schema.State, values: Values) -> list[State]:
         return []
     for word in ("formula", "delay", "quantum"):
         if getattr(entry, word) is not None:
-            values.report.add(
-                f"{key}.{word}", f"{word} is of sampled states [E1875]", 'sample = "1 ms" in place of the rate'
-            )
+            fault = f"{word} is of sampled states [E1875]"
+            values.report.add(f"{key}.{word}", fault, 'sample = "1 ms" in place of the rate')
     rate = values.formula(f"{key}.rate", entry.rate, STATE)
     known, label = dimension_of(unit_of_formulas((rate,), values.names)), dimension_of(entry.unit)
     expected = label and label.times(SECOND, -1.0)
@@ -200,9 +198,8 @@ def read_output(name: str, output: schema.Output, reading: Reading) -> Output:
     else:
         formulas = _formulas(key, given[0], output, reading)
     if output.at is not None and not any(kind.startswith("section") for kind in given):
-        values.report.add(
-            f"{key}.at", "at is a place on a beam, of outputs of its sections [E1881]", 'section_moment = "NAME"'
-        )
+        fault = "at is a place on a beam, of outputs of its sections [E1881]"
+        values.report.add(f"{key}.at", fault, 'section_moment = "NAME"')
     unit = _UNITS.get(given[0], "") if len(given) == 1 else ""
     if output.energy is not None:
         unit = "W" if output.energy.endswith("power") else "J"
@@ -316,10 +313,8 @@ class _Inputs(Section):
             others |= {} if row.single else row.made_names(document.section(row.key))
         for parameter in motion_parameters(name):
             if len(parameter) > NAME_LENGTH:
-                return (
-                    f"the motion {name} has the parameter {parameter}, whose name is too long [E1458]",
-                    "a shorter name",
-                )
+                fault = f"the motion {name} has the parameter {parameter}, whose name is too long [E1458]"
+                return fault, "a shorter name"
             if parameter in others:
                 fault = (
                     f"the motion {name} has the parameter {parameter}, and there is {others[parameter]} of that"

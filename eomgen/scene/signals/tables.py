@@ -176,9 +176,8 @@ def _text(path: Path, name: str) -> str:
         hint = "a path from the scene file's folder"
         raise TableError(name, f"{str(path)!a} cannot be read: {reason} [E0902]", hint) from None
     if len(data) > LARGEST_TABLE:
-        raise TableError(
-            name, f"the file is larger than {LARGEST_TABLE // 1_000_000} MB [E1891]", "fewer rows or columns"
-        )
+        fault = f"the file is larger than {LARGEST_TABLE // 1_000_000} MB [E1891]"
+        raise TableError(name, fault, "fewer rows or columns")
     if data.startswith(_SPREADSHEETS):
         fault = "the file is a spreadsheet (xlsx, ods or xls), and tables are read from CSV [E1892]"
         raise TableError(name, fault, "the sheet saved as CSV in UTF-8, under another name")
@@ -186,17 +185,13 @@ def _text(path: Path, name: str) -> str:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
-        fault = (
-            "the file is UTF-16 [E1893]"
-            if data.startswith(_BYTE_ORDERS)
-            else f"byte {error.start} is not UTF-8 [E1894]"
-        )
+        utf_16 = data.startswith(_BYTE_ORDERS)
+        fault = "the file is UTF-16 [E1893]" if utf_16 else f"byte {error.start} is not UTF-8 [E1894]"
         raise TableError(f"{name}:{line}", fault, "the file saved as CSV in UTF-8") from None
     if "\0" in text:
         line = text.count("\n", 0, text.index("\0")) + 1
-        raise TableError(
-            f"{name}:{line}", "there is a zero byte: this is not a text [E1895]", "the file saved as CSV in UTF-8"
-        )
+        fault = "there is a zero byte: this is not a text [E1895]"
+        raise TableError(f"{name}:{line}", fault, "the file saved as CSV in UTF-8")
     return text
 
 
@@ -219,9 +214,8 @@ def _rows(text: str, name: str, delimiter: str | None) -> Iterator[tuple[int, li
         try:
             (cells,) = csv.reader(io.StringIO(line), delimiter=mark, strict=True)
         except (csv.Error, ValueError) as error:
-            raise TableError(
-                f"{name}:{number}", f"this is not CSV: {error} [E1896]", "plain numbers between delimiters"
-            ) from None
+            fault = f"this is not CSV: {error} [E1896]"
+            raise TableError(f"{name}:{number}", fault, "plain numbers between delimiters") from None
         yield number, cells
 
 
@@ -281,13 +275,11 @@ def _number(row: tuple[int, list[str]], place: int, words: _Words, name: str, de
     try:
         number = float(text) if "_" not in text else math.nan
     except ValueError:
-        raise TableError(
-            f"{name}:{line}", f"{column}: {words.cell(cell)} is not a number [E1905]", _in_place(cell)
-        ) from None
+        fault = f"{column}: {words.cell(cell)} is not a number [E1905]"
+        raise TableError(f"{name}:{line}", fault, _in_place(cell)) from None
     if not math.isfinite(number):
-        raise TableError(
-            f"{name}:{line}", f"{column}: {words.cell(cell)} is not a finite number [E1906]", "the row left out"
-        )
+        fault = f"{column}: {words.cell(cell)} is not a finite number [E1906]"
+        raise TableError(f"{name}:{line}", fault, "the row left out")
     return number
 
 

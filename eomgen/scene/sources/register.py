@@ -150,9 +150,8 @@ def _of_other_source(source: Source | None, specified: Sequence[str], other: Sou
         return UsageError(Problem("load", fault, f"the path of {other.article}, or none of them"))
     *first, last = (item.name for item in other.options)
     every = f"{', '.join(first)} and {last}" if first else last
-    return UsageError(
-        f"{every} are for {other.name} only [E1935]", option.elsewhere or "keys of the joint in the scene file"
-    )
+    fault = f"{every} are for {other.name} only [E1935]"
+    return UsageError(fault, option.elsewhere or "keys of the joint in the scene file")
 
 
 def _check_value(option: Option, value: object) -> None:

@@ -87,7 +87,9 @@ def renamed_text(text: str, file: str) -> tuple[str, list[Renaming]]:
     for change in CHANGES:
         parts = change.parts
         pieces, end = [], 0
-        for key, places in _written_keys(text):
+        scanner = _KeyPlaces(text)
+        scanner.scan()
+        for key, places in scanner.keys:
             own = len(parts) - 1 - (len(key) - len(places))
             if 0 <= own < len(places) and _fits(key, parts):
                 start, stop = places[own]
@@ -106,13 +108,6 @@ def renamed_text(text: str, file: str) -> tuple[str, list[Renaming]]:
 
 def _fits(key: Sequence[str], parts: Sequence[str]) -> bool:
     return len(key) >= len(parts) and all(part in ("*", name) for name, part in zip(key, parts, strict=False))
-
-
-def _written_keys(text: str) -> list[tuple[tuple[str, ...], list[tuple[int, int]]]]:
-    """Return the names of each key of a text with the names of the table, and the places of the names in the key."""
-    scanner = _KeyPlaces(text)
-    scanner.scan()
-    return scanner.keys
 
 
 class _KeyPlaces(TomlScanner):

@@ -113,11 +113,8 @@ def _is_held(twist: Array, free: Array) -> bool:
 def _hint(deformation: Deformation, beam: Beam) -> str:
     if beam.start < 0.0:
         return "clamped_free shapes and start = 0, the frame at the beam's first end; or a free joint"
-    return (
-        'shapes = "clamped_free"'
-        if deformation.shapes not in ("polynomial", "finite_elements")
-        else 'ends = "clamped_free"'
-    )
+    key = "ends" if deformation.shapes in ("polynomial", "finite_elements") else "shapes"
+    return f'{key} = "clamped_free"'
 
 
 def _moved(deformation: Deformation, beam: Beam) -> list[int]:

@@ -140,12 +140,10 @@ def section_formulas(
         return ()
     if beam is None:
         other = name in values.names.beams
-        fault = (
-            f"the beam {name} is not geometrically exact [E1987]"
-            if other
-            else f"there is no beam {shown(name)} [E1291]"
-        )
-        report.add(f"{key}.{kind}", fault, 'model = "cosserat"' if other else nearest(name, beams))
+        fault, hint = f"there is no beam {shown(name)} [E1291]", nearest(name, beams)
+        if other:
+            fault, hint = f"the beam {name} is not geometrically exact [E1987]", 'model = "cosserat"'
+        report.add(f"{key}.{kind}", fault, hint)
         return ()
     if output.at is None:
         report.add(key, f"{kind} needs the place of the section [E1989]", f"at = {0.5 * beam.length:.6g}, its x in m")

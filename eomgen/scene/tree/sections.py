@@ -309,10 +309,7 @@ class _Constraints(Section):
 class _Base(Section):
     def read(self, reading: Reading) -> Mapping[str, Any]:
         gravity = reading.values.vector("gravity", reading.document.gravity, PARAMETERS)
-        document = reading.document
-        units = {name: entry.unit for name, entry in document.section("curves").items()}
-        base = read_base(document.table("base"), reading.values, document.simulation.duration, units)
-        return {"gravity": gravity, "base": base}
+        return {"gravity": gravity, "base": read_base(reading)}
 
     def fields(self, reading: Reading) -> Mapping[str, Any]:
         return reading.items["base"]
