@@ -216,6 +216,32 @@ class Curve:
         return value
 
 
+@dataclass(frozen=True, eq=False)
+class Pieces(Curve):
+    """A curve given by polynomials between its points.
+
+    Attributes
+    ----------
+    polynomials : (n - 1, degree + 1) coefficients in powers of x - (start of the piece), lowest first
+    corners : as ``kinks`` returns them
+    """
+
+    polynomials: Array = field(kw_only=True)
+    corners: tuple[tuple[float, int], ...] = field(default=(), kw_only=True)
+
+    @property
+    def breaks(self) -> Array:
+        return self.x
+
+    @property
+    def coefficients(self) -> Array:
+        return self.polynomials
+
+    def kinks(self) -> list[tuple[float, int]]:
+        """Return the points at which the curve is not smooth: (x, lowest derivative that jumps)."""
+        return list(self.corners)
+
+
 def _quintic(x: Array, y: Array, outside: Outside, *, smooth_ends: bool) -> Array:
     # slow to import, and needed only when deriving
     from scipy.interpolate import PPoly, make_interp_spline  # noqa: PLC0415

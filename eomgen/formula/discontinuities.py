@@ -18,10 +18,13 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
-from eomgen.formula.curves import Curve
+from eomgen.formula.curves import Curve, Interpolation, Outside, Pieces
 from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ONE, Application, Formula, Number, Operation, Quantity, Symbol, distinct_nodes
 from eomgen.formula.substitution import mapped
+
+#: From a symbol to its number; None for a symbol that has none while a formula is looked at.
+ValueOf = Callable[[Symbol], float | None]
 
 
 def applications(formula: Formula) -> Sequence[Application]:
@@ -52,7 +55,7 @@ def rough_curves(formula: Formula, derivatives: int) -> dict[str, str]:
     return result
 
 
-def affine(formula: Formula, value_of: Callable[[Symbol], float | None]) -> tuple[float, float] | None:
+def affine(formula: Formula, value_of: ValueOf) -> tuple[float, float] | None:
     """Return a, b of a formula a t + b; ``value_of`` gives numbers of fixed parameters, None for other symbols."""
     if isinstance(formula, Number):
         return 0.0, formula.value
@@ -90,7 +93,7 @@ class CurveSpan:
     end: float
 
 
-def reaches(formula: Formula, value_of: Callable[[Symbol], float | None]) -> Iterator[CurveSpan]:
+def reaches(formula: Formula, value_of: ValueOf) -> Iterator[CurveSpan]:
     """Yield how far the curves of a formula reach that are not to be left, those whose arguments are linear in time."""
     for used in applications(formula):
         linear = affine(used.argument, value_of)
@@ -114,9 +117,7 @@ class Breakpoint:
     blur: float
 
 
-def breakpoints(
-    formula: Formula, value_of: Callable[[Symbol], float | None], derivatives: int = 0
-) -> Iterator[Breakpoint]:
+def breakpoints(formula: Formula, value_of: ValueOf, derivatives: int = 0) -> Iterator[Breakpoint]:
     """Yield the breakpoints of a formula: of curves and comparisons with arguments linear in time.
 
     Parameters
@@ -140,7 +141,7 @@ def breakpoints(
                 yield from breakpoints(used, value_of, derivatives)
 
 
-def knots_along_a_beam(formulas: Iterable[Formula], value_of: Callable[[Symbol], float | None]) -> tuple[float, ...]:
+def knots_along_a_beam(formulas: Iterable[Formula], value_of: ValueOf) -> tuple[float, ...]:
     """Return the places s between 0 and 1, in order, at which formulas of s jump or bend."""
 
     def as_time(symbol: Symbol) -> Symbol:
@@ -181,37 +182,21 @@ class SmoothingError(Exception):
         super().__init__(fault)
 
 
-@dataclass(frozen=True, eq=False)
-class Transitions(Curve):
-    """A curve given by pieces; transitions between pieces have jumps of the third derivative at breaks.
-
-    Attributes
-    ----------
-    pieces : (n - 1, degree + 1) coefficients in powers of x - (the piece's start), lowest first
-    """
-
-    pieces: Array | None = None
-
-    @property
-    def breaks(self) -> Array:
-        return self.x
-
-    @property
-    def coefficients(self) -> Array:
-        return np.zeros((len(self.x) - 1, 1)) if self.pieces is None else self.pieces
-
-    def kinks(self) -> list[tuple[float, int]]:
-        """Return the breaks: the third derivative jumps there."""
-        return [(float(x), 3) for x in (self.x[:-1] if self.outside == "periodic" else self.x)]
-
-
 @cache
-def _smooth_step() -> Transitions:
+def _smooth_step() -> Pieces:
     ends = np.array([0.0, 1.0])
-    return Transitions("smooth step", ends, ends, "quintic", "hold", np.array([_W]))
+    return _transitions("smooth step", ends, ends, "quintic", "hold", np.array([_W]))
 
 
-def smoothed(formula: Formula, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
+def _transitions(
+    name: str, x: Array, y: Array, interpolation: Interpolation, outside: Outside, polynomials: Array
+) -> Pieces:
+    """Return a curve by polynomials whose third derivative jumps at the breaks."""
+    corners = tuple((float(place), 3) for place in (x[:-1] if outside == "periodic" else x))
+    return Pieces(name, x, y, interpolation, outside, polynomials=polynomials, corners=corners)
+
+
+def smoothed(formula: Formula, duration: float, value_of: ValueOf) -> Formula:
     """Return a law in which neither value nor rate jumps.
 
     Parameters
@@ -248,7 +233,7 @@ def _is_condition(formula: Formula) -> bool:
     return formula.name in ("lt", "le")
 
 
-def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
+def _switch(formula: Operation, duration: float, value_of: ValueOf) -> Formula:
     """Return an operation that is decided by the sign of x: x is the argument of the operation, or the difference of
     both arguments."""
     if all(symbol.kind != "time" for symbol in symbols(formula)):
@@ -281,11 +266,11 @@ def _switch(formula: Operation, duration: float, value_of: Callable[[Symbol], fl
 _KNOWN = "comparisons, sign, abs, min, max and curves of a t + b with fixed numbers a and b"
 
 
-def _curve(used: Application, duration: float, value_of: Callable[[Symbol], float | None]) -> Formula:
+def _curve(used: Application, duration: float, value_of: ValueOf) -> Formula:
     """Return a curve at an argument, with jumps and kinks of the curve replaced."""
     curve = used.curve
     rough = [place for place, order in curve.kinks() if order - used.derivative < 2]
-    if not rough or not isinstance(curve, Curve) or isinstance(curve, Transitions):
+    if not rough or not isinstance(curve, Curve) or isinstance(curve, Pieces):
         return Application(curve, smoothed(used.argument, duration, value_of), used.derivative)
     line = affine(used.argument, value_of)
     if line is None or line[0] == 0.0:
@@ -342,7 +327,7 @@ def _with_transitions(curve: Curve, rough: list[float], length: float, forward: 
     size = max(map(len, rows))
     pieces = np.array([np.append(row, np.zeros(size - len(row))) for row in rows])
     values = np.append(pieces[:, 0], np.polynomial.polynomial.polyval(breaks[-1] - breaks[-2], pieces[-1]))
-    return Transitions(f"{curve.name} smoothed", breaks, values, curve.interpolation, curve.outside, pieces)
+    return _transitions(f"{curve.name} smoothed", breaks, values, curve.interpolation, curve.outside, pieces)
 
 
 def _line(curve: Curve, at: float, start: float) -> Array:

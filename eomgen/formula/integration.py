@@ -16,8 +16,8 @@ from functools import cached_property
 import numpy as np
 
 from eomgen.base.arrays import Array
-from eomgen.base.data import dataclass, field
-from eomgen.formula.curves import Curve
+from eomgen.base.data import dataclass
+from eomgen.formula.curves import Curve, Pieces
 from eomgen.formula.discontinuities import Breakpoint, affine, breakpoints
 from eomgen.formula.evaluate import OTHER_VALUES, evaluate, evaluate_batch, symbols
 from eomgen.formula.nodes import ZERO, Application, Formula, Number, Operation, Symbol
@@ -39,32 +39,6 @@ class IntegrationError(Exception):
     def __init__(self, fault: str, hint: str) -> None:
         self.fault, self.hint = fault, hint
         super().__init__(fault)
-
-
-@dataclass(frozen=True, eq=False)
-class Pieces(Curve):
-    """A curve given by polynomials between its points.
-
-    Attributes
-    ----------
-    polynomials : (n - 1, degree + 1) coefficients in powers of x - (start of the piece), lowest first
-    corners : as ``kinks`` returns them
-    """
-
-    polynomials: Array = field(kw_only=True)
-    corners: tuple[tuple[float, int], ...] = field(default=(), kw_only=True)
-
-    @property
-    def breaks(self) -> Array:
-        return self.x
-
-    @property
-    def coefficients(self) -> Array:
-        return self.polynomials
-
-    def kinks(self) -> list[tuple[float, int]]:
-        """Return the points at which the curve is not smooth: (x, lowest derivative that jumps)."""
-        return list(self.corners)
 
 
 @dataclass(frozen=True)
@@ -253,9 +227,8 @@ class Integration:
                 f"the tunable parameter {names[0]} is within a function that is integrated when the scene is"
                 f" read [E0295]"
             )
-            raise IntegrationError(
-                fault, f"a factor {names[0]} of a function of t, a fixed parameter, or position, a formula of both"
-            )
+            hint = f"a factor {names[0]} of a function of t, a fixed parameter, or position, a formula of both"
+            raise IntegrationError(fault, hint)
 
         def values(t: Array) -> Array:
             def value_of(symbol: Symbol) -> Array | float:

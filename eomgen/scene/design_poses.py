@@ -152,9 +152,8 @@ class DesignPoses:
         frame = BASE if frame == WORLD else frame
         if frame in path:
             circle = ", ".join([*path[path.index(frame) :], frame])
-            raise UnknownPoseError(
-                f"these bodies are placed in one another: {circle}", f'in = "{BASE}" for one of them'
-            )
+            hint = f'in = "{BASE}" for one of them'
+            raise UnknownPoseError(f"these bodies are placed in one another: {circle}", hint)
         return frame
 
     def placed(self, given: FramePlacement, body: str) -> FramePlacement:

@@ -419,8 +419,6 @@ def by_coordinate(angular: str, linear: str, free: str = "") -> dict[str, str | 
     return _by_type(units_of)
 
 
-def _by_type(
-    units_of: Callable[[Connection], str | tuple[str, ...] | None],
-) -> dict[str, str | tuple[str, ...]]:
+def _by_type(units_of: Callable[[Connection], str | tuple[str, ...] | None]) -> dict[str, str | tuple[str, ...]]:
     rows = {name: units for name, row in JOINTS.items() if (units := units_of(row)) is not None}
     return _JointTypeRows(rows, units_of)

@@ -30,10 +30,7 @@ _HOW = "indices = { i = 10 } for i from 0 to 9, or { i = [1, 9] } for 1 to 9"
 
 
 def repeated(
-    data: Mapping[str, Any],
-    report: Report,
-    lines: MutableMapping[str, str],
-    sections: Sequence[str] | None = None,
+    data: Mapping[str, Any], report: Report, lines: MutableMapping[str, str], sections: Sequence[str] | None = None
 ) -> dict[str, Any]:
     """Return the data of a file with the copies made by tables ``repeat``, after the entries of each section.
 

@@ -9,7 +9,7 @@ the world when ``Scene.base`` is None). A body's frame coincides with its joint'
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Literal, Protocol, TypeVar, cast
 
@@ -21,7 +21,7 @@ from eomgen.base.extensions import code_stamp
 from eomgen.base.html import page, paragraph, table
 from eomgen.formula.curves import AnyCurve
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import ZERO_VECTOR, Formula, Number, Vector, infix
+from eomgen.formula.nodes import ZERO_VECTOR, Number, Vector, infix
 from eomgen.scene.bodies.model import Base, Body
 from eomgen.scene.control.model import Controller, Reference, StateFeedback
 from eomgen.scene.design_poses import DesignPlace, DesignPoses, FramePlacement, UnknownPoseError
@@ -156,7 +156,7 @@ def html(scene: Scene) -> str:
     """Return the scene as tables: bodies with joints, constraints, force elements, signals and parameters."""
     carried = dict(zip((body.name for body in scene.bodies), scene.joints, strict=True))
     bodies = (
-        (body.name, infix(body.mass), _vector(body.center_of_mass), joint.name, joint.type, joint.parent)
+        (body.name, infix(body.mass), ", ".join(map(infix, body.center_of_mass)), joint.name, joint.type, joint.parent)
         for body in scene.bodies
         for joint in (carried[body.name],)
     )
@@ -164,12 +164,9 @@ def html(scene: Scene) -> str:
         (item.name, item.type, *_bodies(item), item.text, infix(item.drive) if item.drive else "")
         for item in scene.constraints
     )
-    signals = (
-        *((item.name, "input", item.unit, item.description) for item in scene.inputs),
-        *((item.name, "motion", item.unit, item.description) for item in scene.motions),
-        *((item.name, "internal state", item.unit, item.description) for item in scene.states),
-        *((item.name, "output", item.unit, item.description) for item in scene.outputs),
-    )
+    kinds = {"input": scene.inputs, "motion": scene.motions, "internal state": scene.states, "output": scene.outputs}
+    every: Iterator[tuple[str, Any]] = ((kind, item) for kind, items in kinds.items() for item in items)
+    signals = ((item.name, kind, item.unit, item.description) for kind, item in every)
     parameters = (
         (item.name, f"{item.value:.9g}", item.unit, "tunable" if item.tunable else "", item.description)
         for item in scene.parameters
@@ -183,10 +180,6 @@ def html(scene: Scene) -> str:
         table(("signal", "kind", "unit", "meaning"), signals),
         table(("parameter", "value", "unit", "", "meaning"), parameters),
     )
-
-
-def _vector(components: Sequence[Formula]) -> str:
-    return ", ".join(infix(component) for component in components)
 
 
 #: Default, in world axes, m/s^2.

@@ -81,6 +81,7 @@ class Section:
     attached : whether entries have places on bodies, which are nodes on geometrically exact beams
     scene_field : field of the Scene that holds the items; empty if ``fields`` says more
     drawn : whether entries are for pictures alone, and no part of the digest
+    unlike : sections that may not have an entry of the same name: the nouns of both entries, and a remedy
     item : from name, entry and state of reading to the item of the Scene; by default the entry itself
     bounds : bound of each single value, by key within the entry; None for any number
     """
@@ -99,6 +100,7 @@ class Section:
     attached: bool = False
     scene_field: str = ""
     drawn: bool = False
+    unlike: Mapping[str, tuple[str, str]] = field(default_factory=dict)
     item: Callable[[str, Any, Reading], Any] | None = None
     bounds: Mapping[str, Bound | None] = field(default_factory=dict)
 
@@ -157,6 +159,9 @@ class Section:
         hint : str
             Remedy; may be empty.
         """
+        for key, (nouns, hint) in self.unlike.items():
+            if name in document.section(key):
+                return f"the name {name} is both {nouns} [E1461]", hint
         return "", ""
 
     def made_names(self, entries: Mapping[str, Any]) -> Mapping[str, str]:

@@ -206,9 +206,8 @@ class _Unit:
         if name in names():
             if name in self.known:
                 fault = f"in {shown(self.text)}, {name} can be the unit or the scene's own {name} [E0315]"
-                raise UnitError(
-                    fault, f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
-                )
+                remedy = f"another name for the scene's own, a number in SI, or in a formula a * before {name}"
+                raise UnitError(fault, remedy)
             return
         if name in REFUSED:
             fault, _, hint = REFUSED[name].partition("|")

@@ -60,14 +60,9 @@ _LEAST, _MOST = 1e-150, 1e150
 _SECTION_UNKNOWN = (Number(math.nan),) * 6
 
 
-def is_exact(entry: written.Beam) -> bool:
-    """Return whether a beam is geometrically exact."""
-    return entry.model in CONSTRAINED
-
-
 def check_keys(name: str, entry: written.Beam, values: Values) -> None:
     """Report the keys of a beam that belong to another beam model."""
-    exact, model = is_exact(entry), entry.model or "euler_bernoulli"
+    exact, model = entry.model in CONSTRAINED, entry.model or "euler_bernoulli"
     for field in _OF_DEFLECTIONS if exact else _OF_EXACT:
         if field in entry.model_fields_set:
             fault = f"a beam of the model {model} has no {field} [E1333]"
@@ -281,16 +276,9 @@ class _Sections:
 def _section(keys: BeamKeys, values: Values) -> BeamSection:
     reader = SectionReader(keys.of("section"), keys["section"], values) if keys["section"] is not None else None
     stiffness = _stiffness(keys, reader, values)
-    inertia = read_inertia(keys, reader, values)
-    return BeamSection(
-        inertia.mass_per_length,
-        inertia.rotary_inertia,
-        stiffness,
-        _damping(keys, stiffness, values),
-        _prestrain(keys, values),
-        inertia.center_of_mass,
-        inertia.products,
-    )
+    inertia = vars(read_inertia(keys, reader, values))  # which has the names of the fields
+    damping, prestrain = _damping(keys, stiffness, values), _prestrain(keys, values)
+    return BeamSection(stiffness=stiffness, damping=damping, prestrain=prestrain, **inertia)
 
 
 def _stiffness(keys: BeamKeys, section: SectionReader | None, values: Values) -> Rows:

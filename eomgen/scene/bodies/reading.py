@@ -150,9 +150,8 @@ def _is_motion(key: str, formula: Formula, values: Values) -> bool:
     name = next((name for name, law in values.names.motions.items() if symbols(law) <= known), "")
     if name:
         fault = f"the motion {name} has a position, and no acceleration that is known when the scene is read [E1392]"
-        values.report.add(
-            key, fault, f'position = ["{name}", 0, 0], whose caller gives position, rate and acceleration'
-        )
+        hint = f'position = ["{name}", 0, 0], whose caller gives position, rate and acceleration'
+        values.report.add(key, fault, hint)
     return bool(name)
 
 

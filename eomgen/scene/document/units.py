@@ -90,9 +90,8 @@ class ColumnUnits:
         return fault, hint
 
 
-def columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
-    """Return the units of an entry's columns known from kind and label of the entry; None for entries that are not
-    curves. None if the entry is not a curve."""
+def _columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | None:
+    """Return the units of the columns of a curve known from its kind and label; None for other entries."""
     labels = model.column_labels(data)
     return labels and ColumnUnits(*labels)
 
@@ -154,16 +153,11 @@ class _Converter:
         self.labels = {name: label for name, entry in entries.items() if (label := _label(entry))}
 
     def table(
-        self,
-        model: type[Table],
-        key: str,
-        data: Mapping[str, Any],
-        kind: object,
-        columns: ColumnUnits | None = None,
+        self, model: type[Table], key: str, data: Mapping[str, Any], kind: object, columns: ColumnUnits | None = None
     ) -> dict[str, Any]:
         """Convert the values of a table; ``kind`` and ``columns`` are the type and the columns of the table around
         it."""
-        own = columns_of(model, data)
+        own = _columns_of(model, data)
         columns = own or columns
         kind = data.get("type", kind or self.kind_of_joint(data))
         kind = kind if isinstance(kind, str) else None

@@ -21,6 +21,8 @@ from eomgen.scene.reading.report import Report
 from eomgen.system.terms import nearest_term
 
 Read = TypeVar("Read", bound=BaseModel)
+#: Keys and numbers of entries of lists on the way to a value.
+Location = tuple[str | int, ...]
 #: Examples by key.
 _BY_KEY: Mapping[str, str] = {
     "friction": "friction = { coulomb = 0.3, velocity = 0.01 }",
@@ -66,7 +68,7 @@ _FILES = (".csv", ".txt", ".dat", ".tsv")
 _BETWEEN_POINTS = ("springs",)
 
 
-def example(location: tuple[str | int, ...], given: object) -> str:
+def example(location: Location, given: object) -> str:
     """Return an example of a value for a place that has a wrong one; empty without an example."""
     last, section = str(location[-1]), str(location[0])
     if rewritten := _rewritten(last, given):
@@ -118,7 +120,7 @@ def _entry(section: str, name: str, given: object) -> str:
     return f"{name} = {_ENTRIES[section]}"
 
 
-def required(location: tuple[str | int, ...]) -> str:
+def required(location: Location) -> str:
     """Return an example of a line for a missing key."""
     last, table = str(location[-1]), str(location[-2]) if len(location) > 1 else ""
     added = {row.added: row.required for row in added_keys(str(location[0]))}.get(table, {})
@@ -291,12 +293,7 @@ def wrong_format(given: object) -> tuple[str, str]:
 
 
 def explained(
-    kind: str,
-    message: str,
-    location: tuple[str | int, ...],
-    given: object,
-    table: type[BaseModel] = Document,
-    depth: int = 0,
+    kind: str, message: str, location: Location, given: object, table: type[BaseModel] = Document, depth: int = 0
 ) -> tuple[str, str]:
     """Return pydantic's message about a place in the words of the scene file, and a hint; the part of the location from
     ``depth`` on is within ``table``."""
@@ -325,7 +322,7 @@ def explained(
     return fault, own or example(location, given)
 
 
-def _number_meant(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> str:
+def _number_meant(location: Location, given: object, table: type[BaseModel], depth: int) -> str:
     """Return the hint of a text or a list in place of a number; empty for other values."""
     if isinstance(given, list | tuple):
         return _one_number(str(location[-1]), given)
@@ -341,7 +338,7 @@ def _one_number(key: str, given: Sequence[object]) -> str:
     return f"{key} = {given[0]}" if len(set(given)) == 1 else _BY_KEY.get(key, "one number")
 
 
-def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[BaseModel], depth: int) -> str:
+def _unit_of_list(location: Location, given: str, table: type[BaseModel], depth: int) -> str:
     """Return the hint of a number with a unit in a list whose unit has a key of its own; empty for other lists."""
     words = [part for part in location if isinstance(part, str)]
     keys = [f"{words[-1]}_unit", f"{words[-1].removesuffix('s')}_unit"]
@@ -350,7 +347,7 @@ def _unit_of_list(location: tuple[str | int, ...], given: str, table: type[BaseM
     return f'{unit_key} = "{unit}", and numbers alone in {words[-1]}' if unit_key and is_quantity(given) else ""
 
 
-def _unknown_key(location: tuple[str | int, ...], given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
+def _unknown_key(location: Location, given: object, table: type[BaseModel], depth: int) -> tuple[str, str]:
     """Return the message about an unknown key or section, and a hint."""
     last = str(location[-1])
     if len(location) == 1 and (absent := fault_of_absent(last)):
@@ -365,12 +362,8 @@ def _unknown_key(location: tuple[str | int, ...], given: object, table: type[Bas
 
 
 def _reported(
-    detail: Any,
-    report: Report,
-    renamed: set[tuple[str | int, ...]],
-    schema: type[BaseModel],
-    data: Mapping[str, Any],
-) -> tuple[str | int, ...]:
+    detail: Any, report: Report, renamed: set[Location], schema: type[BaseModel], data: Mapping[str, Any]
+) -> Location:
     """Report a fault that does not follow from a reported fault, and return the place of the fault.
 
     ``renamed``: keys that misspelt keys were meant to be, which are not missing too; new ones are added.
@@ -389,7 +382,7 @@ def _reported(
     return location
 
 
-def _in_file(location: tuple[str | int, ...], data: object) -> tuple[str | int, ...]:
+def _in_file(location: Location, data: object) -> Location:
     """Return the part of a place that the data have, and a key that is missing: a short form has no keys."""
     for depth, part in enumerate(location):
         every = dict(enumerate(data)) if isinstance(data, list | tuple) and isinstance(part, int) else data
@@ -399,7 +392,7 @@ def _in_file(location: tuple[str | int, ...], data: object) -> tuple[str | int, 
     return location
 
 
-def _is_news(detail: Mapping[str, Any], location: tuple[str | int, ...], report: Report) -> bool:
+def _is_news(detail: Mapping[str, Any], location: Location, report: Report) -> bool:
     """Return whether no other message has the fault: of the text, or on a definition whose name has a dot."""
     if isinstance(detail.get("input"), FaultyText):
         return False
@@ -411,7 +404,7 @@ def _is_formula(given: object) -> bool:
     return isinstance(given, str) and any(sign in given for sign in (" - ", " + ", " * ", "*", "(", "v.", "q."))
 
 
-def _word_meant(message: str, location: tuple[str | int, ...], given: object) -> str:
+def _word_meant(message: str, location: Location, given: object) -> str:
     """Return a hint for a word that is none of the words that a key may hold."""
     expected = message.removeprefix("Input should be ").replace("'", "")
     names = expected.replace(" or ", ", ").split(", ")
@@ -434,7 +427,7 @@ def _letters(word: str) -> str:
     return "".join(filter(str.isalnum, word)).lower()
 
 
-def _place_of(location: tuple[str | int, ...], model: Any) -> tuple[Any, str]:
+def _place_of(location: Location, model: Any) -> tuple[Any, str]:
     """Return the schema at a place within a table, None for an unknown one, and the example of the innermost key."""
     example_of_key, own_name = "", False  # whether the next part is one that the scene gives to an entry
     for part in location:
@@ -453,7 +446,7 @@ def _place_of(location: tuple[str | int, ...], model: Any) -> tuple[Any, str]:
     return model, example_of_key
 
 
-def _keys_at(location: tuple[str | int, ...], model: Any) -> list[str]:
+def _keys_at(location: Location, model: Any) -> list[str]:
     """Return the keys that the schema knows at a place within a table."""
     model, _ = _place_of(location, model)
     if model is None:
@@ -486,7 +479,7 @@ def read_table(
     try:
         return schema.model_validate(kept), refused
     except ValidationError as error:
-        broken, renamed = False, set[tuple[str | int, ...]]()
+        broken, renamed = False, set[Location]()
         for detail in sorted(error.errors(include_url=False), key=lambda detail: detail["type"] == "missing"):
             location = _reported(detail, report, renamed, schema, data)
             section = str(location[0])

@@ -478,15 +478,9 @@ class _FormulaReader:
 
     def declared(self) -> list[str]:
         """Return the names of numbers that the scene declares."""
-        declared = (
-            self.names.parameters,
-            self.names.inputs,
-            *(laws.formulas for laws in self.names.laws.values()),
-            self.names.states,
-            self.names.controllers,
-            self.names.definitions,
-        )
-        return [name for names in declared for name in names]
+        names, laws = self.names, (laws.formulas for laws in self.names.laws.values())
+        every = (names.parameters, names.inputs, *laws, names.states, names.controllers, names.definitions)
+        return [name for declared in every for name in declared]
 
     def definition(self, name: str) -> Formula:
         """Return a definition: a number, or a symbol until the definition is expanded and checked."""

@@ -146,13 +146,7 @@ def _surface(key: str, text: float | str, values: Values) -> Formula | None:
     return formula
 
 
-def _frame(
-    key: str,
-    entry: written.Constraint,
-    frame: written.Frame | None,
-    need: Need,
-    reading: Reading,
-) -> Frame:
+def _frame(key: str, entry: written.Constraint, frame: written.Frame | None, need: Need, reading: Reading) -> Frame:
     """Return the first or the second frame of a joint; a missing frame is reported."""
     if frame is None:
         side = key.rpartition(".")[2]

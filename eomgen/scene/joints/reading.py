@@ -180,9 +180,8 @@ def _axes(key: str, joint: written.Joint, values: Values) -> tuple[Direction, Di
     if second is not None and required and abs(float(axis @ second)) > _PERPENDICULAR:
         included = math.degrees(math.acos(min(1.0, max(-1.0, float(axis @ second)))))
         fault = f"the axes of a {joint.type} joint are perpendicular, and these include {included:.6g} degrees [E1656]"
-        report.add(
-            f"{key}.second_axis", fault, "second_axis across axis, or two revolute joints with a body in between"
-        )
+        hint = "second_axis across axis, or two revolute joints with a body in between"
+        report.add(f"{key}.second_axis", fault, hint)
         return neutral
     if second is not None and abs(float(axis @ second)) > 1.0 - _PERPENDICULAR:
         report.add(f"{key}.{field}", f"{field} is parallel to axis [E1657]", "a direction across it")

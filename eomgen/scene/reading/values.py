@@ -344,11 +344,12 @@ class Values:
 
     def is_tunable(self, *formulas: Formula) -> bool:
         """Return whether some of the formulas have a tunable parameter."""
-        return any(
-            symbol.kind == "parameter" and self.names.parameters.get(symbol.name, False)
-            for formula in formulas
-            for symbol in symbols(formula)
-        )
+        return any(map(self.tunable_in, formulas))
+
+    def tunable_in(self, formula: Formula) -> str:
+        """Return the first tunable parameter of a formula by name; empty without one."""
+        names = (symbol.name for symbol in symbols(formula) if symbol.kind == "parameter")
+        return min((name for name in names if self.names.parameters.get(name, False)), default="")
 
     def mentions_refused(self, text: str) -> bool:
         """Return whether a formula mentions a refused entry, by name in the file of the formula."""

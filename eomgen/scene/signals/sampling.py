@@ -129,7 +129,6 @@ def read_sampled_state(name: str, entry: WrittenState, values: Values) -> list[S
     step, known = dimension_of(values.units.get(f"{key}.quantum", "")), dimension_of_formula(formula, values.names)
     if step is not None and known is not None and step.powers != known.powers:
         fault = f"the quantum is in {step}, and the formula in {known} [E1871]"
-        values.report.add(
-            f"{key}.quantum", fault, f"a difference of two neighbouring values of the formula, in {known}"
-        )
+        hint = f"a difference of two neighbouring values of the formula, in {known}"
+        values.report.add(f"{key}.quantum", fault, hint)
     return held_states(HeldValue(name, formula, initial, entry.unit, entry.description, key, place), clock, values)

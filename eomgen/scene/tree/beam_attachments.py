@@ -15,7 +15,6 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.base.messages import key_of
-from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula
 from eomgen.scene.bodies.model import AT_END, Beam, Body, Deformation
 from eomgen.scene.forces.element import ForceElement
@@ -60,13 +59,12 @@ def _check_place(key: str, name: str, position: Sequence[Formula], bodies: Mappi
     ):
         return
     beam, along = body.beam, position[0]
-    tunable = sorted(symbol.name for symbol in symbols(along) if values.names.parameters.get(symbol.name))
-    if tunable:
+    if tunable := values.tunable_in(along):
         fault = (
-            f"x on the beam {name} depends on the tunable parameter {tunable[0]}, and shape functions are evaluated"
+            f"x on the beam {name} depends on the tunable parameter {tunable}, and shape functions are evaluated"
             " once [E1979]"
         )
-        values.report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
+        values.report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
         return
     x = values.value(along)
     if beam.is_beyond(x):

@@ -12,26 +12,18 @@ from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from eomgen.base.data import replace
 from eomgen.base.messages import key_of, nearest, shown
-from eomgen.formula.evaluate import symbols
 from eomgen.formula.nodes import ZERO, Formula, Number, Symbol, Vector
 from eomgen.scene.bodies.cosserat import SECTION_PARTS, SECTION_ROW, Cosserat
 from eomgen.scene.bodies.model import AT_END
 from eomgen.scene.joints.model import Joint
 from eomgen.scene.reading.values import Values
-from eomgen.scene.section import AttachByKey, Reading, in_reading_order
+from eomgen.scene.section import Reading, in_reading_order
 from eomgen.system.description import BASE
 
 if TYPE_CHECKING:
     from eomgen.scene.joints import schema as written
     from eomgen.scene.signals.schema import Output
-
-
-def attached_joint(joint: Joint, attach: AttachByKey) -> Joint:
-    """Return a joint with a node as parent, for joints on geometrically exact beams; other joints are unchanged."""
-    parent, position = attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
-    return replace(joint, parent=parent, position=position)
 
 
 class BeamNodes:
@@ -78,15 +70,12 @@ class BeamNodes:
         beam, report = self.beams.get(body), self.values.report
         if beam is None or report.concerns(key) or report.concerns(key_of("beams", body)):
             return body, position
-        tunable = sorted(
-            symbol.name for symbol in symbols(position[0]) if self.values.names.parameters.get(symbol.name)
-        )
-        if tunable:
+        if tunable := self.values.tunable_in(position[0]):
             fault = (
-                f"x on the beam {body} depends on the tunable parameter {tunable[0]}, and the nodes of a beam are"
+                f"x on the beam {body} depends on the tunable parameter {tunable}, and the nodes of a beam are"
                 f" fixed [E1985]"
             )
-            report.add(f"{key}[0]", fault, f"{tunable[0]} without tunable, or a number")
+            report.add(f"{key}[0]", fault, f"{tunable} without tunable, or a number")
             return body, position
         x = self.values.value(position[0])
         if math.isnan(x):

@@ -36,7 +36,7 @@ from eomgen.scene.reading.requirements import RELATIONS
 from eomgen.scene.reading.values import Values, read_placement
 from eomgen.scene.section import Entries, Reading, Section
 from eomgen.scene.tree.beam_attachments import check_frames
-from eomgen.scene.tree.beam_nodes import BeamNodes, attached_joint, section_formulas, stations_of
+from eomgen.scene.tree.beam_nodes import BeamNodes, section_formulas, stations_of
 from eomgen.system.description import BASE as BASE_NAME
 from eomgen.system.description import WORLD, FixedFrame, Point
 
@@ -208,7 +208,8 @@ class _Joints(Section):
                 key_of("joints", joint.name), entry.given_in, positioned, *place, reading.values
             )
             joint = replace(joint, position=position, orientation=orientation)
-        return attached_joint(joint, reading.attach)
+        parent, position = reading.attach(key_of("joints", joint.name, "position"), joint.parent, joint.position)
+        return replace(joint, parent=parent, position=position)
 
     def check(self, reading: Reading) -> None:
         """Order the tree, parents first, and report faults of the tree and of the moved inertias."""
@@ -258,13 +259,6 @@ class _Points(Section):
 
 
 class _Frames(Section):
-    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        if name in document.section("points"):
-            return f"the name {name} is both a point and a frame [E1461]", "the frame alone: its origin is a point"
-        if name in document.section("bodies") or name in document.section("beams"):
-            return f"the name {name} is both a body and a frame [E1461]", "another name for the frame"
-        return "", ""
-
     def names(self, reading: Reading) -> Mapping[str, Any]:
         return {"points": dict.fromkeys(reading.names_in("frames"))}
 
@@ -289,11 +283,6 @@ def _check_types(entries: Mapping[str, joints.Joint], report: Report) -> None:
 
 
 class _Constraints(Section):
-    def fault_of_name(self, name: str, document: Entries, rows: Sequence[Section]) -> tuple[str, str]:
-        if name in document.section("joints"):
-            return f"the name {name} is both a joint and a constraint [E1461]", "another name for one of them"
-        return "", ""
-
     def check(self, reading: Reading) -> None:
         tree, beams = reading.kept(TreeSections), reading.document.section("beams")
         items: Mapping[str, Constraint] = reading.items["constraints"]
@@ -368,6 +357,7 @@ CONSTRAINTS = _Constraints(
     scene_field="constraints",
     after=("frames",),
     attached=True,
+    unlike={"joints": ("a joint and a constraint", "another name for one of them")},
     item=read_constraint,
     positional=("type", "first", "second"),
     documentation="""
@@ -404,6 +394,10 @@ FRAMES = _Frames(
     scene_field="frames",
     after=("points",),
     attached=True,
+    unlike={
+        "points": ("a point and a frame", "the frame alone: its origin is a point"),
+        **dict.fromkeys(("bodies", "beams"), ("a body and a frame", "another name for the frame")),
+    },
     item=read_body_frame,
     positional=("body", "position"),
     documentation="""
