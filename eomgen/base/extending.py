@@ -60,8 +60,7 @@ def __getattr__(name: str) -> Any:
     if name not in PLACES:
         raise AttributeError(f"module 'eomgen.extending' has no attribute {name!r}")
     module, attribute = PLACES[name]
-    value = getattr(import_module(f"eomgen.{module}"), attribute)
-    globals()[name] = value
+    globals()[name] = value = getattr(import_module(f"eomgen.{module}"), attribute)
     return value
 
 

@@ -123,11 +123,11 @@ def pattern(formulas: tuple[Formula, ...]) -> tuple[tuple[Formula, ...], tuple[f
     numbers."""
     numbers: list[float] = []
 
-    def numbered(number: Number) -> Symbol:
+    def symbol_of(number: Number) -> Symbol:
         numbers.append(number.value)
         return Symbol("number", index=len(numbers) - 1)
 
-    return tuple(mapped(formula, lambda symbol: symbol, numbered) for formula in formulas), tuple(numbers)
+    return tuple(mapped(formula, lambda symbol: symbol, symbol_of) for formula in formulas), tuple(numbers)
 
 
 #: Powers of formulas, each an exponent.

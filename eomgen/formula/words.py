@@ -158,7 +158,7 @@ class Word:
         entry : str
             Name of the entry.
         item : object, optional
-            The entry's object if it is known, for the names of arguments.
+            The entry's object if known, for the names of arguments.
         part : str, optional
             Name of a component.
 

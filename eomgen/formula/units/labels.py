@@ -54,7 +54,7 @@ def number_in_label(text: str, label: str, known: Collection[str] = ()) -> tuple
     UnitError
         Also for a label that is not a unit: such a label could mean anything.
     """
-    from eomgen.formula.units.conversion import to_si, to_unit  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import to_si, to_unit  # noqa: PLC0415  # imports pint
 
     quantity = read_quantity(text, known)
     if not label.strip():

@@ -5,7 +5,7 @@ units of formulas.
     product  := term { ("*" | "." | blank) term }  term    := factor | "(" product ")"
     factor   := name [("^" | "**") whole number]
 
-pint is not needed here: it gets names from ``table`` and whole exponents later, never the text; nor is it for
+pint is not needed here: pint gets names from ``table`` and whole exponents later, never the text; nor is it for
 dimensions, because every formula is judged.
 """
 
@@ -99,7 +99,7 @@ def read_quantity(text: str, known: Collection[str] = ()) -> QuantityWithUnit:
     Parameters
     ----------
     known : collection of str
-        Names of the scene's parameters and inputs. A unit of such a name could be meant as a factor, so it is refused.
+        Names of the scene's parameters and inputs. A unit of such a name could be meant as a factor, and is refused.
 
     Raises
     ------

@@ -160,7 +160,7 @@ def _misfits(key: str, formula: Formula, labels: Mapping[str, str], values: Valu
     label = labels.get(formula.curve.name, "").strip() if isinstance(formula, Application) else ""
     if not isinstance(formula, Application) or formula.derivative or not label:
         return False
-    from eomgen.formula.units.conversion import measure, unit_fault  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import measure, unit_fault  # noqa: PLC0415  # imports pint
 
     name = formula.curve.name
     try:

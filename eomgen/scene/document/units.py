@@ -65,7 +65,7 @@ class ColumnUnits:
 
     def fault_of_unit(self, column: Column, text: str) -> tuple[str, str] | None:
         """Return reason and remedy if the unit of a table's column is incompatible; None if the unit fits."""
-        from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
         try:
             factors = read_unit(text)
@@ -97,7 +97,7 @@ def _columns_of(model: type[Table], data: Mapping[str, Any]) -> ColumnUnits | No
 
 
 def _in_si(factors: Factors) -> str:
-    from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import coherent  # noqa: PLC0415  # imports pint
 
     return coherent(factors)
 
@@ -374,7 +374,7 @@ class _Converter:
                 )
 
     def text(self, unit: Units, key: str, text: str, *, over_time: bool) -> float | FaultyText:
-        from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import measure, to_si, to_unit  # noqa: PLC0415  # imports pint
 
         try:
             if over_time and (product := _WITH_TIME.fullmatch(text)):

@@ -1,7 +1,7 @@
 """Reading of frames, their positions and axes, for constraints and bushings.
 
 Two axes do not give the angle between two bodies. So if the angle matters, a frame given by its axis needs an
-``x_axis`` too: the frame's x is the part of it across the axis.
+``x_axis`` too: the frame's x is the part of x_axis across the axis.
 """
 
 from __future__ import annotations

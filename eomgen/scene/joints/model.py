@@ -43,7 +43,7 @@ class Constraint:
     ----------
     type : str
         ``revolute``, ``cylindrical``, ``helical`` and ``prismatic`` share the z axis, along which the second frame of
-        ``helical`` travels ``pitch`` per radian it turns; ``planar`` keeps the second frame's origin in the first's xy
+        ``helical`` travels ``pitch`` per radian; ``planar`` keeps the second frame's origin in the first's xy
         plane with parallel z; ``universal`` keeps first x and second y perpendicular, and the origins together;
         ``point_on_line`` keeps the second's origin on the first's z axis; ``orientation`` keeps the axes parallel;
         ``distance`` keeps the origins at the distance ``length``; ``rolling`` lets a disc or a torus about the second

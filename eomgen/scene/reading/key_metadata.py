@@ -126,7 +126,7 @@ def key(
     refers : str, optional
         Section whose entries the value names.
     sets : bool, optional
-        Whether the value sets an entry of the section, and does not read it.
+        Whether the value sets an entry of the section, without a look at the entry.
     path : bool, optional
         Whether the value is the path of a file.
     column : str or tuple of str, optional

@@ -191,7 +191,7 @@ class Values:
         """Note a formula in another unit than the unit of its key, if both are known; return whether it is noted."""
         if expected is None or known is None or known.powers == expected.powers:
             return False
-        from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
+        from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # imports pint
 
         plain = f"a plain number, a quantity in {expected} is expected"
         fault = plain if known.is_number else misplaced(str(known), str(expected))
@@ -217,7 +217,7 @@ class Values:
             given = unit_of(formula_of, self.names)
             if given in ("", "1", unit) or not unit:
                 continue
-            from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+            from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
             if unit_fault(given, read_unit(given), unit) is not None:
                 fault = f"{argument} is in {unit} by its own entry, and is given here in {given} [E1797]"

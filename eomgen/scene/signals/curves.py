@@ -99,7 +99,7 @@ def unit_factor(key: str, unit: str, report: Report) -> float:
     """Return the factor from a unit of a column to SI, 1 without a unit; a fault is reported under the key."""
     if not unit.strip():
         return 1.0
-    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import measure  # noqa: PLC0415  # imports pint
 
     try:
         return float(measure(read_unit(unit))[0])
@@ -352,7 +352,7 @@ def _misfit(in_title: str, unit: str) -> str:
     that fits."""
     if not unit.strip() or in_title == unit.strip():
         return ""
-    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
     try:
         wanted = read_unit(unit)

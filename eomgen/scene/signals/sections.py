@@ -72,7 +72,7 @@ def doubtful_label(label: str, unit: str) -> str:
     note = f"its unit {label} is a label, and its values are in {unit} [W0141]"
     if not all(names()[name].is_coherent for name, _ in factors):
         return f"{note}: labels convert nothing, a formula does [W0140]"
-    from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import misplaced  # noqa: PLC0415  # imports pint
 
     return note if misplaced(label, unit) else ""
 
@@ -249,7 +249,7 @@ def _unit_fault(label: str, known: Dimension) -> tuple[str, str] | None:
         return None
     if known.is_number:
         return f"the unit {shown(label)} is not of a plain number, as its formula is [E1883]", "no unit"
-    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # pint comes with it
+    from eomgen.formula.units.conversion import unit_fault  # noqa: PLC0415  # imports pint
 
     fault = unit_fault(label, read_unit(label), str(known))
     return fault and (fault[0], f'"{known}", the unit of its formula in SI')

@@ -3,7 +3,7 @@ carries the beam.
 
 A joint holds the beam's frame. If the shapes vanish at the frame's origin, slope included, the frame is fixed in the
 material there, and any joint will do. If not, the material moves relative to the frame, so the joint has to let the
-frame move in the same direction: else it does not hold the beam (mean axes are right for a beam that floats).
+frame move in the same direction: else the frame does not hold the beam (mean axes are right for a beam that floats).
 """
 
 from __future__ import annotations

@@ -324,7 +324,7 @@ BODIES = _Bodies(
     item=read_body,
     positional=("mass",),
     documentation="""
-    Add a rigid body: mass (kg), centre of mass in its frame (m), inertia about it (kg m^2; 3, 6, table or 3x3).
+    Add a rigid body: mass (kg), centre of mass in its frame (m), inertia there (kg m^2; 3, 6, table or 3x3).
 
     ``group`` is for absolute coordinates: SE3 (the default) suits bodies jointed to the ground or to slow
     bodies, R3xSO3 bodies that spin fast and freely.""",
