@@ -3,6 +3,7 @@ hold."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,7 +14,14 @@ from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification import check as checking
 from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, moved
-from eomgen.products.studies.verification.differences import BARS, LADDER, complex_steps, differences, sizes_of
+from eomgen.products.studies.verification.differences import (
+    BARS,
+    LADDER,
+    ClaimAtStates,
+    complex_steps,
+    differences,
+    sizes_of,
+)
 from eomgen.products.studies.verification.states import _length
 
 FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
@@ -21,6 +29,10 @@ FACTORS = (Factor("R", "slide", 0, 1, 0, 1), Factor("SO3", "ball", 1, 4, 1, 3))
 
 def engine_of(function) -> Engine:
     return Engine(FACTORS, {"f": ("q", "v"), "base": ("t",)}, lambda name, blocks: {"y": function(blocks)})
+
+
+def at(claim: Claim, engine: Engine, state: Blocks) -> ClaimAtStates:
+    return ClaimAtStates(claim, engine, engine, state)
 
 
 def states(count: int, rng: np.random.Generator) -> dict[str, Array]:
@@ -45,7 +57,7 @@ def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:
         return np.stack([np.sin(scales * v).sum(axis=-1), 1e6 + np.exp(v[..., 0]), v[..., 1] ** 2], axis=-1)
 
     engine = engine_of(function)
-    found = differences(form_of("v", 4), engine, state)
+    found = differences(at(form_of("v", 4), engine, state))
     v = state["v"]
     exact = np.zeros((5, 3, 4))
     exact[:, 0] = scales * np.cos(scales * v)
@@ -53,22 +65,21 @@ def test_error_bars_hold_and_are_small(rng: np.random.Generator) -> None:
     assert np.all(np.abs(found.best - exact) <= 5.0 * found.bar + 1e-13)
     assert np.all(found.bar <= 1e-5 * np.maximum(np.abs(exact), 1.0))
     assert not found.kink.any()
-    assert np.abs(complex_steps(form_of("v", 4), engine, engine, state) - exact).max() <= 1e-12
+    assert np.abs(complex_steps(at(form_of("v", 4), engine, state)) - exact).max() <= 1e-12
 
 
 @pytest.mark.parametrize(("bend", "kinked"), [(np.abs, True), (lambda x: x * np.abs(x), False), (lambda x: x, False)])
 def test_one_sided_differences_tell_kinks(bend, kinked: bool) -> None:
     state = {"q": np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), "v": np.zeros((1, 4))}
-    found = differences(
-        form_of("v", 4), engine_of(lambda blocks: bend(blocks["v"][..., :1]) + blocks["v"][..., 1:2] ** 2), state
-    )
+    engine = engine_of(lambda blocks: bend(blocks["v"][..., :1]) + blocks["v"][..., 1:2] ** 2)
+    found = differences(at(form_of("v", 4), engine, state))
     assert found.kink[0, 0].tolist() == [kinked, False, False, False]
     assert not kinked or found.kink_step[0, 0, 0] < 1e-8
 
 
 def test_a_value_that_leaves_its_domain_has_differences_at_small_steps() -> None:
     state = {"q": np.array([[0.0, 1.0, 0.0, 0.0, 0.0]]), "v": np.full((1, 4), 1e-3)}
-    found = differences(form_of("v", 4), engine_of(lambda blocks: np.sqrt(blocks["v"])), state)
+    found = differences(at(form_of("v", 4), engine_of(lambda blocks: np.sqrt(blocks["v"])), state))
     assert np.isnan(found.ladder[LADDER > 1e-3]).any() and found.bar.max() < 1e-4
     assert np.allclose(np.diagonal(found.best[0]), 0.5 / np.sqrt(1e-3), rtol=1e-7)
 
@@ -82,7 +93,7 @@ def test_a_large_row_hides_no_feature_of_a_small_row() -> None:
         v = blocks["v"][..., :1]
         return np.concatenate([30.0 * np.sqrt(v**2 + speed**2) + v, np.full_like(v, 4.5e9)], axis=-1)
 
-    found = differences(form_of("v", 4), engine_of(function), state)
+    found = differences(at(form_of("v", 4), engine_of(function), state))
     exact = 30.0 / np.sqrt(2.0) + 1.0
     assert abs(found.best[0, 0, 0] - exact) <= BARS * found.bar[0, 0, 0]
 
@@ -113,8 +124,8 @@ def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.ran
     engine = engine_of(lambda blocks: rotated(blocks["q"][..., 1:], r))
     expected = np.stack([rotated(state["q"][:, 1:], np.cross(d, r)) for d in np.eye(3)], axis=-1)
     for found in (
-        differences(form_of("q", 4), engine, state).best,
-        complex_steps(form_of("q", 4), engine, engine, state),
+        differences(at(form_of("q", 4), engine, state)).best,
+        complex_steps(at(form_of("q", 4), engine, state)),
     ):
         assert np.allclose(found[..., 1:], expected, atol=1e-9) and not found[..., 0].any()
     turned = moved(engine, state, {"q": np.ones((4, 4))}, 0.7)["q"]
@@ -134,7 +145,7 @@ def test_what_cancels_along_a_direction_is_known_as_well_as_what_it_is_of(
         lambda _: {"v": np.eye(4)},
     )
     engine = engine_of(lambda blocks: np.tile([size, 0.0], (2, 1)))
-    allowed = sizes_of(claim, engine, state, np.zeros((2, 2, 4)), rng).exact
+    allowed = sizes_of(at(claim, engine, state), np.zeros((2, 2, 4)), rng).exact
     assert np.broadcast_to(allowed, (2, 2, 4)) == pytest.approx(max(1e-13 * size, 1e-13), rel=1e-3)
 
 
@@ -144,10 +155,11 @@ def test_numbers_that_no_formula_explains_are_failures_of_their_first_entry(entr
     finite[(1, *np.transpose(entries))] = False
     claim = Claim("f", "", lambda engine, state: state["q"], rows=("a", "b", "c"), columns=("x", "y"))
     quiet = SimpleNamespace(singular=lambda state: [])
-    names, remarks = ("first", "second", "third"), checking.Remarks()
-    (failure,) = checking._not_numbers(claim, cast(Any, quiet), {"q": np.zeros((3, 1))}, names, finite, remarks)
+    remarks, state = checking.Remarks(), {"q": np.zeros((3, 1))}
+    there = replace(at(claim, engine_of(np.zeros_like), state), names=("first", "second", "third"))
+    (failure,) = checking._not_numbers(there, cast(Any, quiet), finite, remarks)
     row, column_of = entries[0]
     assert (failure.state, failure.entry) == ("second", f"{'abc'[row]} along {'xy'[column_of]}")
     told = SimpleNamespace(singular=lambda state: ["a root of 0"])
-    assert not checking._not_numbers(claim, cast(Any, told), {"q": np.zeros((3, 1))}, names, finite, remarks)
+    assert not checking._not_numbers(there, cast(Any, told), finite, remarks)
     assert remarks.texts and "a root of 0" in remarks.texts[0]

@@ -14,7 +14,7 @@ from eomgen.products.studies.verification import check
 from eomgen.products.studies.verification.differences import LADDER
 
 CLAIM = cast(Any, SimpleNamespace(rows=("force", "lift"), columns=("q.a", "q.b", "q.c")))
-STATES = ("start", "later")
+AT = cast(Any, SimpleNamespace(claim=CLAIM, names=("start", "later")))
 MISALIGNED = Path(__file__).parents[2] / "examples" / "misaligned_four_bar" / "scene.toml"
 
 
@@ -32,7 +32,7 @@ def test_the_worst_entry_is_the_one_farthest_beyond_its_tolerance() -> None:
 
     def worst(**more: Any) -> list[Any]:
         given = {"counted": every, "value": value, "expected": expected, "allowed": allowed} | more
-        return check._worst(CLAIM, STATES, *given.values(), "complex step")
+        return check._worst(AT, *given.values(), "complex step")
 
     expected[0, 1, 1] = 1.0
     assert worst() == []  # as large as the tolerance
@@ -46,7 +46,7 @@ def test_the_worst_entry_is_the_one_farthest_beyond_its_tolerance() -> None:
     assert (found.state, found.entry, found.expected) == ("start", "lift along q.b", 5.0)
     expected[:] = math.nan
     assert worst() == []
-    assert check._worst(CLAIM, (), every[:0], *[np.zeros((0, 2, 3))] * 3, "") == []
+    assert check._worst(AT, every[:0], *[np.zeros((0, 2, 3))] * 3, "") == []
 
 
 def test_largest_differences_are_parts_of_the_sizes_of_their_states() -> None:

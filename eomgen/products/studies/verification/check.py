@@ -18,7 +18,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES
 from eomgen.products.studies.verification.claims.beams import beam_claims, section_claims
-from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, Space, compiled, on_tape
+from eomgen.products.studies.verification.claims.claim import Array, Claim, Engine, Space, compiled, on_tape
 from eomgen.products.studies.verification.claims.frames import body_claims, frame_claims
 from eomgen.products.studies.verification.claims.linear_models import linear_claims, parameter_claims
 from eomgen.products.studies.verification.claims.motion import motion_claims
@@ -34,6 +34,7 @@ from eomgen.products.studies.verification.claims.rates import event_claims, rate
 from eomgen.products.studies.verification.differences import (
     BARS,
     LADDER,
+    ClaimAtStates,
     EntrySizes,
     NonSmoothOperations,
     Remarks,
@@ -76,39 +77,35 @@ def judged(
         names = tuple(names[k] for k in np.flatnonzero(inside))
     if not names:
         return replace(report, remarks=remarks.texts)
+    at = ClaimAtStates(claim, engine, tape, state, names)
     base = ("base",) if "base" in system.functions else ()
     operations = NonSmoothOperations(system, (*claim.differentiated, *base))
     value = claim.value(engine, state)
     finite = np.array(np.isfinite(value))
     value = np.where(finite, value, 0.0)
     singular = np.array(~finite.all(axis=(-2, -1)))
-    failures = _not_numbers(claim, operations, state, names, finite, remarks)
-    sizes = sizes_of(claim, engine, state, value, rng)
-    if claim.source is not None:
-        sizes = replace(sizes, of_laws=operations.step_of_laws())
+    failures = _not_numbers(at, operations, finite, remarks)
+    sizes = sizes_of(at, value, rng)
     undecided = bool(singular.all())
     if claim.source is not None:
-        by_differences, exact = differences(claim, engine, state), complex_steps(claim, engine, tape, state)
-        non_smooth = non_smooth_entries(
-            claim, engine, operations, state, names, value, finite, by_differences, sizes, remarks
-        )
+        sizes = replace(sizes, of_laws=operations.step_of_laws())
+        by_differences, exact = differences(at), complex_steps(at)
+        non_smooth = non_smooth_entries(at, operations, value, finite, by_differences, sizes, remarks)
         smooth = ~(singular | non_smooth.any(axis=(-2, -1)))
         allowed = BARS * by_differences.bar + sizes.differences
-        failures += _worst(
-            claim, names, finite & ~non_smooth, value, by_differences.best, allowed, "finite differences"
-        )
+        failures += _worst(at, finite & ~non_smooth, value, by_differences.best, allowed, "finite differences")
         sided = non_smooth if claim.sided else np.zeros_like(non_smooth)
         with np.errstate(all="ignore"):
             apart = finite & ~sided & (np.abs(exact - value) > sizes.exact)
             if apart.any():
-                sizes = with_rounding_of_complex_steps(sizes, claim, engine, tape, state, exact, rng)
+                sizes = with_rounding_of_complex_steps(sizes, at, exact, rng)
                 apart &= np.abs(exact - value) > sizes.exact
             smoothly = ~non_smooth & (np.abs(by_differences.best - value) <= allowed)
         if apart.any():
-            between = between_sides(claim, engine, tape, state, value, sizes) | smoothly
-            sided |= _at_edges(apart & between, operations, state, names, remarks)
+            between = between_sides(at, value, sizes) | smoothly
+            sided |= _at_edges(at, apart & between, operations, remarks)
         smooth &= ~sided.any(axis=(-2, -1))
-        failures += _worst(claim, names, finite & ~sided, value, exact, sizes.exact, "complex step")
+        failures += _worst(at, finite & ~sided, value, exact, sizes.exact, "complex step")
         undecided |= bool((finite & ~np.isfinite(exact) & ~np.isfinite(by_differences.bar)).any())
         with np.errstate(all="ignore"):
             by_step = np.max(
@@ -126,62 +123,54 @@ def judged(
     if claim.second is not None:
         second = claim.second(engine, state)
         unknown = finite & ~np.isfinite(second)
-        failures += _not_numbers(claim, operations, state, names, ~unknown, remarks, claim.second_name)
+        failures += _not_numbers(at, operations, ~unknown, remarks, claim.second_name)
         undecided |= bool(unknown.any())
-        failures += _worst(claim, names, finite, value, second, sizes.exact, claim.second_name)
+        failures += _worst(at, finite, value, second, sizes.exact, claim.second_name)
         report = replace(report, second=_largest(second - value, sizes, ~singular))
     verdict: Verdict = "FAILS" if failures else "undecided" if undecided else "agrees"
     return replace(report, verdict=verdict, remarks=remarks.texts, worst=failures[0] if failures else None)
 
 
-def _at_edges(
-    apart: Array, operations: NonSmoothOperations, state: Blocks, names: tuple[str, ...], remarks: Remarks
-) -> Array:
+def _at_edges(at: ClaimAtStates, apart: Array, operations: NonSmoothOperations, remarks: Remarks) -> Array:
     """Return the entries (S, R, C) of states on edges of formulas, and remark the formulas."""
     at_edges = np.zeros_like(apart)
     for k in np.flatnonzero(apart.any(axis=(-2, -1))):
-        for remark, operation in operations.edges({name: array[k] for name, array in state.items()}):
+        for remark, operation in operations.edges(at.one(k)):
             at_edges[k] = apart[k]
-            remarks.add(names[k], remark, operation)
+            remarks.add(at.names[k], remark, operation)
     return at_edges
 
 
 def _not_numbers(
-    claim: Claim,
-    operations: NonSmoothOperations,
-    state: Blocks,
-    names: tuple[str, ...],
-    finite: Array,
-    remarks: Remarks,
-    by: str = "",
+    at: ClaimAtStates, operations: NonSmoothOperations, finite: Array, remarks: Remarks, by: str = ""
 ) -> list[Disagreement]:
     """Return the states at which the closed form, or the second derivation ``by``, is not a number without a cause in
     the formulas; other such states are remarked."""
     failures = []
     for k in np.flatnonzero(~finite.all(axis=(-2, -1))):
-        remarked = operations.singular({name: array[k] for name, array in state.items()})
+        remarked, name = operations.singular(at.one(k)), at.names[k]
         for remark in remarked:
-            remarks.add(names[k], "unbounded derivative", remark)
+            remarks.add(name, "unbounded derivative", remark)
         if not remarked:
-            entry = _named(claim, np.argwhere(~finite[k])[0])
-            text = f"{entry}: not a number by {by}, at {names[k]}" if by else ""
-            failures.append(
-                Disagreement(names[k], entry, float("nan"), 0.0, "any other way a finite number", float("inf"), text)
-            )
+            entry = _named(at.claim, np.argwhere(~finite[k])[0])
+            text = f"{entry}: not a number by {by}, at {name}" if by else ""
+            known = "any other way a finite number"
+            failures.append(Disagreement(name, entry, float("nan"), 0.0, known, float("inf"), text))
     return failures
 
 
 def _worst(
-    claim: Claim, names: tuple[str, ...], counted: Array, value: Array, expected: Array, allowed: Array, by: str
+    at: ClaimAtStates, counted: Array, value: Array, expected: Array, allowed: Array, by: str
 ) -> list[Disagreement]:
     """Return the entry with the largest error relative to its tolerance, if any counted entry exceeds its tolerance."""
     with np.errstate(all="ignore"):
         off = np.where(counted & np.isfinite(expected), np.abs(expected - value) / allowed, 0.0)
     if not off.size or not np.max(off) > 1.0:
         return []
-    at = np.unravel_index(int(np.argmax(off)), off.shape)
-    bar = float(np.broadcast_to(allowed, off.shape)[at])
-    return [Disagreement(names[int(at[0])], _named(claim, at[1:]), float(value[at]), float(expected[at]), by, bar)]
+    state, *entry = place = np.unravel_index(int(np.argmax(off)), off.shape)
+    bar = float(np.broadcast_to(allowed, off.shape)[place])
+    values = float(value[place]), float(expected[place])
+    return [Disagreement(at.names[int(state)], _named(at.claim, entry), *values, by, bar)]
 
 
 def _named(claim: Claim, place: object) -> str:

@@ -23,8 +23,8 @@ then lie between the derivatives on both sides, or agree with differences.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, SupportsIndex
 
 import numpy as np
 
@@ -44,6 +44,43 @@ _SCATTER = int(np.flatnonzero(LADDER < 5e-8)[0])
 _APART = 4
 #: Numbers that are held at once.
 _HELD = 2**23
+
+
+@dataclass(frozen=True)
+class ClaimAtStates:
+    """A claim at states (S).
+
+    Attributes
+    ----------
+    engine, tape : the compiled functions, and functions that take complex numbers
+    state, names : the states, and the name of each
+    """
+
+    claim: Claim
+    engine: Engine
+    tape: Engine
+    state: Blocks
+    names: tuple[str, ...] = ()
+
+    def source(self, state: Blocks) -> Array:
+        """Return the differentiated function of the claim at other states."""
+        assert self.claim.source is not None  # for mypy: only claims that are compared with differences come here
+        return self.claim.source(self.engine, state)
+
+    @property
+    def rates(self) -> dict[str, Array]:
+        """The directions of differentiation."""
+        assert self.claim.directions is not None  # as above
+        return self.claim.directions(self.state)
+
+    def one(self, number: SupportsIndex) -> dict[str, Array]:
+        """Return the blocks of one state."""
+        return {name: array[number] for name, array in self.state.items()}
+
+    def combined(self, by_direction: Array) -> Array:
+        """Return derivatives (..., count, n) in the form of the claim, (..., R, C)."""
+        derivatives = np.swapaxes(by_direction, -1, -2)
+        return self.claim.combine(self.engine, self.state, derivatives) if self.claim.combine else derivatives
 
 
 @dataclass(frozen=True)
@@ -68,11 +105,11 @@ class Differences:
     kink_step: Array
 
 
-def differences(claim: Claim, engine: Engine, state: Blocks) -> Differences:
-    """Return finite differences of the source of a claim on an engine."""
-    parts = [_of_states(claim, engine, part) for part in _in_parts(claim, engine, state)]
+def differences(at: ClaimAtStates) -> Differences:
+    """Return finite differences of the source of a claim."""
+    parts = [_of_states(part) for part in _in_parts(at)]
     central, sided = (np.concatenate(values, axis=1) for values in zip(*parts, strict=True))
-    floor = _last_place(claim, engine, state)
+    floor = _last_place(at)
     with np.errstate(all="ignore"):
         change = np.abs(np.diff(central, axis=0))
         scatter = np.nan_to_num(np.max(change[_SCATTER:] * _by_step(LADDER[_SCATTER + 1 :], change), axis=0), nan=0.0)
@@ -102,12 +139,11 @@ def _as_finer(value: Array, bars: Array) -> Array:
     return np.asarray((high >= most) & (low <= least))
 
 
-def _last_place(claim: Claim, engine: Engine, state: Blocks) -> Array:
+def _last_place(at: ClaimAtStates) -> Array:
     """Return twice the machine epsilon of the largest value of the differentiated function at each state, (S, 1, 1):
     smaller changes go unnoticed."""
-    assert claim.source is not None  # for mypy: only claims that are compared with differences come here
     with np.errstate(all="ignore"):
-        largest = np.max(np.abs(np.nan_to_num(claim.source(engine, state))), axis=-1, initial=0.0)
+        largest = np.max(np.abs(np.nan_to_num(at.source(at.state))), axis=-1, initial=0.0)
     return np.asarray(2.0 * np.finfo(float).eps * largest[..., np.newaxis, np.newaxis])
 
 
@@ -127,51 +163,41 @@ def _kinks(sided: Array, scatter: Array, size: float) -> tuple[Array, Array]:
     return kink, LADDER[np.maximum(at[0], 0)]
 
 
-def _in_parts(claim: Claim, engine: Engine, state: Blocks) -> Iterator[dict[str, Array]]:
+def _in_parts(at: ClaimAtStates) -> Iterator[ClaimAtStates]:
     """Yield the states in parts that memory can hold."""
-    first = {name: array[:1] for name, array in state.items()}
-    count = max(rate.shape[-2] for rate in claim.directions(first).values()) if claim.directions is not None else 1
-    size = claim.source(engine, first).shape[-1] if claim.source is not None else 1
-    part = max(1, _HELD // max(1, count * max(size, 8) * 8))
-    for start in range(0, len(state["q"]), part):
-        yield {name: array[start : start + part] for name, array in state.items()}
+    first = replace(at, state={name: array[:1] for name, array in at.state.items()})
+    count = max(rate.shape[-2] for rate in first.rates.values())
+    part = max(1, _HELD // max(1, count * max(at.source(first.state).shape[-1], 8) * 8))
+    for start in range(0, len(at.state["q"]), part):
+        yield replace(at, state={name: array[start : start + part] for name, array in at.state.items()})
 
 
-def _of_states(claim: Claim, engine: Engine, state: Blocks) -> tuple[Array, Array]:
+def _of_states(at: ClaimAtStates) -> tuple[Array, Array]:
     """Return central differences (K, S, R, C), and one-sided differences (2, K, S, R, C)."""
-    assert claim.source is not None and claim.directions is not None  # as above
-    rates, around = claim.directions(state), spread(state)
-    here = claim.source(engine, state)[..., np.newaxis, :]
+    rates, around = at.rates, spread(at.state)
+    here = at.source(at.state)[..., np.newaxis, :]
     central, backward, forward = [], [], []
     with np.errstate(all="ignore"):
         for step in LADDER.tolist():
-            above = claim.source(engine, moved(engine, around, rates, step))
-            below = claim.source(engine, moved(engine, around, rates, -step))
-            central.append(combined(claim, engine, state, (above - below) / (2.0 * step)))
-            backward.append(combined(claim, engine, state, (here - below) / step))
-            forward.append(combined(claim, engine, state, (above - here) / step))
+            above, below = (at.source(moved(at.engine, around, rates, by)) for by in (step, -step))
+            central.append(at.combined((above - below) / (2.0 * step)))
+            backward.append(at.combined((here - below) / step))
+            forward.append(at.combined((above - here) / step))
     return np.stack(central), np.stack([np.stack(backward), np.stack(forward)])
 
 
-def combined(claim: Claim, engine: Engine, state: Blocks, by_direction: Array) -> Array:
-    """Return derivatives (..., count, n) in the form of the claim, (..., R, C)."""
-    derivatives = np.swapaxes(by_direction, -1, -2)
-    return derivatives if claim.combine is None else claim.combine(engine, state, derivatives)
-
-
-def complex_steps(claim: Claim, engine: Engine, tape: Engine, state: Blocks, *, offset: float = 0.0) -> Array:
+def complex_steps(at: ClaimAtStates, *, offset: float = 0.0) -> Array:
     """Return the derivatives of a claim's source by complex steps on the tape, (S, R, C), at a real offset from the
     states."""
-    assert claim.source is not None and claim.directions is not None  # as above
-    rates, around = claim.directions(state), spread(state)
+    on_tape = replace(at, engine=at.tape)
     with np.errstate(all="ignore"):
-        values = claim.source(tape, moved(tape, around, rates, offset + 1j * COMPLEX_STEP))
-        return combined(claim, engine, state, values.imag / COMPLEX_STEP)
+        values = on_tape.source(moved(at.tape, spread(at.state), at.rates, offset + 1j * COMPLEX_STEP))
+        return at.combined(values.imag / COMPLEX_STEP)
 
 
-def between_sides(claim: Claim, engine: Engine, tape: Engine, state: Blocks, value: Array, sizes: EntrySizes) -> Array:
+def between_sides(at: ClaimAtStates, value: Array, sizes: EntrySizes) -> Array:
     """Return the entries (S, R, C) that lie between the derivatives on both sides of a state, or equal one of them."""
-    sides = [complex_steps(claim, engine, tape, state, offset=step) for step in (-_CLOSE, _CLOSE)]
+    sides = [complex_steps(at, offset=step) for step in (-_CLOSE, _CLOSE)]
     with np.errstate(all="ignore"):
         return np.asarray(
             (value >= np.minimum(*sides) - sizes.differences) & (value <= np.maximum(*sides) + sizes.differences)
@@ -213,10 +239,10 @@ class EntrySizes:
         return np.asarray(BY_DIFFERENCES * self.entry + BY_DIFFERENCES_OF_LARGEST * self.state + self.exact)
 
 
-def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.random.Generator) -> EntrySizes:
+def sizes_of(at: ClaimAtStates, value: Array, rng: np.random.Generator) -> EntrySizes:
     largest = np.max(np.abs(value), axis=(-2, -1), initial=0.0)
-    if claim.size is not None:
-        largest = np.maximum(largest, claim.size(engine, state))
+    if at.claim.size is not None:
+        largest = np.maximum(largest, at.claim.size(at.engine, at.state))
     largest = np.maximum(np.where(np.isfinite(largest), largest, 0.0), _SMALL * np.max(largest, initial=0.0))
     whole = np.where(largest > 0.0, largest, 1.0)[:, np.newaxis, np.newaxis]
     if value.shape[-1] > 1:
@@ -224,68 +250,53 @@ def sizes_of(claim: Claim, engine: Engine, state: Blocks, value: Array, rng: np.
         entry = np.minimum(rows[:, np.newaxis], columns)[np.newaxis]
     else:
         entry = whole
-    source = _of_source(claim, engine, state)
-    condition = _effect_of_rounding(partial(claim.value, engine), engine, state, value, np.maximum(whole, source), rng)
-    return EntrySizes(entry, whole, source, condition)
+    source = _of_source(at)
+    near = _rounded(at, lambda one: one.claim.value(one.engine, one.state), rng)
+    return EntrySizes(entry, whole, source, _effect_of_rounding(near, value, np.maximum(whole, source)))
 
 
 def with_rounding_of_complex_steps(
-    sizes: EntrySizes,
-    claim: Claim,
-    engine: Engine,
-    tape: Engine,
-    state: Blocks,
-    exact: Array,
-    rng: np.random.Generator,
+    sizes: EntrySizes, at: ClaimAtStates, exact: Array, rng: np.random.Generator
 ) -> EntrySizes:
     """Return the sizes with the rounding of complex steps, whose terms may cancel to a closed form without terms."""
     whole = np.maximum(sizes.state, sizes.source)
-    condition = _effect_of_rounding(
-        lambda near: complex_steps(claim, engine, tape, near), engine, state, exact, whole, rng
-    )
+    condition = _effect_of_rounding(_rounded(at, complex_steps, rng), exact, whole)
     return replace(sizes, condition=np.maximum(sizes.condition, condition))
 
 
-def _effect_of_rounding(
-    value: Callable[[Blocks], Array],
-    engine: Engine,
-    state: Blocks,
-    here: Array,
-    whole: Array,
-    rng: np.random.Generator,
-) -> Array:
-    """Return the largest change of a value, which is ``here`` at the states, by rounding of arguments, (S, R, C)."""
+def _effect_of_rounding(near: Iterable[Array], here: Array, whole: Array) -> Array:
+    """Return the largest change of values from ``here`` by rounding of arguments, (S, R, C)."""
     effect = np.zeros(here.shape)
-    for _ in range(_SAMPLES):
-        with np.errstate(all="ignore"):
-            change = np.abs(value(_rounded(engine, state, rng)) - here)
-        effect = np.maximum(effect, np.where(np.isfinite(change), change, 0.0))
+    with np.errstate(all="ignore"):
+        for value in near:
+            change = np.abs(value - here)
+            effect = np.maximum(effect, np.where(np.isfinite(change), change, 0.0))
     return np.where(effect < _BRANCH * whole, effect, 0.0)
 
 
-def _of_source(claim: Claim, engine: Engine, state: Blocks) -> Array:
+def _of_source(at: ClaimAtStates) -> Array:
     """Return the size of the differentiated function in each state, (S, 1, 1)."""
-    if claim.source is None or claim.combine is not None:
+    if at.claim.source is None or at.claim.combine is not None:
         return np.zeros(1)
-    source = np.abs(claim.source(engine, state))
+    source = np.abs(at.source(at.state))
     largest: Array = np.max(np.where(np.isfinite(source), source, 0.0), axis=-1, initial=0.0)
     return largest[:, np.newaxis, np.newaxis]
 
 
-def _rounded(engine: Engine, state: Blocks, rng: np.random.Generator) -> dict[str, Array]:
-    """Return the state with all numbers changed by possible rounding."""
-    relative = {
-        name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape))
-        for name, array in state.items()
-        if name != "q"
-    }
-    reach = np.ones(state["v"].shape)
-    for factor in engine.factors:
+def _rounded(at: ClaimAtStates, value: Callable[[ClaimAtStates], Array], rng: np.random.Generator) -> Iterator[Array]:
+    """Yield values at the states with all numbers changed by possible rounding."""
+    reach = np.ones(at.state["v"].shape)
+    for factor in at.engine.factors:
         if factor.group == "R":
-            here = np.abs(state["q"][..., factor.q])
-            reach[..., factor.v] = np.maximum(here, 1.0)
-    turned = moved(engine, state, {"q": reach * rng.uniform(-1.0, 1.0, reach.shape)}, _ROUNDING)
-    return {**turned, **relative}
+            reach[..., factor.v] = np.maximum(np.abs(at.state["q"][..., factor.q]), 1.0)
+    for _ in range(_SAMPLES):
+        relative = {
+            name: array * (1.0 + _ROUNDING * rng.uniform(-1.0, 1.0, array.shape))
+            for name, array in at.state.items()
+            if name != "q"
+        }
+        turned = moved(at.engine, at.state, {"q": reach * rng.uniform(-1.0, 1.0, reach.shape)}, _ROUNDING)
+        yield value(replace(at, state={**turned, **relative}))
 
 
 #: Error bars above this part of a state's size: differences are inconclusive there.
@@ -323,11 +334,8 @@ class Remarks:
 
 
 def non_smooth_entries(
-    claim: Claim,
-    engine: Engine,
+    at: ClaimAtStates,
     operations: NonSmoothOperations,
-    state: Blocks,
-    names: tuple[str, ...],
     value: Array,
     finite: Array,
     by_differences: Differences,
@@ -341,54 +349,43 @@ def non_smooth_entries(
     vague = finite & ~(by_differences.bar <= NO_DIGITS * sizes.state)
     odd = off | vague | by_differences.kink
     non_smooth = np.zeros(value.shape, bool)
-    if not odd.any() or claim.directions is None:
+    if not odd.any():
         return non_smooth
-    rates = claim.directions(state)
+    rates = at.rates
     count = max(rate.shape[-2] for rate in rates.values())
     for k in np.flatnonzero(odd.any(axis=(-2, -1))):
-        here = {name: array[k] for name, array in state.items()}
         seen: dict[tuple[int, float], list[str]] = {}
         for row, column in np.argwhere(odd[k]):
-            at = (k, row, column)
-            step = float(
-                by_differences.step[at]
-                if off[at]
-                else by_differences.kink_step[at]
-                if by_differences.kink[at]
-                else _CLOSE
-            )
+            place = (k, row, column)
+            kink_step = by_differences.kink_step[place] if by_differences.kink[place] else _CLOSE
+            step = float(by_differences.step[place] if off[place] else kink_step)
             decided: list[str] = []
-            for direction in [int(column)] if claim.combine is None else range(count):
+            for direction in [int(column)] if at.claim.combine is None else range(count):
                 if (direction, step) not in seen and len(seen) < _LOOKED_AT:
-                    seen[direction, step] = _decided(operations, engine, here, rates, int(k), direction, step)
+                    seen[direction, step] = _decided(at, operations, rates, k, direction, step)
                 decided += seen.get((direction, step), [])
-            non_smooth[at] = bool(decided)
+            non_smooth[place] = bool(decided)
             for operation in decided:
-                remarks.add(names[k], "not smooth", operation)
+                remarks.add(at.names[k], "not smooth", operation)
         if (vague[k] & ~non_smooth[k]).any():
-            remarks.add(names[k], "differences have no digits")
+            remarks.add(at.names[k], "differences have no digits")
     return non_smooth
 
 
 def _decided(
-    operations: NonSmoothOperations,
-    engine: Engine,
-    here: Blocks,
-    rates: Blocks,
-    state: int,
-    direction: int,
-    step: float,
+    at: ClaimAtStates, operations: NonSmoothOperations, rates: Blocks, k: SupportsIndex, direction: int, step: float
 ) -> list[str]:
-    """Return the operations that take another branch a step before or after a state."""
-    along = {}
-    for name, rate in rates.items():
-        of_state = rate[state] if rate.ndim == 3 else rate
-        along[name] = of_state[min(direction, len(of_state) - 1)]
-    return operations.decisions([moved(engine, here, along, -step), here, moved(engine, here, along, step)])
+    """Return the operations that take another branch a step before or after state number ``k``."""
+    here = at.one(k)
+    of_state = {name: rate[k] if rate.ndim == 3 else rate for name, rate in rates.items()}
+    along = {name: rate[min(direction, len(rate) - 1)] for name, rate in of_state.items()}
+    before, after = (moved(at.engine, here, along, by) for by in (-step, step))
+    return operations.decisions([before, here, after])
 
 
 _BY_SIGN = {Op.ABS: "abs", Op.SIGN: "sign", Op.SELECT: "select"}
 _BY_ORDER = {Op.MIN: "min", Op.MAX: "max", Op.LT: "comparison", Op.LE: "comparison"}  # a > b is b < a on the tape
+_KINKS = _BY_SIGN | _BY_ORDER
 #: Functions whose derivative is unbounded at some argument inside the domain or at its edge, and the distance from that
 #: argument.
 _UNBOUNDED: dict[Op, tuple[str, Callable[[Array, Array], Array]]] = {
@@ -416,21 +413,13 @@ class NonSmoothOperations:
         ----------
         states : of mappings from block to array (size,)
         """
-        tape = self.system.tape
-        nodes = [(node, op) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER or op is Op.CURVE]
+        nodes = [(node, op) for node, op in self._live() if op in _KINKS or op is Op.CURVE]
         values = [self._operands(nodes, state) for state in states]
         result: list[str] = []
         for number, (node, op) in enumerate(nodes):
-            taken = [
-                _decision(op, operands[number], self._breaks(node) if op is Op.CURVE else None) for operands in values
-            ]
-            if any(decision != taken[0] for decision in taken):
-                operation = (
-                    f"curve {tape.curves[tape.b[node]][0].name}"
-                    if op is Op.CURVE
-                    else _BY_SIGN.get(op) or _BY_ORDER[op]
-                )
-                result.append(f"{operation} in {tape.label(node) or 'the scene'}")
+            taken = {self._decision(node, op, operands[number]) for operands in values}
+            if len(taken) > 1:
+                result.append(self._named(f"curve {self._curve(node).name}" if op is Op.CURVE else _KINKS[op], node))
         return list(dict.fromkeys(result))
 
     def step_of_laws(self) -> float:
@@ -447,34 +436,30 @@ class NonSmoothOperations:
     def edges(self, state: Blocks) -> list[tuple[str, str]]:
         """Return remarks and operations on edges: choices between operands that are equal at a state, and functions
         with an unbounded derivative there."""
-        nodes = [(node, op) for node, op in self._live() if op in (Op.ABS, Op.SIGN) or op in _BY_ORDER]
-        tape = self.system.tape
+        nodes = [(node, op) for node, op in self._live() if op in _KINKS and op is not Op.SELECT]
         result = [
-            ("not smooth", f"{_BY_SIGN.get(op) or _BY_ORDER[op]} in {tape.label(node) or 'the scene'}")
+            ("not smooth", self._named(_KINKS[op], node))
             for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True)
-            if _decision(op, operands, None) == 0.0
+            if self._decision(node, op, operands) == 0.0
         ]
         return list(dict.fromkeys([*result, *(("unbounded derivative", text) for text in self.singular(state))]))
 
     def kinks_and_jumps(self) -> list[str]:
         """Return the operations that have a kink or jump somewhere, near a state or not, as text; without curves."""
-        result = [
-            (_BY_SIGN.get(op) or _BY_ORDER[op], node) for node, op in self._live() if op in _BY_SIGN or op in _BY_ORDER
-        ]
-        return list(
-            dict.fromkeys(f"{operation} in {self.system.tape.label(node) or 'the scene'}" for operation, node in result)
-        )
+        return list(dict.fromkeys(self._named(_KINKS[op], node) for node, op in self._live() if op in _KINKS))
 
     def singular(self, state: Blocks) -> list[str]:
         """Return the functions with an unbounded derivative at the argument, as text."""
-        tape = self.system.tape
         nodes = [(node, op) for node, op in self._live() if op in _UNBOUNDED]
         result = []
         for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True):
             name, distance = _UNBOUNDED[op]
             if not float(distance(operands[0], operands[-1])) > 1e-12:
-                result.append(f"{name} in {tape.label(node) or 'the scene'}")
+                result.append(self._named(name, node))
         return list(dict.fromkeys(result))
+
+    def _named(self, operation: str, node: int) -> str:
+        return f"{operation} in {self.system.tape.label(node) or 'the scene'}"
 
     def _live(self) -> Iterator[tuple[int, Op]]:
         tape = self.system.tape
@@ -494,14 +479,12 @@ class NonSmoothOperations:
             values = evaluate(tape, refs, {name: state[name] for name in needed})
         return list(values.reshape(-1, 2))
 
-    def _breaks(self, node: int) -> Array:
+    def _curve(self, node: int) -> Any:
         tape = self.system.tape
-        return np.asarray(tape.curves[tape.b[node]][0].breaks)
+        return tape.curves[tape.b[node]][0]
 
-
-def _decision(op: Op, operands: Array, breaks: Array | None) -> float:
-    if breaks is not None:
-        return float(np.searchsorted(breaks, operands[0], side="right"))
-    if op in _BY_SIGN:
-        return float(np.sign(operands[0]))
-    return float(np.sign(operands[0] - operands[1]))
+    def _decision(self, node: int, op: Op, operands: Array) -> float:
+        """Return the branch that an operation takes."""
+        if op is Op.CURVE:
+            return float(np.searchsorted(np.asarray(self._curve(node).breaks), operands[0], side="right"))
+        return float(np.sign(operands[0] if op in _BY_SIGN else operands[0] - operands[1]))
