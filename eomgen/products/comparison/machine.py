@@ -336,8 +336,7 @@ def of_equations(name: str, system: System, links: Sequence[Link], solids: Seque
 
 def _link(joint: Joint, parent: int, pose: Placement, lumps: Lumps, number: int, values: _Values) -> Link:
     kind = joint.kind
-    turned = kind.turned_about or kind.travels
-    axis = np.array(joint.axis) if turned else None
+    axis = np.array(joint.axis) if kind.turned_about or kind.travels else None
     second = np.array(joint.second_axis) if kind.second_key else None
     return Link(
         joint.name,
@@ -361,16 +360,11 @@ def _joint_numbers(joint: Joint, values: _Values) -> dict[str, float | str]:
         for name in ("stiffness", "damping", "rest", "rotor_inertia"):
             for index, formula in enumerate(joint.each(getattr(joint, name))):
                 result[_indexed(name, index, joint)] = values.number(formula)
-        springs = [result[_indexed("stiffness", index, joint)] for index in range(joint.kind.v_size)]
-        for index, stiffness in enumerate(springs):
-            if stiffness == 0.0:  # no force follows from the rest of a spring that is none
-                result[_indexed("rest", index, joint)] = 0.0
         for index in range(joint.kind.v_size):
-            result |= {
-                _indexed("coulomb", index, joint): 0.0,
-                _indexed("lower", index, joint): -np.inf,
-                _indexed("upper", index, joint): np.inf,
-            }
+            if result[_indexed("stiffness", index, joint)] == 0.0:
+                result[_indexed("rest", index, joint)] = 0.0  # no force follows from the rest of a spring that is none
+            ends = {"coulomb": 0.0, "lower": -np.inf, "upper": np.inf}
+            result |= {_indexed(name, index, joint): end for name, end in ends.items()}
     for friction in joint.friction:
         result[_indexed("coulomb", friction.index, joint)] = values.number(friction.coulomb)
     for stop in joint.stops:

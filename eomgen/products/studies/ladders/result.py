@@ -23,16 +23,18 @@ from eomgen.products.studies.ladders.runs import CRASH, HANG, RAISED, REACHED, R
 #: run failed.
 HOLDS, COARSE, WARNED, ENDED = "holds", "coarse", "warned", "stopped"
 REJECTED, LONG, UNKNOWN, FAILS = "refused", "unfinished", "unknown", "fails"
-VERDICTS: Mapping[str, str] = {
-    HOLDS: "the error is within its bound",
-    COARSE: "1 to 10 % wrong",
-    WARNED: "more than 10 % wrong, and the run says that it is doubtful",
-    ENDED: "ended with a message",
-    REJECTED: "refused with a message",
-    LONG: "too slow, interrupted",
-    UNKNOWN: "ran; no two references agree",
-    FAILS: "hang, crash, not finite without a word, or more than 10 % wrong and called success",
+#: Words, colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
+_SHOWN = {
+    HOLDS: ("the error is within its bound", "#3E9B5F", ""),
+    COARSE: ("1 to 10 % wrong", "#E3C53A", "~"),
+    WARNED: ("more than 10 % wrong, and the run says that it is doubtful", "#F0953F", "!"),
+    ENDED: ("ended with a message", "#7FB0D8", "s"),
+    REJECTED: ("refused with a message", "#4E79A7", "r"),
+    LONG: ("too slow, interrupted", "#B7A6CE", "u"),
+    UNKNOWN: ("ran; no two references agree", "#C9C9C9", "?"),
+    FAILS: ("hang, crash, not finite without a word, or more than 10 % wrong and called success", "#C8102E", "F"),
 }
+VERDICTS: Mapping[str, str] = {name: words for name, (words, _, _) in _SHOWN.items()}
 #: Error, relative to the motion, from which on a run has to say something.
 WRONG = 0.1
 
@@ -199,17 +201,6 @@ class Extremes:
         return [made / "extremes.csv", made / "extremes.json", draw(self.scene, self.cells, made / "extremes.png")]
 
 
-#: Colour and sign of each verdict: green to yellow is right or nearly, blue is reported, red is a silent fault.
-_COLOURS = {
-    "holds": ("#3E9B5F", ""),
-    "coarse": ("#E3C53A", "~"),
-    "warned": ("#F0953F", "!"),
-    "stopped": ("#7FB0D8", "s"),
-    "refused": ("#4E79A7", "r"),
-    "unfinished": ("#B7A6CE", "u"),
-    "unknown": ("#C9C9C9", "?"),
-    "fails": ("#C8102E", "F"),
-}
 _GAP = 0.45
 
 
@@ -237,14 +228,15 @@ def draw(scene: str, cells: Sequence[Cell], path: Path) -> Path:
             last = ladder
         axis.text(-0.1, y + 0.5, method, ha="right", va="center", fontsize=7.5)
         for cell in row:
-            colour, sign = _COLOURS[cell.verdict]
+            _, colour, sign = _SHOWN[cell.verdict]
             x = values.index(cell.value)
             axis.add_patch(Rectangle((x, y), 0.95, 0.92, color=colour, linewidth=0.0))
-            axis.text(x + 0.475, y + 0.47, _text(cell) or sign, ha="center", va="center", fontsize=6.0, color="white")
+            text = sign if cell.error is None else f"{cell.error:.0e}"
+            axis.text(x + 0.475, y + 0.47, text, ha="center", va="center", fontsize=6.0, color="white")
     axis.set(xlim=(0.0, widest), ylim=(top + 0.2, -1.2))
     axis.axis("off")
     count = counts(cells)
-    handles = [Patch(color=_COLOURS[name][0], label=f"{name} {count[name]}") for name in count]
+    handles = [Patch(color=_SHOWN[name][1], label=f"{name} {count[name]}") for name in count]
     figure.legend(handles=handles, loc="outside lower left", ncols=4, frameon=False, fontsize=8)
     unknown = f"\nunknown: {VERDICTS[UNKNOWN]}" if UNKNOWN in count else ""
     figure.suptitle(f"{scene}: extremes; numbers are errors by the motion{unknown}", fontsize=9, x=0.02, ha="left")
@@ -266,7 +258,3 @@ def _rows(cells: Sequence[Cell]) -> list[tuple[str, str, list[Cell]]]:
 
 def _values(cells: Sequence[Cell]) -> list[float]:
     return sorted({cell.value for cell in cells})
-
-
-def _text(cell: Cell) -> str:
-    return f"{cell.error:.0e}" if cell.error is not None else ""
