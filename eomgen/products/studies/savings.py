@@ -441,8 +441,9 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
 
 
 def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
+    cost = VariantCost(variant.name, variant.description)
     if variant.scene is None:
-        return VariantCost(variant.name, variant.description, problem=variant.problem), None
+        return replace(cost, problem=variant.problem), None
     terms = None if variant.terms is None else list(variant.terms)
     try:
         began = time.perf_counter()
@@ -452,18 +453,17 @@ def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[V
             terms = list(model.terms)
         system = derive(variant.scene, terms)
         operations = {name: count.flops for name, count in system.counts.items()}
-        place = folder / f"c_{variant.name.replace(' ', '_')}"
-        files = generate(variant.scene, place, terms, method)
+        files = generate(variant.scene, folder / f"c_{variant.name.replace(' ', '_')}", terms, method)
     except EomgenError as error:
-        return VariantCost(variant.name, variant.description, problem=str(error)), None
+        return replace(cost, problem=str(error)), None
     of_step = [name for name in terms_of_step(variant.scene, method) if name in operations]
-    cost = VariantCost(
-        variant.name,
-        variant.description,
-        operations,
-        sum(operations[name] for name in of_step),
-        sum(file.stat().st_size for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON),
-        seconds,
+    own = (file for file in files if file.suffix in (".c", ".h") and file.name not in _COMMON)
+    cost = replace(
+        cost,
+        operations=operations,
+        step_operations=sum(operations[name] for name in of_step),
+        c_bytes=sum(file.stat().st_size for file in own),
+        build_seconds=seconds,
     )
     return cost, model
 

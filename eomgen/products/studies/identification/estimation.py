@@ -213,123 +213,112 @@ class Fit:
     text: str
 
 
-def fit(
-    predict: Predictions,
-    data: Array,
-    columns: Array,
-    x: Array,
-    bounds: tuple[Array, Array],
-    deviations: Array | None,
-    limit: int,
-) -> Fit:
-    """Return the unknowns that fit data best.
+@dataclass(frozen=True)
+class LeastSquares:
+    """A search for the unknowns that fit data best.
 
-    Parameters
+    Attributes
     ----------
     data : (rows,)
     columns : (rows,) column of each row
-    x : (n,) start of the search
     bounds : (n,) each
     deviations : (columns,) standard deviations of the columns; None: deviations are estimated from the residuals
     limit : predictions at most in one search
-
-    Raises
-    ------
-    NumericalError
-        The run fails at the start.
     """
-    first = predict(x)
-    if first is None:
-        fault = f"the run fails at the initial guess: {predict.failures[0]} [E1053]"
-        raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
-    count = int(columns.max()) + 1
-    ranges = np.array([float(np.ptp(data[columns == k])) or 1.0 for k in range(count)])
-    sigma = ranges if deviations is None else deviations
-    kept = list(structure(first[1] / sigma[columns][:, np.newaxis]).kept)
-    for _ in range(_STRUCTURES):
-        result = _weighed(predict, data, columns, x, bounds, sigma, ranges, deviations is not None, kept, limit)
-        x, sigma, before = result.x, result.deviations, kept
-        kept = list(structure(result.J / sigma[columns][:, np.newaxis]).kept)
-        if kept == before:
-            break
-    return result
 
+    predict: Predictions
+    data: Array
+    columns: Array
+    bounds: tuple[Array, Array]
+    deviations: Array | None
+    limit: int
 
-def _weighed(
-    predict: Predictions,
-    data: Array,
-    columns: Array,
-    x: Array,
-    bounds: tuple[Array, Array],
-    sigma: Array,
-    ranges: Array,
-    given: bool,
-    kept: Sequence[int],
-    limit: int,
-) -> Fit:
-    """Return the fit of the kept unknowns, with deviations that match the residuals if no deviations are given."""
-    count = len(sigma)
-    sizes = np.array([np.count_nonzero(columns == k) for k in range(count)])
-    share = max(1.0 - len(kept) / len(data), 1.0 / len(data))
-    for number in range(1 if given or count == 1 else _PASSES):
-        x, converged, text = _searched(predict, data, sigma[columns], x, bounds, kept, limit)
-        if given:
-            break
-        left = _found(predict, x)[0] - data
-        squares = np.array([float(left[columns == k] @ left[columns == k]) for k in range(count)])
-        estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * ranges)
-        change = float(np.max(np.abs(estimated / sigma - 1.0)))
-        sigma = estimated
-        if number and change < _SAME:
-            break
-    values, J = _found(predict, x)
-    return Fit(x, values, J, sigma, converged, text)
+    def fit(self, x: Array) -> Fit:
+        """Return the fit from a start (n,).
 
-
-def _found(predict: Predictions, x: Array) -> tuple[Array, Array]:
-    result = predict(x)
-    if result is None:
-        raise NumericalError(Problem("identify", f"the run fails: {predict.failures[-1]} [E1054]", "a smaller step"))
-    return result
-
-
-def _searched(
-    predict: Predictions,
-    data: Array,
-    sigma: Array,
-    x: Array,
-    bounds: tuple[Array, Array],
-    kept: Sequence[int],
-    limit: int,
-) -> tuple[Array, bool, str]:
-    """Return the unknowns at the least sum of squares over the kept unknowns, and the end of the search."""
-    nothing, chosen = np.full(len(data), np.inf), list(kept)
-
-    def whole(part: Array) -> Array:
-        result = x.copy()
-        result[chosen] = part
+        Raises
+        ------
+        NumericalError
+            The run fails at the start.
+        """
+        first = self.predict(x)
+        if first is None:
+            fault = f"the run fails at the initial guess: {self.predict.failures[0]} [E1053]"
+            raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
+        sigma = self._ranges if self.deviations is None else self.deviations
+        kept = self._independent(first[1], sigma)
+        for _ in range(_STRUCTURES):
+            result = self._weighed(x, sigma, kept)
+            x, sigma, before = result.x, result.deviations, kept
+            kept = self._independent(result.J, sigma)
+            if kept == before:
+                break
         return result
 
-    def residuals(part: Array) -> Array:
-        result = predict(whole(part))
-        return nothing if result is None else (result[0] - data) / sigma
+    @property
+    def _ranges(self) -> Array:
+        """(columns,) range of each column; 1 without one."""
+        parts = (self.data[self.columns == k] for k in range(int(self.columns.max()) + 1))
+        return np.array([float(np.ptp(part)) or 1.0 for part in parts])
 
-    def jacobian(part: Array) -> Array:
-        return _found(predict, whole(part))[1][:, chosen] / sigma[:, np.newaxis]
+    def _independent(self, J: Array, sigma: Array) -> list[int]:
+        return list(structure(J / sigma[self.columns][:, np.newaxis]).kept)
 
-    low, high = bounds
-    result = least_squares(
-        residuals,
-        x[chosen],
-        jac=jacobian,
-        bounds=(low[chosen], high[chosen]),
-        x_scale="jac",
-        ftol=_CONVERGED,
-        xtol=_CONVERGED,
-        gtol=None,
-        max_nfev=limit,
-    )
-    return whole(np.asarray(result.x)), bool(result.status > 0), str(result.message)
+    def _weighed(self, x: Array, sigma: Array, kept: Sequence[int]) -> Fit:
+        """Return the fit of the kept unknowns, with deviations that match the residuals if no deviations are given."""
+        count, given = len(sigma), self.deviations is not None
+        sizes = np.array([np.count_nonzero(self.columns == k) for k in range(count)])
+        share = max(1.0 - len(kept) / len(self.data), 1.0 / len(self.data))
+        for number in range(1 if given or count == 1 else _PASSES):
+            x, converged, text = self._searched(x, sigma[self.columns], kept)
+            if given:
+                break
+            left = self._found(x)[0] - self.data
+            squares = np.array([float(left[self.columns == k] @ left[self.columns == k]) for k in range(count)])
+            estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * self._ranges)
+            change = float(np.max(np.abs(estimated / sigma - 1.0)))
+            sigma = estimated
+            if number and change < _SAME:
+                break
+        values, J = self._found(x)
+        return Fit(x, values, J, sigma, converged, text)
+
+    def _found(self, x: Array) -> tuple[Array, Array]:
+        result = self.predict(x)
+        if result is None:
+            fault = f"the run fails: {self.predict.failures[-1]} [E1054]"
+            raise NumericalError(Problem("identify", fault, "a smaller step"))
+        return result
+
+    def _searched(self, x: Array, sigma: Array, kept: Sequence[int]) -> tuple[Array, bool, str]:
+        """Return the unknowns at the least sum of squares over the kept unknowns, and the end of the search."""
+        nothing, chosen = np.full(len(self.data), np.inf), list(kept)
+
+        def whole(part: Array) -> Array:
+            result = x.copy()
+            result[chosen] = part
+            return result
+
+        def residuals(part: Array) -> Array:
+            result = self.predict(whole(part))
+            return nothing if result is None else (result[0] - self.data) / sigma
+
+        def jacobian(part: Array) -> Array:
+            return self._found(whole(part))[1][:, chosen] / sigma[:, np.newaxis]
+
+        low, high = self.bounds
+        result = least_squares(
+            residuals,
+            x[chosen],
+            jac=jacobian,
+            bounds=(low[chosen], high[chosen]),
+            x_scale="jac",
+            ftol=_CONVERGED,
+            xtol=_CONVERGED,
+            gtol=None,
+            max_nfev=self.limit,
+        )
+        return whole(np.asarray(result.x)), bool(result.status > 0), str(result.message)
 
 
 def covariance(J: Array, sigma: Array) -> Array:

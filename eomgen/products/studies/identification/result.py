@@ -161,11 +161,7 @@ class Identification:
             "combinations": [vars(one) | {"members": list(one.members)} for one in self.combinations],
             "columns": [dict(vars(one)) for one in self.columns],
             "initial": {one.name: {key: value.tolist() for key, value in one.initial.items()} for one in self.records},
-            "confidence": self.confidence,
-            "noise": self.noise,
-            "degrees_of_freedom": self.degrees_of_freedom,
-            "runs": self.runs,
-            "failed": self.failed,
+            **{name: getattr(self, name) for name in ("confidence", "noise", "degrees_of_freedom", "runs", "failed")},
             "notes": list(self.notes),
             "message": self.message,
         }

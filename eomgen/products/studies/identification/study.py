@@ -14,7 +14,7 @@ from eomgen.compiled.initial_state import initial_state
 from eomgen.errors import Problem, UsageError
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import built_for_run
-from eomgen.products.studies.identification.estimation import Predictions, fit
+from eomgen.products.studies.identification.estimation import LeastSquares, Predictions
 from eomgen.products.studies.identification.experiment import (
     Experiment,
     ExperimentUnknowns,
@@ -190,7 +190,7 @@ def _identified(
     sigma = deviations_of(unknowns.labels, deviations)
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
-    result = fit(predict, unknowns.data, unknowns.columns, x, limits, sigma, _LIMIT)
+    result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma, _LIMIT).fit(x)
     return Judgement(unknowns, finer, result, predict, limits, sigma is not None, confidence).result()
 
 

@@ -244,37 +244,28 @@ def _notes(
     return notes
 
 
-def _check_columns(
-    name: str,
-    columns: Mapping[str, Array],
-    needed: Sequence[str],
-    efforts: Sequence[str],
-    inputs: Sequence[str],
-    *,
-    driven: bool,
-) -> None:
+def _check_columns(model: Model, name: str, columns: Mapping[str, Array], needed: Sequence[str], driven: bool) -> None:
     """Check that a measured motion has the columns of inverse dynamics.
 
     Parameters
     ----------
     needed : coordinates, velocities and accelerations
-    efforts : all or none
-    inputs : of the model; ``driven``: whether there is a column of one, which stands in for efforts
+    driven : whether there is a column of an input, which stands in for efforts
 
     Raises
     ------
     UsageError
     """
+    efforts = efforts_of(model)
     absent = [label for label in needed if label not in columns]
     if absent:
         fault = f"the columns {listed_plain(absent)} are missing, and inverse dynamics needs all of q, v and a [E1093]"
         raise UsageError(Problem(name, fault, f"columns named {listed_plain(needed)}"))
-    torques = [label for label in efforts if label in columns]
-    if not torques and not driven:
+    lost = [label for label in efforts if label not in columns]
+    if len(lost) == len(efforts) and not driven:
         fault = "there is neither a column of efforts nor one of an input [E1094]"
-        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *inputs])}"))
-    if torques and len(torques) < len(efforts):
-        lost = [label for label in efforts if label not in columns]
+        raise UsageError(Problem(name, fault, f"columns named {listed_plain([*efforts, *model.inputs])}"))
+    if 0 < len(lost) < len(efforts):
         raise UsageError(Problem(name, f"the efforts {listed_plain(lost)} are missing [E1095]", "0 without one"))
     strange = next((label for label in columns if label.startswith("tau.") and label not in efforts), None)
     if strange is not None:
@@ -292,7 +283,7 @@ def _motion(model: Model, data: Data, number: int, missing: str) -> MeasuredMoti
     of_inputs = {label: columns.get(label, columns.get(f"input.{label}")) for label in model.inputs}
     driven = {label: values for label, values in of_inputs.items() if values is not None}
     torques = [label for label in efforts if label in columns]
-    _check_columns(name, columns, needed, efforts, model.inputs, driven=bool(driven))
+    _check_columns(model, name, columns, needed, bool(driven))
     table = np.stack([*(columns[label] for label in (*needed, *torques)), *driven.values()])
     finite = np.all(np.isfinite(table), axis=0)
     if missing == "refuse" and not finite.all():

@@ -224,30 +224,19 @@ class Tuned:
         dict
             JSON types.
         """
+        demand = ("scene", "quantity", "measure", "demand", "met")
+        run = ("kind", "value", "error", "seconds", "span", "steps", "why", "next_digit")
         return {
-            "scene": self.scene,
-            "quantity": self.quantity,
-            "measure": self.measure,
-            "demand": self.demand,
-            "met": self.met,
+            **{name: getattr(self, name) for name in demand},
             **self.configuration.to_dict(),
-            "kind": self.kind,
-            "value": self.value,
-            "error": self.error,
-            "seconds": self.seconds,
-            "span": self.span,
-            "steps": self.steps,
-            "why": self.why,
-            "next_digit": self.next_digit,
+            **{name: getattr(self, name) for name in run},
             "own": {"settings": self.own[0], "error": self.own[1], "seconds": self.own[2]},
             "said": self.said,
             "rivals": [vars(rival) for rival in self.rivals],
             "verified": [vars(run) for run in self.verified],
             "simulation": dict(self.simulation),
             "written": {"error": self.written[0], "seconds": self.written[1]},
-            "coordinates": self.coordinates,
-            "group": self.group,
-            "simplified": self.simplified,
+            **{name: getattr(self, name) for name in ("coordinates", "group", "simplified")},
             "machine": dict(self.machine),
             "spent": {"seconds": self.spent[0], "runs": self.spent[1], "building": self.built},
             "left_out": dict(self.left_out),

@@ -110,8 +110,8 @@ def tune(
     grid = tuning_grid(end, defaults.step, defaults.step * defaults.record_every)
     runner = Runner(variants, grid, parameters, inputs, limit=max(1.0, JUDGE_SHARE * budget))
     source = Path(scene) if isinstance(scene, str | os.PathLike) else None
-    tuning = _Tuning(runner, defaults, tuple(methods), chosen, budget, progress or (lambda _: None))
-    return tuning.result(Demand(float(error), output, measure), source)
+    demand, say = Demand(float(error), output, measure), progress or (lambda _: None)
+    return _Tuning(runner, demand, defaults, tuple(methods), chosen, budget, say).result(source)
 
 
 @dataclass
@@ -119,6 +119,7 @@ class _Tuning:
     """The work of one call of ``tune``."""
 
     runner: Runner
+    demand: Demand
     defaults: Simulation
     methods: tuple[str, ...]
     axes: tuple[str, ...]
@@ -136,8 +137,9 @@ class _Tuning:
         """The name of the scene's own formulation."""
         return self.formulations.own
 
-    def result(self, demand: Demand, source: Path | None) -> Tuned:
-        """Return the configuration that meets a demand at the least cost."""
+    def result(self, source: Path | None) -> Tuned:
+        """Return the configuration that meets the demand at the least cost."""
+        demand = self.demand
         began = time.process_time()
         self.left_out |= self.formulations.refused
         model = self.runner.model(self.own)
@@ -157,7 +159,7 @@ class _Tuning:
         entries = RaceEntries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
         try:
             contenders = entries.raced()
-            self._enough(contenders, demand)
+            self._enough(contenders)
             winner, checks = self._verified(entries, contenders, near)
         except KeyboardInterrupt as stop:
             best = min(race.entered, key=lambda c: c.seconds(demand.error), default=None)
@@ -166,12 +168,12 @@ class _Tuning:
                 told = ", ".join(f"{key} = {value!r}" for key, value in settings)
                 stop.add_note(f"the cheapest so far, which is not verified, has {told}")
             raise
-        self._enough(contenders, demand)
+        self._enough(contenders)
         run = winner.best(demand.error)
         assert run is not None  # checked by ``_enough``
         own_settings = self._own_settings(judge)
         spent = time.process_time() - began - self.runner.building, race.runs
-        return self._described(demand, contenders, (winner, run), checks, own_settings, spent, source)
+        return self._described(contenders, winner, run, checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
         """Return the names of formulations other than the scene's own that may win."""
@@ -182,7 +184,8 @@ class _Tuning:
             return list(less)
         return [*less, *others]
 
-    def _enough(self, contenders: Sequence[Contender], demand: Demand) -> None:
+    def _enough(self, contenders: Sequence[Contender]) -> None:
+        demand = self.demand
         if not any(c.best(demand.error) for c in contenders):
             closest = min((run.error for c in contenders for run in c.runs), default=math.inf)
             fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g} [E1129]"
@@ -222,15 +225,15 @@ class _Tuning:
 
     def _described(
         self,
-        demand: Demand,
         contenders: Sequence[Contender],
-        won: tuple[Contender, RaceRun],
+        winner: Contender,
+        run: RaceRun,
         checks: tuple[VerificationRun, ...],
         own_settings: tuple[str, float, float],
         spent: tuple[float, int],
         source: Path | None,
     ) -> Tuned:
-        winner, run = won
+        demand = self.demand
         grid, value = self.runner.grid, self._value(winner, run)
         name = winner.configuration.formulation
         elsewhere = name != self.own and name not in self.formulations.simplified

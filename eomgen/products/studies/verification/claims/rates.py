@@ -3,6 +3,8 @@ events, with gradients of impacts."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from eomgen.products.studies.verification.claims.claim import (
@@ -36,6 +38,16 @@ _TERMS = (
 )
 #: Terms that another derivation has as well.
 _SECOND = {"rates": "rates_closed", "mass_rates": "mass_rates_closed"}
+#: Terms with an output that another term has as well; the function, output and order of the derivative for the size.
+_SAME: Sequence[tuple[str, str, str, tuple[str, str, int] | None]] = (
+    ("rates", "tau", "inverse_dynamics", None),
+    ("forward_rates", "vdot", "forward_dynamics", None),
+    ("rates_closed", "tau", "inverse_dynamics", ("inverse_dynamics", "tau", 0)),
+    ("rates_closed", "tau_dot", "rates", ("inverse_dynamics", "tau", 1)),
+    ("rates_closed", "tau_ddot", "rates", ("inverse_dynamics", "tau", 2)),
+    ("mass_rates_closed", "M_dot", "mass_rates", ("mass", "M", 1)),
+    ("mass_rates_closed", "M_ddot", "mass_rates", ("mass", "M", 2)),
+)
 #: Terms of the table whose rows are components of v, or pairs of components.
 _OF_COMPONENTS = {term for term, _, _ in _TERMS[:5]} | {"forward_rates"}
 #: Size of a derivative's terms, as a part of the quantity, and of the quantity times the rate of the motion, up to
@@ -67,31 +79,26 @@ def rate_claims(space: Space) -> list[Claim]:
                 )
             )
             source = Output(term, name)
-    claims += [
-        _same(space, term, entry, other)
-        for term, entry, other in (("rates", "tau", "inverse_dynamics"), ("forward_rates", "vdot", "forward_dynamics"))
-        if space.has(term)
-    ]
-    return claims + _closed(space) + _drivers(space)
+    for term, name, other, of in _SAME:
+        if space.has(term, other):
+            more = _of_mass(space, "rates", of[2]) if of is not None and of[1] == "tau" else []
+            claims.append(
+                Claim(
+                    f"{term}.{name}",
+                    f"as {other}",
+                    Output(term, name).flat.column,
+                    second=Output(other, name).flat.column,
+                    second_name=other,
+                    rows=_entries(space, name),
+                    size=None if of is None else _rounding_of(*of, *more),
+                )
+            )
+    return claims + _coriolis(space) + _drivers(space)
 
 
-def _closed(space: Space) -> list[Claim]:
-    """Return the claims of the closed matrix form: tau once more, C v = h, and M' - 2 C skew."""
-    claims = []
-    of_tau = [_rounding_of("inverse_dynamics", "tau", order, *_of_mass(space, "rates", order)) for order in range(3)]
-    if space.has("rates_closed", "inverse_dynamics"):
-        claims.append(_same(space, "rates_closed", "tau", "inverse_dynamics", of_tau[0]))
-        claims += [
-            _same(space, "rates_closed", name, "rates", of_tau[order])
-            for order, name in ((1, "tau_dot"), (2, "tau_ddot"))
-            if space.has("rates")
-        ]
-    if space.has("mass_rates_closed", "mass_rates"):
-        claims += [
-            _same(space, "mass_rates_closed", name, "mass_rates", _rounding_of("mass", "M", order))
-            for order, name in ((1, "M_dot"), (2, "M_ddot"))
-        ]
-    claims += [
+def _coriolis(space: Space) -> list[Claim]:
+    """Return the claims of Coriolis matrices: C v = h, and C + C^T = M' of the skew one."""
+    claims = [
         Claim(
             f"{term}.C",
             "C v = h",
@@ -151,19 +158,6 @@ def _rate(state: Blocks) -> Array:
     powers = {"v": 1.0, "a": 0.5, "j": 1.0 / 3.0, "s": 0.25}
     sizes = [np.max(np.abs(state[name]), axis=-1) ** power for name, power in powers.items() if name in state]
     return np.asarray(np.max(sizes, axis=0))
-
-
-def _same(space: Space, term: str, name: str, other: str, size: Value | None = None) -> Claim:
-    """Return the claim that two terms give the same output."""
-    return Claim(
-        f"{term}.{name}",
-        f"as {other}",
-        Output(term, name).flat.column,
-        second=Output(other, name).flat.column,
-        second_name=other,
-        rows=_entries(space, name),
-        size=size,
-    )
 
 
 def _turned(term: str) -> Value:
