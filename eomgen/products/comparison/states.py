@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from eomgen.base.arrays import Array
 from eomgen.lie import numeric
@@ -134,11 +135,7 @@ def _order(pairing: Pairing) -> tuple[list[str], Array, Array]:
         names += component_names("", link.joint, size)
         columns += range(starts[j], starts[j] + size)
         blocks.append(_velocities(pairing, i, size))
-    transform = np.zeros((len(columns), len(columns)))
-    place = 0
-    for block in blocks:
-        transform[place : place + len(block), place : place + len(block)] = block
-        place += len(block)
+    transform = block_diag(*blocks) if blocks else np.zeros((0, 0))
     return names, np.array(columns, dtype=int), transform
 
 

@@ -239,12 +239,12 @@ def tune(scene: str, file: str | None, as_json: bool, **options: Any) -> int:
 
 
 def _print_tuned(tuned: Tuned) -> None:
-    rows = [("cheapest", tuned.label)]
-    rows.append(("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"))
-    rows.append(
-        ("time", f"{1e3 * tuned.seconds:.4g} ms of stepping for {tuned.span:.4g} s of motion, {tuned.steps:.0f} steps")
-    )
-    rows.append(("", "without outputs, energies and the error estimate, which simulate computes, too"))
+    rows = [
+        ("cheapest", tuned.label),
+        ("error", f"{tuned.error:.2g} of {tuned.quantity}, {tuned.measure}; demanded {tuned.demand:g}"),
+        ("time", f"{1e3 * tuned.seconds:.4g} ms of stepping for {tuned.span:.4g} s of motion, {tuned.steps:.0f} steps"),
+        ("", "without outputs, energies and the error estimate, which simulate computes, too"),
+    ]
     own, error, seconds = tuned.own
     if error < float("inf"):
         times = f"{seconds / tuned.seconds:.3g} x the time"

@@ -39,6 +39,7 @@ NEUTRAL: Mapping[str, float] = {
 _UNCHANGED = frozenset(["parameters", "initial", "simulation", "curves"])
 _KEYS = {"stiffness": STIFFNESS, "damping": DAMPING}
 _RATES = {"q": "", "v": "/s", "a": "/s^2"}
+_SIDES = ("first", "second")
 _OF_POINTS = {"position": "m", "velocity": "m/s", "acceleration": "m/s^2"}
 
 
@@ -158,21 +159,14 @@ def _powers(unit: str) -> dict[str, float]:
 
 def _move_origin(scene: dict[str, Any]) -> None:
     """Move all that is fixed to the base or the world along x."""
-    for joint in scene.get("joints", {}).values():
-        if joint.get("parent") == "base":
-            joint["position"] = _moved(joint.get("position", [0.0, 0.0, 0.0]))
-    for point in chain(scene.get("points", {}).values(), scene.get("frames", {}).values()):
-        if point.get("body") in ("base", "world"):
-            point["position"] = _moved(point.get("position", [0.0, 0.0, 0.0]))
-    for constraint in scene.get("constraints", {}).values():
-        for side in ("first", "second"):
-            frame = constraint.get(side)
-            if isinstance(frame, dict) and frame.get("body") in ("base", "world"):
-                frame["position"] = _moved(frame.get("position", [0.0, 0.0, 0.0]))
-
-
-def _moved(position: Sequence[Any]) -> list[Any]:
-    return [f"{ORIGIN} + ({position[0]})", *position[1:]]
+    outside = ("base", "world")
+    joints = [joint for joint in scene.get("joints", {}).values() if joint.get("parent") == "base"]
+    points = chain(scene.get("points", {}).values(), scene.get("frames", {}).values())
+    sides = (constraint.get(side) for constraint in scene.get("constraints", {}).values() for side in _SIDES)
+    ends = (frame for frame in sides if isinstance(frame, dict))
+    for place in (*joints, *(place for place in chain(points, ends) if place.get("body") in outside)):
+        first, *others = place.get("position", [0.0, 0.0, 0.0])
+        place["position"] = [f"{ORIGIN} + ({first})", *others]
 
 
 def _weigh(scene: dict[str, Any], factor: str, *, last: bool) -> None:

@@ -319,7 +319,15 @@ def extremes(
     study = _LadderStudy(Subject(scene, reading), limit)
     wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
     chosen = [_cell_of(text) for text in cells] if cells else None
-    journal = _journal(folder, _identity(study.subject), resume=resume)
+    journal = Journal(
+        None if folder is None else Path(folder),
+        _CELLS,
+        "cells of a study",
+        identity=json.dumps({"scene": study.subject.scene.digest.hex(), "version": __version__}),
+        others="another scene",
+        row_of=lambda line: Cell(**line),
+        resume=resume,
+    )
     try:
         result, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
     except KeyboardInterrupt as stop:
@@ -462,20 +470,3 @@ class _LadderStudy:
 
 def _key(conditions: RunConditions) -> str:
     return json.dumps(dataclasses.asdict(conditions), default=lambda array: array.tolist(), sort_keys=True)
-
-
-def _identity(subject: Subject) -> str:
-    """Return a text by which cells of one study are known."""
-    return json.dumps({"scene": subject.scene.digest.hex(), "version": __version__})
-
-
-def _journal(folder: str | Path | None, described: str, *, resume: bool) -> Journal[Cell]:
-    return Journal(
-        None if folder is None else Path(folder),
-        _CELLS,
-        "cells of a study",
-        identity=described,
-        others="another scene",
-        row_of=lambda line: Cell(**line),
-        resume=resume,
-    )

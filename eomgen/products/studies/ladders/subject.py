@@ -18,7 +18,6 @@ import numpy as np
 
 from eomgen.base.arrays import Array
 from eomgen.errors import EomgenError
-from eomgen.integrators.families.family import MethodName
 from eomgen.integrators.families.register import BUILT_IN, check_needs, families_of_others, method_named
 from eomgen.lie.product import update
 from eomgen.pipeline import pipeline
@@ -180,12 +179,11 @@ class Subject:
         """Return the methods of a kind of ladders, or the methods for references, that can step the scene; only methods
         with abilities that no earlier method has."""
         has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
-        rows = []
-        for row in _rows():
-            facts = facts_of(row.name)
-            if facts.fine_by == fine_by if fine_by else ladders in facts.ladders:
-                rows.append(row)
-        return [row.name for row in rows if all(has[fact] for fact in row.differs) and self.runs(row.name)]
+        rows = (row for family in (*BUILT_IN, *families_of_others()) for row in family.names())
+        able = (row for row in rows if all(has[fact] for fact in row.differs))
+        facts = ((row.name, facts_of(row.name)) for row in able)
+        of_kind = (name for name, own in facts if (own.fine_by == fine_by if fine_by else ladders in own.ladders))
+        return [name for name in of_kind if self.runs(name)]
 
     @cached_property
     def start(self) -> tuple[Array, Array]:
@@ -261,11 +259,6 @@ class Subject:
             parameters={name: x for name, x in units.parameters.items() if name in self.factors},
             sizes=sizes,
         )
-
-
-def _rows() -> Iterator[MethodName]:
-    for family in (*BUILT_IN, *families_of_others()):
-        yield from family.names()
 
 
 def _rates(model: Model, q: Array, v: Array, z: Array | None, parameters: Mapping[str, float]) -> Array:

@@ -91,7 +91,9 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
     """
     rng = np.random.default_rng(_SEED)
     model = runner.model(runner.formulations.own)
-    moves, speeds = _moves(model, motion), np.abs(motion.v).max(axis=0)
+    first = np.broadcast_to(motion.q[0], motion.q.shape)
+    moves = np.abs(difference(model.factors, first, motion.q)).max(axis=0)
+    speeds = np.abs(motion.v).max(axis=0)
     moving = _over_time(model, runner)
     number = 0
     while True:
@@ -111,13 +113,6 @@ def conditions(runner: Runner, motion: Observation) -> Iterator[Condition]:
             seconds = arguments["later"] * runner.grid.row
             words.append(f"prescribed functions of time from {seconds:.3g} s on")
         yield Condition(f"{number}: {', '.join(words)}", arguments)
-
-
-def _moves(model: Model, motion: Observation) -> Array:
-    """Return the distance of each component from the start, (nv,)."""
-    first = np.broadcast_to(motion.q[0], motion.q.shape)
-    moves: Array = np.abs(difference(model.factors, first, motion.q)).max(axis=0)
-    return moves
 
 
 def _parameters(model: Model, given: Mapping[str, float], rng: np.random.Generator) -> dict[str, float]:
@@ -290,7 +285,7 @@ class Judge:
 
     def _known(self, candidate: Candidate, condition: Condition) -> _UncertainMotion | None:
         """Return the motion by one method, None if the method fails."""
-        configuration = next(candidate.configurations(parameters=False, own={}))
+        configuration = candidate.configuration({})
         try:
             self.runner.prepare(configuration)
         except EomgenError as error:

@@ -439,7 +439,7 @@ class RaceEntries:
             row = candidate.row
             if candidate.family is not best.candidate.family or not (candidate.facts.compared or row.differs):
                 continue
-            for configuration in candidate.configurations(parameters=True, own={}):
+            for configuration in candidate.configurations():
                 if configuration.key != best.configuration.key:
                     result.append(self._near(best, candidate, configuration))
         return result
@@ -468,14 +468,9 @@ class RaceEntries:
         first = one_of_each(there)
         same = [c for c in first if best is not None and c.family is best.candidate.family]
         usual = {"rho_inf": self.defaults.rho_inf}
-        result = []
-        for candidate in same or first:
-            configuration = candidate.configuration(usual)
-            if best is not None and candidate.family is best.candidate.family:
-                result.append(self._near(best, candidate, configuration))
-            else:
-                result.append(self._contender(candidate, configuration))
-        return result
+        if best is not None and same:
+            return [self._near(best, candidate, candidate.configuration(usual)) for candidate in same]
+        return [self._contender(candidate, candidate.configuration(usual)) for candidate in first]
 
     def _dearer(self, there: Contender, best: Contender) -> bool:
         """Return whether a step on another formulation takes so much longer than a step of the best contender that

@@ -114,12 +114,8 @@ class Candidate:
         kept = {name: own[name] for name in self.facts.compared if name in own}
         return Configuration(self.formulation, self.row.name, kept)
 
-    def configurations(self, *, parameters: bool, own: Mapping[str, float]) -> Iterator[Configuration]:
-        """Yield the method with the compared values of its parameters, or with one value of each: ``own``'s, else the
-        usual value. ``own``'s, else the usual one."""
-        if not parameters:
-            yield self.configuration(own)
-            return
+    def configurations(self) -> Iterator[Configuration]:
+        """Yield the method with the compared values of its parameters."""
         compared = {name: values for name, values in self.facts.compared.items() if name != TOLERANCE}
         for values in itertools.product(*compared.values()):
             given = dict(zip(compared, values, strict=True))

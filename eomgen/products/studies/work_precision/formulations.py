@@ -19,6 +19,8 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass, replace
 from eomgen.errors import EomgenError, NumericalError, Problem
 from eomgen.formula.nodes import Number, Symbol
+from eomgen.lie import numeric
+from eomgen.lie.groups import SO3
 from eomgen.lie.product import update
 from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
@@ -82,15 +84,9 @@ def _per_velocity(
 
 def _apart(here: Array, there: Array) -> Array:
     """Return the small rotation (rad) and translation (m) in body axes that lead from one pose to another, (6,)."""
-    w, x = here[0], here[1:4]
-    scalar = w * there[0] + x @ there[1:4]
-    vector = w * there[1:4] - there[0] * x - np.cross(x, there[1:4])
-    length = float(np.linalg.norm(vector))
-    angle = 2.0 * np.arctan2(length, scalar if scalar >= 0.0 else -scalar)
-    turn = (angle / length if length > 0.0 else 0.0) * vector * (1.0 if scalar >= 0.0 else -1.0)
-    shift = there[4:] - here[4:]
-    turned = shift + 2.0 * np.cross(-x, np.cross(-x, shift) + w * shift)
-    return np.concatenate([turn, turned])
+    back = here[:4] * [1.0, -1.0, -1.0, -1.0]
+    turn = numeric.difference(SO3, here[:4], there[:4])
+    return np.concatenate([turn, numeric.rotated(back, there[4:] - here[4:])])
 
 
 #: Kinds of symbols for a coordinate of a beam, or for a rate of a coordinate.

@@ -10,7 +10,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass
 from eomgen.errors import EomgenError, NumericalError, Problem
-from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, Configuration, possible, reason
+from eomgen.products.studies.work_precision.axes import TOLERANCE, Candidate, possible, reason
 from eomgen.products.studies.work_precision.observation import (
     STATE,
     ErrorSize,
@@ -19,7 +19,7 @@ from eomgen.products.studies.work_precision.observation import (
     known_errors,
     with_arrays,
 )
-from eomgen.products.studies.work_precision.running import REACHED, Runner
+from eomgen.products.studies.work_precision.running import REACHED, ComparedRun, Runner
 
 #: Tolerances of methods with adaptive steps, as references.
 TIGHT = (1e-15, 1e-13)
@@ -82,16 +82,6 @@ class RunReference:
         }
 
 
-@dataclass(frozen=True)
-class ReferenceEffort:
-    """Effort of a reference: limit in seconds, accuracy at which the refinement ends, and first number of steps between
-    times."""
-
-    seconds: float
-    settled: float
-    first_steps: int
-
-
 def reference(
     runner: Runner,
     candidates: Sequence[Candidate],
@@ -122,13 +112,14 @@ def reference(
         There are no two that agree to a hundredth.
     """
     order = sorted(candidates, key=lambda c: rank(runner, c))
+    search = _Search(runner, seconds / count, settled, first_steps, run)
     solved: list[ReferenceSolution] = []
     tried: list[str] = []
     for candidate in order:
         if any(candidate.family is one.family for one in solved):
             continue
         say(f"reference: {candidate.row.name}, {candidate.formulation}")
-        one, why = _solved(runner, candidate, ReferenceEffort(seconds / count, settled, first_steps), run)
+        one, why = search.best(candidate)
         if one is None:
             tried.append(f"{candidate.row.name} on {candidate.formulation}: {why}")
             continue
@@ -182,73 +173,80 @@ def rank(runner: Runner, candidate: Candidate) -> tuple[bool, bool, int, bool, i
     )
 
 
-def _solved(
-    runner: Runner, candidate: Candidate, effort: ReferenceEffort, run: Mapping[str, Any]
-) -> tuple[ReferenceSolution | None, str]:
-    """Return a candidate's best run, or why there is none."""
-    configuration = next(candidate.configurations(parameters=False, own={}))
-    name = f"{candidate.row.name}, {candidate.formulation}"
-    if candidate.method.chooses_steps:
+@dataclass(frozen=True)
+class _Search:
+    """Runs of methods as references.
+
+    Attributes
+    ----------
+    seconds : limit for one method
+    settled : difference of two runs at which the refinement ends
+    first_steps : between two times of the grid, of the coarsest run
+    conditions : other conditions of the runs
+    """
+
+    runner: Runner
+    seconds: float
+    settled: float
+    first_steps: int
+    conditions: Mapping[str, Any]
+
+    def best(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
+        """Return a candidate's best run, or why there is none."""
+        if not candidate.method.chooses_steps:
+            return self._halved(candidate)
         known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
         tolerances = sorted(known)[:2]
-        runs = [
-            runner.run(configuration, tolerance=tolerance, dense=True, timed=False, estimated=False, **run)
-            for tolerance in tolerances
-        ]
+        runs = [self._run(candidate, tolerance=tolerance) for tolerance in tolerances]
         tight, looser = runs[0].reference, runs[-1].reference
         if tight is None:
             return None, runs[0].said
         settled = _difference(looser, tight) if looser is not None else 0.0
-        return ReferenceSolution(tight, f"{name}, tolerance {tolerances[0]:g}", candidate.family, settled), ""
-    return _halved(runner, candidate, configuration, name, effort, run)
+        words = f"{candidate.row.name}, {candidate.formulation}, tolerance {tolerances[0]:g}"
+        return ReferenceSolution(tight, words, candidate.family, settled), ""
 
+    def _run(self, candidate: Candidate, **resolution: Any) -> ComparedRun:
+        configuration, more = candidate.configuration({}), self.conditions
+        return self.runner.run(configuration, **resolution, dense=True, timed=False, estimated=False, **more)
 
-def _halved(
-    runner: Runner,
-    candidate: Candidate,
-    configuration: Configuration,
-    name: str,
-    effort: ReferenceEffort,
-    run: Mapping[str, Any],
-) -> tuple[ReferenceSolution | None, str]:
-    """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""
-    try:
-        runner.prepare(configuration)  # building takes none of the effort
-    except EomgenError as error:
-        return None, reason(error)
-    began = time.perf_counter()
-    before: Observation | None = None
-    best: ReferenceSolution | None = None
-    per_row, said, change = effort.first_steps, "", np.inf
-    while per_row <= MOST_STEPS:
-        outcome = runner.run(configuration, per_row, dense=True, timed=False, estimated=False, **run)
-        said = outcome.said
-        if outcome.ended != REACHED or outcome.reference is None:
-            if best is not None:
+    def _halved(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
+        """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""
+        try:
+            self.runner.prepare(candidate.configuration({}))  # building takes none of the effort
+        except EomgenError as error:
+            return None, reason(error)
+        began = time.perf_counter()
+        before: Observation | None = None
+        best: ReferenceSolution | None = None
+        per_row, said, change = self.first_steps, "", np.inf
+        while per_row <= MOST_STEPS:
+            outcome = self._run(candidate, per_row=per_row)
+            said = outcome.said
+            if outcome.ended != REACHED or outcome.reference is None:
+                if best is not None:
+                    break
+                per_row, before = 2 * per_row, None
+                if time.perf_counter() - began > self.seconds:
+                    break
+                continue
+            here = outcome.reference
+            if before is not None:
+                apart = _difference(before, here)
+                if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on
+                    break
+                change = apart
+                step, order = self.runner.grid.row / per_row, candidate.method.order
+                words = f"{candidate.row.name}, {candidate.formulation}, step {step:.3g} s"
+                better = _extrapolated(here, before, order) if order < LOW_ORDER else here
+                words += ", extrapolated" if order < LOW_ORDER else ""
+                best = ReferenceSolution(better, words, candidate.family, apart)
+                if apart < self.settled:
+                    break
+            before = here
+            if time.perf_counter() - began + 2.2 * outcome.seconds > self.seconds:
                 break
-            per_row, before = 2 * per_row, None
-            if time.perf_counter() - began > effort.seconds:
-                break
-            continue
-        here = outcome.reference
-        if before is not None:
-            apart = _difference(before, here)
-            if apart > 0.7 * change and apart < 1e-6:  # rounding has the word from here on
-                break
-            change = apart
-            words = f"{name}, step {runner.grid.row / per_row:.3g} s"
-            if candidate.method.order < LOW_ORDER:
-                better = _extrapolated(here, before, candidate.method.order)
-                best = ReferenceSolution(better, f"{words}, extrapolated", candidate.family, apart)
-            else:
-                best = ReferenceSolution(here, words, candidate.family, apart)
-            if apart < effort.settled:
-                break
-        before = here
-        if time.perf_counter() - began + 2.2 * outcome.seconds > effort.seconds:
-            break
-        per_row *= 2
-    return best, said or took_longer(effort.seconds)
+            per_row *= 2
+        return best, said or took_longer(self.seconds)
 
 
 def took_longer(seconds: float) -> str:

@@ -405,23 +405,21 @@ class _WorkPrecisionStudy:
         method = self.runner.method(configuration)
         return _Ladder(configuration, method.order, "step", (in_coarsest,))
 
-    def _ladders(self, every: Sequence[Candidate]) -> list[_Ladder]:
+    def _ladders(self, candidates: Sequence[Candidate]) -> list[_Ladder]:
         ladders = []
         own = {"rho_inf": self.defaults.rho_inf}
-        for candidate in every:
-            for configuration in candidate.configurations(parameters="parameters" in self.axes, own=own):
+        alone = (max(1, round(self.coarsest / self.defaults.step)),)
+        steps = self.in_coarsest if "resolution" in self.axes else alone
+        for candidate in candidates:
+            varied = candidate.configurations() if "parameters" in self.axes else [candidate.configuration(own)]
+            for configuration in varied:
                 order = candidate.method.order
                 if candidate.tolerances:
                     values = candidate.tolerances if "resolution" in self.axes else candidate.tolerances[-1:]
                     ladders.append(_Ladder(configuration, order, TOLERANCE, values))
                 if not candidate.method.chooses_steps:
-                    ladders.append(_Ladder(configuration, order, "step", self._steps()))
+                    ladders.append(_Ladder(configuration, order, "step", steps))
         return ladders
-
-    def _steps(self) -> tuple[float, ...]:
-        if "resolution" in self.axes:
-            return self.in_coarsest
-        return (max(1, round(self.coarsest / self.defaults.step)),)
 
     def _refinements(self) -> list[_Ladder]:
         """Return the best configurations with other settings, arithmetic and profiles, one change at a time."""

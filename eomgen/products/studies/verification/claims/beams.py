@@ -66,7 +66,8 @@ def beam_claims(space: Space) -> list[Claim]:
     scene = space.scene
     if not space.has("elastic", "inverse_dynamics") or not isinstance(scene, Scene):
         return []
-    own, factors = on_tape(space.system), _elastic(space.system, scene)
+    beams = {body.name for body in scene.bodies if body.beam is not None}
+    own, factors = on_tape(space.system), [factor for factor in space.system.factors if factor.name in beams]
     soft = _Change(own, _with(scene, _softened), "equations without stiffness")
     elements = tuple(item for item in scene.elements if item.section != "distributed_loads")
     bare = replace(scene, elements=elements)
@@ -88,11 +89,6 @@ def _softened(beam: Beam) -> Beam:
 def _with(scene: Scene, changed: Callable[[Beam], Beam]) -> Engine:
     bodies = tuple(body if body.beam is None else replace(body, beam=changed(body.beam)) for body in scene.bodies)
     return on_tape(pipeline.derive(replace(scene, bodies=bodies), ["inverse_dynamics"]))
-
-
-def _elastic(system: System, scene: Scene) -> list[Factor]:
-    beams = {body.name for body in scene.bodies if body.beam is not None}
-    return [factor for factor in system.factors if factor.name in beams]
 
 
 def _straight(factors: list[Factor]) -> Callable[[Blocks], dict[str, Array]]:

@@ -81,7 +81,8 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
     motion = along_motion(space.engine, "q")
 
     def times_velocity(matrices: Array, v: Array) -> Array:
-        return np.asarray((matrices @ _shaped(v, matrices)).reshape(*v.shape[:-1], -1))
+        columns = v.reshape(*v.shape[:-1], *(1,) * (matrices.ndim - v.ndim - 1), v.shape[-1], 1)
+        return np.asarray((matrices @ columns).reshape(*v.shape[:-1], -1))
 
     def sizes(engine: Engine, state: Blocks) -> Array:
         speeds = np.abs(state["v"])
@@ -109,11 +110,6 @@ def _in_time(space: Space, entry: str, matrix: str, rate: str, drift: str, rows:
             )
         )
     return claims
-
-
-def _shaped(v: Array, matrices: Array) -> Array:
-    """Return velocities as columns, with as many axes as matrices (..., rows, nv) have."""
-    return v.reshape(*v.shape[:-1], *(1,) * (matrices.ndim - v.ndim - 1), v.shape[-1], 1)
 
 
 def _jacobians(space: Space, reference: str) -> Claim:
