@@ -32,7 +32,7 @@ def motion(error: float) -> Observation:
 def method(name: str, chooses: bool = False, tolerances: tuple[float, ...] = ()) -> Any:
     return SimpleNamespace(
         row=SimpleNamespace(name=name), method=SimpleNamespace(chooses_steps=chooses), tolerances=tolerances,
-        formulation="joint", configurations=lambda parameters, own: iter([name]),
+        formulation="joint", configuration=lambda _: name,
     )  # fmt: skip
 
 

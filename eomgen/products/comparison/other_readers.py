@@ -227,7 +227,7 @@ class _PinocchioEquations:
         pinocchio, model = self.pinocchio, self.model
         data = model.createData()
         order = np.concatenate(
-            [_linear_first(v.shape[1]) + place for v, place in zip(motion.v, self._rates, strict=True)]
+            [_linear_first(v.shape[1]) + joint.idx_v for v, joint in zip(motion.v, model.joints[1:], strict=True)]
         )
         masses, totals = [], []
         for state in range(len(motion.q[0])):
@@ -241,10 +241,6 @@ class _PinocchioEquations:
             masses.append(mass[np.ix_(order, order)])
             totals.append(total[order])
         return Forces(np.array(masses), None, None, np.array(totals))
-
-    @property
-    def _rates(self) -> list[int]:
-        return [joint.idx_v for joint in self.model.joints[1:]]
 
 
 def _linear_first(size: int) -> NDArray[np.intp]:

@@ -75,17 +75,15 @@ FACTS: Mapping[str, MethodFacts] = {
         ),
         replace(_ALPHA, studied=False),
     ),
-    "rk4": MethodFacts(ladders=("few",), fine_by="steps"),
-    "rk4_partitioned": MethodFacts(ladders=("few",), fine_by="steps"),
+    **dict.fromkeys(("rk4", "rk4_partitioned"), MethodFacts(ladders=("few",), fine_by="steps")),
     "rk45": MethodFacts(compared=_PAIR, ladders=_ALL),
     "rk45_partitioned": MethodFacts(compared=_PAIR),
-    **dict.fromkeys(("rosenbrock", "lsrt2", "rattlie"), MethodFacts(ladders=_ALL)),
+    **dict.fromkeys(("rosenbrock", "lsrt2", "rattlie", "tdg1", "tdg2", "tdg3"), MethodFacts(ladders=_ALL)),
     "taylor": MethodFacts(
         compared={"tolerance": (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)},
         ladders=_ALL,
         fine_by="tolerance",
     ),
-    **dict.fromkeys(("tdg1", "tdg2", "tdg3"), MethodFacts(ladders=_ALL)),
     **dict.fromkeys(
         (
             *("corrected_predictor", "tdg1_star", "tdg2s", "leapfrog", "minimum_norm2", "bcss3", "yoshida4", "suzuki4"),

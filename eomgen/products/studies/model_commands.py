@@ -27,7 +27,7 @@ from eomgen.cli.options import (
     set_option,
 )
 from eomgen.cli.printing import building, console, print_json, print_table, say
-from eomgen.cli.running import read_scene, say_notes
+from eomgen.cli.running import SCENE_OPTIONS, read_scene, say_notes
 from eomgen.errors import NumericalError, Problem, UsageError
 
 if TYPE_CHECKING:
@@ -49,9 +49,7 @@ _of_check = arguments_of("eomgen.products.studies:check")
 @scene_options
 @json_option
 @debug_option
-def check(
-    scene: str, states: int, seed: int, only: tuple[str, ...], folder: str | None, as_json: bool, **reading: Any
-) -> int:
+def check(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Check every closed form of a SCENE, as compiled, against finite differences, complex steps and second
     derivations.
 
@@ -63,9 +61,9 @@ def check(
 
     if folder is not None:
         make(Path(folder))
-    described = load_scene(scene, **reading)
+    described = load_scene(scene, **{name: options.pop(name) for name in SCENE_OPTIONS})
     with terminal_bar(described.name) as progress:
-        report = checked(described, states=states, seed=seed, only=only, progress=progress)
+        report = checked(described, progress=progress, **options)
     if as_json:
         print_json(report.to_dict())
     else:
@@ -140,15 +138,7 @@ _of_savings = arguments_of("eomgen.products.studies.savings:savings")
 @scene_options
 @json_option
 @debug_option
-def savings(
-    scene: str,
-    method: str | None,
-    rounds: int,
-    only: tuple[str, ...],
-    folder: str | None,
-    as_json: bool,
-    **reading: Any,
-) -> int:
+def savings(scene: str, folder: str | None, as_json: bool, **options: Any) -> int:
     """Measure the costs of a SCENE as it is requested: operations, bytes of C, seconds to build, time per step.
 
     Against the same scene with the terms of a run alone, the terms of a step alone, all terms, all numbers tunable, a
@@ -158,10 +148,10 @@ def savings(
     from eomgen.pipeline.pipeline import load_scene  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies.savings import savings as measured  # noqa: PLC0415
 
-    described = load_scene(scene, **reading)
+    described = load_scene(scene, **{name: options[name] for name in SCENE_OPTIONS})
     say_notes(described)
     with terminal_bar(f"variants of {described.name}") as progress:
-        study = measured(scene, method=method, rounds=rounds, only=only, progress=progress, **reading)
+        study = measured(scene, progress=progress, **options)
     if as_json:
         print_json(study.to_dict())
     else:
@@ -245,28 +235,17 @@ def identify(scene: str, folder: str | None, as_json: bool, **options: Any) -> i
     from eomgen.pipeline import pipeline  # noqa: PLC0415  # imported when the arguments are known to be fine
     from eomgen.products.studies import identify as study  # noqa: PLC0415
 
-    own = {name: options.pop(name) for name in ("data", "missing", "confidence", "t_start", "by")}
-    unknown, states, outputs = (list(options.pop(name) or ()) for name in ("unknown", "states", "outputs"))
-    bounds, deviations = _bounds(options.pop("bounds")), options.pop("deviations")
+    data, unknown = list(options.pop("data")), options.pop("unknown") or ()
+    options["bounds"] = _bounds(options["bounds"])
     described = read_scene(scene, options)
-    sigma = in_units("--deviation", assignments("--deviation", deviations), described.outputs)
+    deviations = assignments("--deviation", options["deviations"])
+    options["deviations"] = in_units("--deviation", deviations, described.outputs)
     profile = options.pop("profile")
     with building(described.name):
         model = pipeline.built_for_run(described, options["method"], profile=profile)
-    values = options.pop("parameters")
+    options["values"] = options.pop("parameters")
     given = {name: value for name, value in options.items() if value not in (None, {}, [], ())}
-    fit = study(
-        model,
-        list(own.pop("data")),
-        unknown,
-        states=states,
-        values=values,
-        bounds=bounds or None,
-        deviations=sigma or None,
-        outputs=outputs or None,
-        **own,
-        **given,
-    )
+    fit = study(model, data, unknown, **given)
     files = [] if folder is None else fit.save(folder) + fit.plot(folder)
     if as_json:
         written = {"files": [file.name for file in files], "folder": str(folder)} if files else {}

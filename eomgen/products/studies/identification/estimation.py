@@ -213,6 +213,11 @@ class Fit:
     text: str
 
 
+def ranges_of(data: Array, columns: Array) -> Array:
+    """Return the range of each column of data, (columns,); 1 in place of 0."""
+    return np.array([float(np.ptp(data[columns == k])) or 1.0 for k in range(int(columns.max()) + 1)])
+
+
 @dataclass(frozen=True)
 class LeastSquares:
     """A search for the unknowns that fit data best.
@@ -245,7 +250,7 @@ class LeastSquares:
         if first is None:
             fault = f"the run fails at the initial guess: {self.predict.failures[0]} [E1053]"
             raise NumericalError(Problem("identify", fault, "other start values (values=, --set), or a smaller step"))
-        sigma = self._ranges if self.deviations is None else self.deviations
+        sigma = ranges_of(self.data, self.columns) if self.deviations is None else self.deviations
         kept = self._independent(first[1], sigma)
         for _ in range(_STRUCTURES):
             result = self._weighed(x, sigma, kept)
@@ -254,12 +259,6 @@ class LeastSquares:
             if kept == before:
                 break
         return result
-
-    @property
-    def _ranges(self) -> Array:
-        """(columns,) range of each column; 1 without one."""
-        parts = (self.data[self.columns == k] for k in range(int(self.columns.max()) + 1))
-        return np.array([float(np.ptp(part)) or 1.0 for part in parts])
 
     def _independent(self, J: Array, sigma: Array) -> list[int]:
         return list(structure(J / sigma[self.columns][:, np.newaxis]).kept)
@@ -275,7 +274,7 @@ class LeastSquares:
                 break
             left = self._found(x)[0] - self.data
             squares = np.array([float(left[self.columns == k] @ left[self.columns == k]) for k in range(count)])
-            estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * self._ranges)
+            estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * ranges_of(self.data, self.columns))
             change = float(np.max(np.abs(estimated / sigma - 1.0)))
             sigma = estimated
             if number and change < _SAME:

@@ -18,6 +18,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.lie.product import tangent, update
 from eomgen.products.derivatives.functionals import component
 from eomgen.products.derivatives.linearise import newton_settings
+from eomgen.products.studies.identification.estimation import ranges_of
 from eomgen.products.studies.identification.measurements import Measurements
 
 if TYPE_CHECKING:
@@ -386,8 +387,7 @@ def check_effect(
     if first is None:
         return  # the search says why
     columns = unknowns.columns
-    ranges = np.array([float(np.ptp(unknowns.data[columns == k])) or 1.0 for k in range(len(unknowns.labels))])
-    weights = (ranges if sigma is None else sigma)[columns]
+    weights = (ranges_of(unknowns.data, columns) if sigma is None else sigma)[columns]
     effect = np.linalg.norm(first[1] / weights[:, np.newaxis], axis=0) * np.where(x != 0.0, np.abs(x), 1.0)
     lost = [name for name, size in zip(unknowns.names, effect, strict=True) if size < _EFFECT * np.sqrt(len(columns))]
     if lost:

@@ -172,26 +172,15 @@ def identify(
             f"parameters={some!r} (--parameters {','.join(some)})" if some else 'states=["q.hinge"] (--states q.hinge)'
         )
         raise UsageError(Problem("parameters", "nothing is unknown [E1082]", hint))
-    return _identified(unknowns, at(0.5 * size), bounds, deviations, share)
-
-
-def _identified(
-    unknowns: ExperimentUnknowns,
-    finer: ExperimentUnknowns,
-    bounds: Mapping[str, tuple[float, float]] | None,
-    deviations: Mapping[str, float] | float | None,
-    confidence: float,
-) -> Identification:
     names, x = unknowns.names, unknowns.start
     if len(unknowns.data) < len(names):
         fault = f"there are {len(unknowns.data)} samples for {len(names)} unknowns [E1083]"
         raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
-    limits = bounds_of(unknowns, bounds)
-    sigma = deviations_of(unknowns.labels, deviations)
+    limits, sigma = bounds_of(unknowns, bounds), deviations_of(unknowns.labels, deviations)
     predict = Predictions(unknowns.predict)
     check_effect(unknowns, predict, x, sigma)
     result = LeastSquares(predict, unknowns.data, unknowns.columns, limits, sigma, _LIMIT).fit(x)
-    return Judgement(unknowns, finer, result, predict, limits, sigma is not None, confidence).result()
+    return Judgement(unknowns, at(0.5 * size), result, predict, limits, sigma is not None, share).result()
 
 
 def _check_start(

@@ -7,6 +7,7 @@ import itertools
 import json
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -317,8 +318,8 @@ def extremes(
         if method != AUTO:
             canonical_name(method)
     study = _LadderStudy(Subject(scene, reading), limit)
-    wanted = [BY_NAME[name] for name in ladders] or list(LADDERS)
-    chosen = [_cell_of(text) for text in cells] if cells else None
+    wanted = [BY_NAME[name] for name in ladders] or LADDERS
+    entries = [_cell_of(text) for text in cells] or [(one, value, "") for one in wanted for value in one.values]
     journal = Journal(
         None if folder is None else Path(folder),
         _CELLS,
@@ -329,7 +330,7 @@ def extremes(
         resume=resume,
     )
     try:
-        result, left_out = study.run(wanted, methods, chosen, journal, budget, progress)
+        result, left_out = study.run(entries, methods, journal, budget, progress)
     except KeyboardInterrupt as stop:
         if folder is not None:
             stop.add_note(f"finished cells are kept in {folder}: --resume goes on with them")
@@ -360,7 +361,6 @@ class _LadderStudy:
     def __init__(self, subject: Subject, limit: float) -> None:
         self.subject, self.limit = subject, limit
         self.references: dict[str, ExpectedResult] = {}
-        self.structure: StructuralZeros | None = None
         self.runner = RunnerProcess(
             lambda request: compile_stepper(subject.model(request.conditions.model), request.method),
             lambda request: simulated(
@@ -368,18 +368,21 @@ class _LadderStudy:
             ),
         )
 
+    @cached_property
+    def structure(self) -> StructuralZeros:
+        """The equations of the scene as given."""
+        return StructuralZeros(self.subject)
+
     def run(
         self,
-        wanted: Sequence[Ladder],
+        entries: Sequence[tuple[Ladder, float, str]],
         methods: Sequence[str],
-        chosen: Sequence[tuple[Ladder, float, str]] | None,
         journal: Journal[Cell],
         budget: float,
         progress: Progress | None,
     ) -> tuple[list[Cell], dict[str, str]]:
         result: list[Cell] = []
         left_out: dict[str, str] = {}
-        entries = chosen or [(ladder, value, "") for ladder in wanted for value in ladder.values]
         known: dict[str, list[str]] = {}
         for ladder in dict.fromkeys(ladder for ladder, _, _ in entries):
             if why := ladder.applies(self.subject):
@@ -437,8 +440,6 @@ class _LadderStudy:
         return Cell(ladder.name, value, method, result, q, v, ladder.bound, ended.said, by, ended.seconds)
 
     def _equations(self, ladder: Ladder, value: float, method: str) -> Cell:
-        if self.structure is None:
-            self.structure = StructuralZeros(self.subject)
         structure = self.structure
         began = time.perf_counter()
         ended, excess = structure.moved(value)

@@ -245,19 +245,16 @@ class Subject:
     def in_units(self, units: SceneUnits, conditions: RunConditions) -> RunConditions:
         """Return the same conditions in other units."""
         model = self.model(OWN)
-        sizes = (
-            np.array([units.size(unit) for unit in model.q_units]),
-            np.array([units.size(unit) for unit in model.v_units]),
-        )
+        q_sizes, v_sizes = (np.array([units.size(unit) for unit in own]) for own in (model.q_units, model.v_units))
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
         return conditions.varied(
             model=FACTORS,
             step=conditions.step * units.time,
-            q=conditions.q * sizes[0],
-            v=conditions.v * sizes[1],
+            q=conditions.q * q_sizes,
+            v=conditions.v * v_sizes,
             z=(np.array(model.initial_z) if conditions.z is None else conditions.z) * self._sizes_of_states(units),
             parameters={name: x for name, x in units.parameters.items() if name in self.factors},
-            sizes=sizes,
+            sizes=(q_sizes, v_sizes),
         )
 
 

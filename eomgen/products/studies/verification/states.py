@@ -46,20 +46,13 @@ def draw(
     completed = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, completed, strict=True) if state is not None]
     outside = [name for name, state in zip(names, completed, strict=True) if state is None]
-    notes += (
-        [f"left out: {', '.join(outside)}, where the equations of motion are not finite [W0087]"] if outside else []
-    )
-    missing = 0
-    for number in range(count - len(motion)):
-        state = _random(model, motion, scales, rng)
-        if state is None:
-            missing += 1
-        else:
-            kept.append((f"random state {number}", state))
-    if missing:
+    if outside:
+        notes.append(f"left out: {', '.join(outside)}, where the equations of motion are not finite [W0087]")
+    drawn = [_random(model, motion, scales, rng) for _ in range(count - len(motion))]
+    kept += [(f"random state {number}", state) for number, state in enumerate(drawn) if state is not None]
+    if missing := sum(state is None for state in drawn):
         notes.append(
-            f"around the motion {missing} of {count - len(motion)} states were not found: no finite or consistent"
-            f" ones [W0088]"
+            f"around the motion {missing} of {len(drawn)} states were not found: no finite or consistent ones [W0088]"
         )
     blocks = {name: np.stack([state[name] for _, state in kept]) for name in kept[0][1]} if kept else {}
     scales["a"] = np.abs(blocks["a"]).max(axis=0) if kept else scales["v"]

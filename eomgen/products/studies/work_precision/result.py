@@ -27,6 +27,8 @@ DEMANDS = (1e-2, 1e-4, 1e-6, 1e-8)
 #: Points that take part in a slope: errors below the first, and above the second of the reference's uncertainty.
 ASYMPTOTIC, ABOVE_UNCERTAINTY = 2e-3, 30.0
 _LEAST_ERROR = 1e-12
+#: Attributes of points in files, before and after errors and times.
+_SAID, _COUNTED = ("kind", "value", "ended", "said"), ("repeats", "stats", "order", "took")
 
 
 @dataclass(frozen=True)
@@ -90,17 +92,11 @@ class Point:
     def to_dict(self) -> dict[str, Any]:
         return {
             **self.configuration.to_dict(),
-            "kind": self.kind,
-            "value": self.value,
-            "ended": self.ended,
-            "said": self.said,
+            **{name: getattr(self, name) for name in _SAID},
             "errors": {name: size.to_dict() for name, size in self.error.items()},
             "seconds": self.seconds,
             "least_seconds": self.least,
-            "repeats": self.repeats,
-            "stats": dict(self.stats),
-            "order": self.order,
-            "took": self.took,
+            **{name: getattr(self, name) for name in _COUNTED},
         }
 
     @classmethod
@@ -122,19 +118,12 @@ class Point:
         if not all(isinstance(x, int | float) for x in known):
             raise TypeError("times and counts are numbers")
         names = ("formulation", "method", "parameters", "policy", "settings", "real", "profile")
+        errors = {name: {key: _number(x) for key, x in size.items()} for name, size in data["errors"].items()}
         return cls(
             Configuration(**{name: data[name] for name in names}),
-            data["kind"],
-            data["value"],
-            data["ended"],
-            data["said"],
-            {name: ErrorSize(**{k: _number(v) for k, v in size.items()}) for name, size in data["errors"].items()},
-            data["seconds"],
-            data["least_seconds"],
-            data["repeats"],
-            data["stats"],
-            data["order"],
-            data["took"],
+            error={name: ErrorSize(**size) for name, size in errors.items()},
+            least=data["least_seconds"],
+            **{name: data[name] for name in (*_SAID, "seconds", *_COUNTED)},
         )
 
 

@@ -374,14 +374,8 @@ class _WorkPrecisionStudy:
         methods = self.methods if "method" in self.axes else (self.methods or (self.runner.own_method(),))
         own = self.formulations.own
         for name in list(self.formulations.scenes):
-            less = name in self.formulations.simplified
-            if (
-                name != own
-                and not less
-                and not self.absolute
-                and own == JOINT
-                and not self.runner.model(own).multipliers
-            ):
+            other = name != own and name not in self.formulations.simplified
+            if other and own == JOINT and not (self.absolute or self.runner.model(own).multipliers):
                 self.left_out[name] = "joint coordinates have no constraints; studied with the axis formulation named"
                 continue
             self._say(f"building: {name}")

@@ -342,14 +342,10 @@ def _with_twice_the_loads(scene: Scene) -> Scene:
 
 def _twice_the_mass(section: BeamSection) -> BeamSection:
     two = Number(2.0)
-    x, y, z = section.rotary_inertia
-    xy, xz, yz = section.products
-    return replace(
-        section,
-        mass_per_length=two * section.mass_per_length,
-        rotary_inertia=(two * x, two * y, two * z),
-        products=(two * xy, two * xz, two * yz),
-    )
+    x, y, z = (two * inertia for inertia in section.rotary_inertia)
+    xy, xz, yz = (two * product for product in section.products)
+    mass = two * section.mass_per_length
+    return replace(section, mass_per_length=mass, rotary_inertia=(x, y, z), products=(xy, xz, yz))
 
 
 def _without_stiffness(scene: Scene) -> Scene:

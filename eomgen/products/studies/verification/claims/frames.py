@@ -263,8 +263,14 @@ def body_claims(space: Space) -> list[Claim]:
     if space.has("twists", "accelerations"):
         claims.append(_accelerations(space))
     if space.has("twists", "jacobians"):
-        claims.append(_body_jacobians(space))
+        rows = _named(space.system.bodies, _TWIST)
+        claims.append(jacobian(space, _body_jacobians, _BODY_TWIST, "v", rows, name="jacobians"))
     return claims
+
+
+def _body_jacobians(engine: Engine, state: Blocks) -> Array:
+    J = engine("jacobians", state)["J"]
+    return np.asarray(J.reshape(*J.shape[:-3], -1, J.shape[-1]))
 
 
 def _twists(space: Space) -> Claim:
@@ -298,12 +304,3 @@ def _accelerations(space: Space) -> Claim:
         combine=combine,
         rows=_named(space.system.bodies, _TWIST),
     )
-
-
-def _body_jacobians(space: Space) -> Claim:
-    def value(engine: Engine, state: Blocks) -> Array:
-        J = engine("jacobians", state)["J"]
-        return np.asarray(J.reshape(*J.shape[:-3], -1, J.shape[-1]))
-
-    rows = _named(space.system.bodies, _TWIST)
-    return jacobian(space, value, _BODY_TWIST, "v", rows, name="jacobians")

@@ -102,7 +102,7 @@ def _coriolis(space: Space) -> list[Claim]:
         Claim(
             f"{term}.C",
             "C v = h",
-            _turned(term),
+            _times_velocity(term),
             second=Output("coupling", "h").flat.column,
             second_name="coupling",
             size=_rounding_of(term, "C", 1, *_of_mass(space, "rates", 0)),
@@ -160,7 +160,7 @@ def _rate(state: Blocks) -> Array:
     return np.asarray(np.max(sizes, axis=0))
 
 
-def _turned(term: str) -> Value:
+def _times_velocity(term: str) -> Value:
     return lambda engine, state: np.asarray(engine(term, state)["C"] @ state["v"][..., np.newaxis])
 
 
