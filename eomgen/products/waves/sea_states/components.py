@@ -20,6 +20,7 @@ from eomgen.products.waves.sea_states.spectra import (
     Spectrum,
     SpectrumTable,
     Spreading,
+    check_depth,
     check_number,
     check_whole,
 )
@@ -114,9 +115,8 @@ class DiscreteSpectrum:
             With the wave vectors of the spectrum.
         """
         if amplitudes not in ("gaussian", "fixed"):
-            raise UsageError(
-                Problem("realisation: amplitudes", f"there is no {amplitudes!r} [E1168]", "gaussian, or fixed")
-            )
+            fault = f"there is no {amplitudes!r} [E1168]"
+            raise UsageError(Problem("realisation: amplitudes", fault, "gaussian, or fixed"))
         check_whole("realisation: seed", seed, 0, 2**63)
         n = len(self.energy)
         normal = standard_normals(seed, 2 * n, WAVES).reshape(n, 2)
@@ -190,12 +190,7 @@ def discretized(
     >>> round(4 * float(np.sqrt(spectrum.energy.sum())), 2)       # the significant height within the band, m
     1.99
     """
-    if not 0.0 < band[0] < band[1]:
-        raise UsageError(Problem("discretized: band", f"{band} does not increase from above 0 [E1169]", f"{BAND}"))
-    if not depth > 0.0:
-        fault = f"{depth:.6g} m is not above 0 [E1170]"
-        raise UsageError(Problem("discretized: depth", fault, "math.inf for water without a bottom"))
-    _check_scales("discretized", gravity, heading, height)
+    _check_division("discretized", band, depth, gravity, heading, height)
     if length is not None:
         check_number("discretized: length", length, "m", "500", above_zero=True)
     low, high = (wave_number(spectrum.peak * part, depth, gravity) for part in band)
@@ -207,23 +202,43 @@ def discretized(
     if last - first >= MOST_WAVES:
         fault = f"{last - first + 1:.4g} wave numbers 2 pi j/length are within the band, more than {MOST_WAVES} [E1172]"
         raise UsageError(Problem("discretized: length", fault, "a shorter length"))
-    k = step * np.arange(first, last + 1)
-    w, group = frequency_and_group_velocity(np.asarray(k), depth, gravity)
+    k = np.asarray(step * np.arange(first, last + 1))
+    w, group = frequency_and_group_velocity(k, depth, gravity)
     energy = spectrum.density(w) * group * step
-    if not energy.sum() > 0.0:
-        raise UsageError(
-            Problem("discretized: band", f"the spectrum is zero from {w[0]:.6g} to {w[-1]:.6g} rad/s [E1173]")
-        )
+    ends = float(w[0]), float(w[-1])
+    _check_energy("discretized", energy, ends)
+    return _with_directions(k, energy, ends, depth, spreading, heading, height)
+
+
+def _with_directions(
+    k: Array,
+    energy: Array,
+    band: tuple[float, float],
+    depth: float,
+    spreading: Spreading | None,
+    heading: float,
+    height: float | None,
+) -> DiscreteSpectrum:
+    """Return a spectrum of wave numbers with their energies, scaled to a significant height, over directions."""
     if height is not None:
         energy *= height**2 / (16.0 * energy.sum())
     angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
     vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-    return DiscreteSpectrum(
-        vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), (float(w[0]), float(w[-1])), depth, len(angles)
-    )
+    return DiscreteSpectrum(vectors.reshape(-1, 2), np.outer(energy, shares).ravel(), band, depth, len(angles))
 
 
-def _check_scales(where: str, gravity: float, heading: float, height: float | None) -> None:
+def _check_energy(where: str, energy: Array, band: tuple[float, float]) -> None:
+    if not energy.sum() > 0.0:
+        fault = f"the spectrum is zero from {band[0]:.6g} to {band[1]:.6g} rad/s [E1173]"
+        raise UsageError(Problem(f"{where}: band", fault))
+
+
+def _check_division(
+    where: str, band: tuple[float, float], depth: float, gravity: float, heading: float, height: float | None
+) -> None:
+    if not 0.0 < band[0] < band[1]:
+        raise UsageError(Problem(f"{where}: band", f"{band} does not increase from above 0 [E1169]", f"{BAND}"))
+    check_depth(where, depth)
     check_number(f"{where}: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
     check_number(f"{where}: heading", heading, "rad")
     if height is not None:
@@ -266,9 +281,7 @@ def wave_number(frequency: float, depth: float = math.inf, gravity: float = STAN
     """
     check_number("wave_number: frequency", frequency, "rad/s", above_zero=True)
     check_number("wave_number: gravity", gravity, "m/s^2", f"{STANDARD_GRAVITY}", above_zero=True)
-    if not depth > 0.0:
-        fault = f"{depth:.6g} m is not above 0 [E1170]"
-        raise UsageError(Problem("wave_number: depth", fault, "math.inf for water without a bottom"))
+    check_depth("wave_number", depth)
     deep = frequency**2 / gravity
     if math.isinf(depth):
         return deep
@@ -324,12 +337,7 @@ def divided(
     UsageError
         A band without energy.
     """
-    if not 0.0 < band[0] < band[1]:
-        raise UsageError(Problem("divided: band", f"{band} does not increase from above 0 [E1169]", f"{BAND}"))
-    if not depth > 0.0:
-        fault = f"{depth:.6g} m is not above 0 [E1170]"
-        raise UsageError(Problem("divided: depth", fault, "math.inf for water without a bottom"))
-    _check_scales("divided", gravity, heading, height)
+    _check_division("divided", band, depth, gravity, heading, height)
     check_whole("divided: components", components, 1, MOST_WAVES)
     edges = spectrum.peak * np.geomspace(band[0], band[1], components + 1)
     # Gauss-Legendre rule over each part, in pieces, since a spectrum may have kinks: at the peak, or at the points of a
@@ -344,16 +352,9 @@ def divided(
     pieces = spectrum.density(w) * weights * 0.5 * widths[:, None]
     starts = np.searchsorted(fine, edges[:-1])
     energy, first = (np.add.reduceat(part.sum(axis=1), starts) for part in (pieces, pieces * w))
-    if not energy.sum() > 0.0:
-        raise UsageError(
-            Problem("divided: band", f"the spectrum is zero from {edges[0]:.6g} to {edges[-1]:.6g} rad/s [E1173]")
-        )
+    ends = float(edges[0]), float(edges[-1])
+    _check_energy("divided", energy, ends)
     kept = energy > 0.0
     frequencies, energy = first[kept] / energy[kept], energy[kept]
-    if height is not None:
-        energy *= height**2 / (16.0 * energy.sum())
     k = np.array([wave_number(float(frequency), depth, gravity) for frequency in frequencies])
-    angles, shares = (np.array([heading]), np.ones(1)) if spreading is None else spreading.shares()
-    vectors = k[:, None, None] * np.stack((np.cos(angles), np.sin(angles)), axis=-1)
-    result = np.outer(energy, shares).ravel()
-    return DiscreteSpectrum(vectors.reshape(-1, 2), result, (float(edges[0]), float(edges[-1])), depth, len(angles))
+    return _with_directions(k, energy, ends, depth, spreading, heading, height)

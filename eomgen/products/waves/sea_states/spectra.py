@@ -34,12 +34,16 @@ def check_whole(where: str, value: Any, least: int, most: int, hint: str = "") -
     """Raise UsageError unless a value is a whole number from ``least`` to ``most``."""
     if isinstance(value, bool) or not hasattr(value, "__index__") or not least <= int(value) <= most:
         said = f"{value:.6g}" if isinstance(value, float) else f"{value!r}"
-        fault = (
-            f"{said} is not a whole number from {least} on [E1175]"
-            if most > 10**15
-            else f"{said} is not from {least} to {most} [E1176]"
-        )
+        fault = f"{said} is not from {least} to {most} [E1176]"
+        fault = f"{said} is not a whole number from {least} on [E1175]" if most > 10**15 else fault
         raise UsageError(Problem(where, fault, hint or f"{least}"))
+
+
+def check_depth(where: str, depth: float) -> None:
+    """Raise UsageError for a depth of water that is not above 0."""
+    if not depth > 0.0:
+        fault = f"{depth:.6g} m is not above 0 [E1170]"
+        raise UsageError(Problem(f"{where}: depth", fault, "math.inf for water without a bottom"))
 
 
 #: Waves that a spectrum is made of at most.
@@ -182,9 +186,8 @@ class SpectrumTable:
         if not np.all(np.isfinite(self.densities)) or not np.all(np.isfinite(self.frequencies)):
             raise UsageError(Problem(where, "a frequency or a density is not a finite number [E1184]"))
         if not np.all(self.densities >= 0.0) or not np.any(self.densities > 0.0):
-            fault = (
-                f"the least is {self.densities.min():.6g} m^2 s/rad, the greatest {self.densities.max():.6g} [E1182]"
-            )
+            least, greatest = self.densities.min(), self.densities.max()
+            fault = f"the least is {least:.6g} m^2 s/rad, the greatest {greatest:.6g} [E1182]"
             raise UsageError(Problem(f"{where}: densities", fault, "none below 0, one above 0"))
 
     @property

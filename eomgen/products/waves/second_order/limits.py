@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.errors import Problem, UsageError
 from eomgen.products.waves.sea_states.components import Components
 from eomgen.products.waves.sea_states.nonlinearity import beyond_second_order, breaking_height, too_steep_together
-from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY
+from eomgen.products.waves.sea_states.spectra import STANDARD_GRAVITY, check_depth
 from eomgen.products.waves.second_order.pairs import ENTRIES
 
 #: Bytes of the table of pairs at most.
@@ -34,21 +34,17 @@ def check_sea(components: Components, depth: float, order: int, gravity: float) 
     """Raise UsageError for an impossible sea."""
     vectors, amplitude, phase = (np.asarray(x, dtype=float) for x in vars(components).values())
     if vectors.ndim != 2 or vectors.shape[1] != 2 or not len(vectors):
-        raise UsageError(
-            Problem(_COMPONENTS, f"wave vectors have the shape {vectors.shape} [E1188]", "(n, 2), at least one")
-        )
+        fault = f"wave vectors have the shape {vectors.shape} [E1188]"
+        raise UsageError(Problem(_COMPONENTS, fault, "(n, 2), at least one"))
     if amplitude.shape != (len(vectors),) or phase.shape != (len(vectors),):
-        fault = (
-            f"{len(vectors)} wave vectors have amplitudes of shape {amplitude.shape} and phases of"
-            f" {phase.shape} [E1189]"
-        )
+        shapes = f"amplitudes of shape {amplitude.shape} and phases of {phase.shape}"
+        fault = f"{len(vectors)} wave vectors have {shapes} [E1189]"
         raise UsageError(Problem(_COMPONENTS, fault, f"({len(vectors)},) each"))
     if not all(np.all(np.isfinite(x)) for x in (vectors, amplitude, phase)):
         raise UsageError(Problem(_COMPONENTS, "a wave vector, an amplitude or a phase is not a finite number [E1190]"))
     if np.any(amplitude < 0.0):
-        raise UsageError(
-            Problem(_COMPONENTS, f"the amplitude {amplitude.min():.6g} m is negative [E1191]", "the phase + pi")
-        )
+        fault = f"the amplitude {amplitude.min():.6g} m is negative [E1191]"
+        raise UsageError(Problem(_COMPONENTS, fault, "the phase + pi"))
     _check_setting(depth, order, gravity)
     k = np.hypot(*vectors.T)
     _check_waves(vectors, amplitude, k, depth)
@@ -62,10 +58,7 @@ def _check_setting(depth: float, order: int, gravity: float) -> None:
         raise UsageError(Problem("Sea: order", f"there is no order {order} [E1192]", "1 or 2"))
     if not gravity > 0.0 or not math.isfinite(gravity):
         raise UsageError(Problem("Sea: gravity", f"{gravity:.6g} m/s^2 is not above 0 [E1193]", f"{STANDARD_GRAVITY}"))
-    if not depth > 0.0:
-        raise UsageError(
-            Problem("Sea: depth", f"{depth:.6g} m is not above 0 [E1170]", "math.inf for water without a bottom")
-        )
+    check_depth("Sea", depth)
 
 
 def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> None:
@@ -82,9 +75,8 @@ def _check_waves(vectors: Array, amplitude: Array, k: Array, depth: float) -> No
         )
         raise UsageError(Problem(_COMPONENTS, fault, "components with a wave number above 0"))
     if len(np.unique(vectors, axis=0)) < len(vectors):
-        raise UsageError(
-            Problem(_COMPONENTS, "two components have the same wave vector [E1196]", "one with the sum of both")
-        )
+        fault = "two components have the same wave vector [E1196]"
+        raise UsageError(Problem(_COMPONENTS, fault, "one with the sum of both"))
     steep = k * amplitude / np.tanh(np.minimum(k * depth, 700.0))
     if np.any(steep >= 1.0):
         number = int(np.argmax(steep))
@@ -104,9 +96,8 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
         number = int(np.argmax(amplitude / highest))
         fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of [E1197]"
         fault = f"{fault} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
-        raise UsageError(
-            Problem(_COMPONENTS, fault, "a smaller amplitude, or order = 1: Gerstner's waves do not break")
-        )
+        hint = "a smaller amplitude, or order = 1: Gerstner's waves do not break"
+        raise UsageError(Problem(_COMPONENTS, fault, hint))
     if 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
         fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes [E1201]"
         need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9

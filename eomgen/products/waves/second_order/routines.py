@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from eomgen.codegen.scheduling.scheduler import schedule
 from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, PairTape, gravity_waves
-from eomgen.symbolic.tape import Ref
+from eomgen.symbolic.tape import Ref, Tape
 from eomgen.toolchain.builder import Builder
 
 _COEFFICIENTS = """\
@@ -50,18 +50,32 @@ def geometry_of(spread: bool) -> tuple[str, ...]:
     return tuple(f"x{axis}{by}" for by in ("a", "b", "aa", "ab", "bb") for axis in "xyz")
 
 
+def statements(
+    tape: Tape, refs: Sequence[Ref], inputs: Mapping[str, str | Sequence[str]], targets: Sequence[str], depth: int
+) -> str:
+    """Return the C that evaluates references on a tape, indented.
+
+    Parameters
+    ----------
+    inputs : places of the numbers of each block of inputs, or one with a gap for the number
+    targets : places of the results
+    """
+    plan = schedule(tape, [refs], tuple(inputs), 10**9, NEST_LIMIT, fill=False, reroll=False)
+    return indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), depth)
+
+
 def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, str]:
     """Return the C of the tables and of the sums of a case."""
     made = PairTape(case, dispersion)
     planes = [f"columns[{number} * n + {{}}]" for number in range(len(COLUMNS))]
 
+    inputs = {"k": "k[{}]", "p": "p[{}]", **{x: [plane.format(x) for plane in planes] for x in "ij"}}
+
     def body(refs: Sequence[Ref], targets: Sequence[str], depth: int) -> str:
-        plan = schedule(made.tape, [refs], ("k", "p", "i", "j"), 10**9, NEST_LIMIT, fill=False, reroll=False)
-        inputs = {"k": "k[{}]", "p": "p[{}]", **{x: [plane.format(x) for plane in planes] for x in "ij"}}
-        return indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), depth)
+        return statements(made.tape, refs, inputs, targets, depth)
 
     targets = [f"table[{number} * pairs + at]" for number in range(len(case.entries))]
-    entries = {name: number for number, name in enumerate(case.entries)}
+    col, own, entries = ({name: number for number, name in enumerate(names)} for names in (COLUMNS, OWN, case.entries))
     words = [
         "a bottom" if case.finite else "no bottom",
         "several directions" if case.spread else "one direction",
@@ -88,9 +102,9 @@ def sources(case: Case, dispersion: Dispersion = gravity_waves) -> tuple[str, st
         .get_template("waves/sums.c.jinja")
         .render(
             **shared,
-            col={name: number for number, name in enumerate(COLUMNS)},
+            col=col,
             ent=entries,
-            own={name: number for number, name in enumerate(OWN)},
+            own=own,
             has_sums="Xp" in entries,
             kinematics=kinematics_of(case.spread),
             geometry=geometry_of(case.spread),
@@ -114,56 +128,46 @@ class Routines:
 
     def components(self, vectors: Array, p: Array) -> Array:
         """Return the table of components, (len(COLUMNS), n), of wave vectors (n, 2) and (g, h, c)."""
-        ffi, lib = self._tables
-        columns = np.empty((len(COLUMNS), len(vectors)))
-        kept = np.ascontiguousarray(vectors, dtype=float)
-        lib.eomgen_wave_components(len(vectors), *(ffi.from_buffer("double[]", x) for x in (kept, p, columns)))
-        return columns
+        n = len(vectors)
+        return self._table("components", n, (len(COLUMNS), n), np.ascontiguousarray(vectors, dtype=float), p)
 
     def own(self, columns: Array, p: Array) -> Array:
         """Return the self-interactions of components, (len(OWN), n)."""
-        ffi, lib = self._tables
-        own = np.empty((len(OWN), columns.shape[1]))
-        lib.eomgen_wave_own(columns.shape[1], *(ffi.from_buffer("double[]", x) for x in (columns, p, own)))
-        return own
+        n = columns.shape[1]
+        return self._table("own", n, (len(OWN), n), columns, p)
 
     def pairs(self, columns: Array, p: Array) -> Array:
         """Return the table of pairs, (entries, n (n - 1)/2)."""
-        ffi, lib = self._tables
         n = columns.shape[1]
-        table = np.empty((len(self.case.entries), n * (n - 1) // 2))
-        lib.eomgen_wave_pairs(n, *(ffi.from_buffer("double[]", x) for x in (columns, p, table)))
+        return self._table("pairs", n, (len(self.case.entries), n * (n - 1) // 2), columns, p)
+
+    def _table(self, name: str, n: int, shape: tuple[int, int], *arrays: Array) -> Array:
+        ffi, lib = self._tables
+        table = np.empty(shape)
+        getattr(lib, f"eomgen_wave_{name}")(n, *(ffi.from_buffer("double[]", x) for x in (*arrays, table)))
         return table
 
-    def kinematics(
-        self, columns: Array, waves: Waves, own: Array, table: Array | None, level: Array, p: Array, labels: Array
-    ) -> Array:
-        """Return ``kinematics_of`` the case at labels (2, points), (quantities, points); no table: first order."""
-        return self._sum(
-            "kinematics", len(kinematics_of(self.case.spread)), columns, waves, own, table, (level, p), labels
-        )
-
-    def geometry(self, columns: Array, waves: Waves, own: Array, table: Array | None, labels: Array) -> Array:
-        """Return ``geometry_of`` the case at labels (2, points), (quantities, points)."""
-        return self._sum("geometry", len(geometry_of(self.case.spread)), columns, waves, own, table, (), labels)
-
-    def _sum(
+    def sums(
         self,
-        name: str,
-        quantities: int,
+        name: Literal["kinematics", "geometry"],
         columns: Array,
         waves: Waves,
         own: Array,
         table: Array | None,
-        more: Sequence[Array],
         labels: Array,
-    ) -> Array:
+        *more: Array,
+    ) -> dict[str, Array]:
+        """Return sums over components at labels (2, points) by their names, (points,) each; no table: first order.
+
+        ``kinematics`` takes the level and (g, h, c) as ``more``.
+        """
+        names = kinematics_of(self.case.spread) if name == "kinematics" else geometry_of(self.case.spread)
         ffi, lib = self._sums
         lanes, count, n = self.lanes, labels.shape[1], columns.shape[1]
         filled = -(-count // lanes) * lanes
         padded = np.zeros((2, filled))
         padded[:, :count] = labels
-        given = np.empty((quantities, filled))
+        given = np.empty((len(names), filled))
         room = np.empty(2 * n * lanes + _ALIGNED)  # lanes are read and written at multiples of a register's length
         start = -room.ctypes.data // 8 % _ALIGNED
 
@@ -175,7 +179,7 @@ class Routines:
             n, of(columns), of(waves.amplitude), of(waves.phase), of(own), ffi.NULL if table is None else of(table),
             *map(of, more), waves.time, filled, of(padded), of(given), of(room[start:]),
         )  # fmt: skip
-        return given[:, :count]
+        return dict(zip(names, given[:, :count], strict=True))
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from eomgen.products.waves.second_order.limits import check_points, check_sea, w
 from eomgen.products.waves.second_order.motion import BoundWaves, Complex, Motion, Surface
 from eomgen.products.waves.second_order.pairs import COLUMNS, OWN, Case, Dispersion, gravity_waves
 from eomgen.products.waves.second_order.profiles import Profile, harmonics, multiples
-from eomgen.products.waves.second_order.routines import Routines, Waves, geometry_of, kinematics_of, routines
+from eomgen.products.waves.second_order.routines import Routines, Waves, routines
 
 #: Error of labels computed for points on the water, as this part of the shortest wave length at most.
 CLOSE = 1e-10
@@ -84,11 +84,10 @@ class Sea:
         #: columns: the direction of the waves and the orthogonal direction, for waves of one direction
         self._axes = np.eye(2) if self.spread else np.array([heading, [-heading[1], heading[0]]]).T
         columns = self._of(surface=True).components(vectors, self._numbers(0.0))
-        self._order = order_of = np.argsort(columns[COLUMNS.index("w")], kind="stable")
-        self.vectors = np.ascontiguousarray(vectors[order_of])
-        self.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[order_of])
-        self.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[order_of])
-        columns = columns[:, order_of]
+        self._order = np.argsort(columns[COLUMNS.index("w")], kind="stable")
+        self.vectors = np.ascontiguousarray(vectors[self._order])
+        self.amplitude, self.phase = self._in_order(components)
+        columns = columns[:, self._order]
         self.frequency = columns[COLUMNS.index("w")]
         self.current, self.restoring = self._current_and_restoring(columns)
         warn_of_doubtful_waves(self.vectors, self.amplitude, self.depth, order)
@@ -153,6 +152,11 @@ class Sea:
     def _of(self, *, surface: bool) -> Routines:
         return routines(Case(math.isfinite(self.depth), self.spread, surface), self.dispersion)
 
+    def _in_order(self, components: Components) -> tuple[Array, Array]:
+        """Return amplitudes and phases in the order of frequencies."""
+        amplitude, phase = (np.asarray(x, dtype=float)[self._order] for x in (components.amplitude, components.phase))
+        return np.ascontiguousarray(amplitude), np.ascontiguousarray(phase)
+
     def _current_and_restoring(self, columns: Array) -> tuple[Array, float]:
         row = dict(zip(COLUMNS, columns, strict=True))
         vectors, doppler = self.vectors, row["doppler"]
@@ -160,20 +164,15 @@ class Sea:
         if np.any(doppler):
             current = np.linalg.lstsq(vectors, doppler, rcond=None)[0]
             if np.abs(vectors @ current - doppler).max() > 1e-9 * np.abs(doppler).max():
-                fault = (
-                    "the part that is odd in the wave vector is not linear in it, so no uniform current gives"
-                    " it [E1217]"
-                )
+                fault = "the part that is odd in the wave vector is not linear in it, so no uniform current"
+                fault += " gives it [E1217]"
                 raise UsageError(Problem("Sea: dispersion", fault, "w.gravity_waves + U * w.kx"))
         restoring = row["w"] ** 2 * row["C"] / row["k"]
         if np.ptp(restoring) > 1e-9 * restoring.max():
-            fault = (
-                f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
-                " surface is the same everywhere only if it is the same for all waves [E1216]"
-            )
-            raise UsageError(
-                Problem("Sea: dispersion", fault, "w.gravity_waves, with terms that are linear in kx and ky")
-            )
+            fault = f"w^2 coth(k h) / k is {restoring.min():.6g} to {restoring.max():.6g} m/s^2; the pressure at the"
+            fault += " surface is the same everywhere only if it is the same for all waves [E1216]"
+            hint = "w.gravity_waves, with terms that are linear in kx and ky"
+            raise UsageError(Problem("Sea: dispersion", fault, hint))
         return current, float(np.mean(restoring))
 
     @cached_property
@@ -228,10 +227,8 @@ class Sea:
         """
         own = self._own_labels(labels)
         columns, twice, table, level = self._surface_tables if c == 0.0 else self._tables(c)
-        kinematics = self._of(surface=c == 0.0).kinematics(
-            columns, self._waves(time), twice, table, level, self._numbers(c), own
-        )
-        row = dict(zip(kinematics_of(self.spread), kinematics, strict=True))
+        sums = self._of(surface=c == 0.0).sums
+        row = sums("kinematics", columns, self._waves(time), twice, table, own, level, self._numbers(c))
         moved, velocity, acceleration = (self._vectors(row, kind) for kind in "dva")
         moved[:, :2] += np.asarray(labels, dtype=float) + self.current * time
         moved[:, 2] += c
@@ -278,9 +275,8 @@ class Sea:
         unit, number = multiples(np.hypot(*self.vectors.T))
         least = 2 * int(number.max()) * (self.order if table is not None and "Xp" in self._entries else 1)
         if count <= least:
-            raise UsageError(
-                Problem("Sea.profile: count", f"{count} labels are too few [E1220]", f"{least + 1} or more")
-            )
+            fault = f"{count} labels are too few [E1220]"
+            raise UsageError(Problem("Sea.profile: count", fault, f"{least + 1} or more"))
         crest = self.amplitude * np.exp(1j * (self.phase - self.frequency * time))
         named = None if table is None else dict(zip(self._entries, table, strict=True))
         by_name, (drift, lift) = harmonics(number, columns, crest, own, named, level)
@@ -354,21 +350,19 @@ class Sea:
             sums = {x: named.get(f"{x}p", zero) for x in "BXY"}
             groups.append(((i, 1, j, 1), crest[i] * crest[j], w[i] + w[j], sums))
             groups.append(((all_of, 1, all_of, 1), crest * crest, 2.0 * w, {x: alone[f"{x}p"] for x in "BXY"}))
-        potential: list[Complex] = []
-        rate: list[Complex] = []
-        x: list[Complex] = []
-        y: list[Complex] = []
+        parts: list[tuple[Complex, ...]] = []
         for number, (_, product, speed, of) in enumerate(groups):
             drifts = number == 0 and self.spread
-            potential.append(-1j * of["B"] * product)
-            rate.append(-1j * speed * potential[-1])
-            x.append((-1j * of["X"] + (time * named["Dx"] if drifts else 0.0)) * product)
-            y.append((-1j * of["Y"] + (time * named["Dy"] if drifts else 0.0)) * product)
-        along = np.stack((np.concatenate(x), np.concatenate(y)))
-        turned = self._axes @ along
-        drift = self._axes @ level[2:] * time
+            potential = -1j * of["B"] * product
+            x, y = (
+                (-1j * of[axis] + (time * named[drift] if drifts else 0.0)) * product
+                for axis, drift in (("X", "Dx"), ("Y", "Dy"))
+            )
+            parts.append((potential, -1j * speed * potential, x, y))
+        potential, rate, *along = (np.concatenate(part) for part in zip(*parts, strict=True))
+        x, y = self._axes @ np.stack(along)
         members = tuple(group[0] for group in groups)
-        return BoundWaves(members, np.concatenate(potential), np.concatenate(rate), turned[0], turned[1], drift)
+        return BoundWaves(members, potential, rate, x, y, self._axes @ level[2:] * time)
 
     def with_waves(self, components: Components) -> Sea:
         """Return the sea of other amplitudes and phases of the same wave vectors, with the tables of this sea.
@@ -393,8 +387,7 @@ class Sea:
         if vectors.shape != self.vectors.shape or np.any(vectors[self._order] != self.vectors):
             raise UsageError(Problem("Sea.with_waves", "the wave vectors are others [E1222]", "a Sea of its own"))
         other = copy.copy(self)
-        other.amplitude = np.ascontiguousarray(np.asarray(components.amplitude, dtype=float)[self._order])
-        other.phase = np.ascontiguousarray(np.asarray(components.phase, dtype=float)[self._order])
+        other.amplitude, other.phase = self._in_order(components)
         columns, own, table, _ = self._surface_tables
         other._surface_tables = columns, own, table, other._level(columns, own)
         return other
@@ -420,8 +413,7 @@ class Sea:
         """
         own = self._own_labels(labels)
         columns, twice, table, _ = self._surface_tables if c == 0.0 else self._tables(c)
-        geometry = self._of(surface=c == 0.0).geometry(columns, self._waves(time), twice, table, own)
-        row = dict(zip(geometry_of(self.spread), geometry, strict=True))
+        row = self._of(surface=c == 0.0).sums("geometry", columns, self._waves(time), twice, table, own)
         zero, points = np.zeros(own.shape[1]), own.shape[1]
         cells = [[row.get(f"x{axis}{by}", zero) for by in ("a", "b", "aa", "ab", "bb")] for axis in "xyz"]
         all_of = np.moveaxis(np.array(cells), 2, 0)
@@ -514,10 +506,8 @@ class Sea:
                 factor[worse] *= 0.5
             labels[open_], off[open_] = tried, distance
         bad = wanted[np.argmax(np.hypot(*off.T))]
-        fault = (
-            f"no single particle of the surface is above x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g}"
-            f" s [E1223]"
-        )
+        place = f"x = {bad[0]:.6g} m, y = {bad[1]:.6g} m at t = {time:.6g} s"
+        fault = f"no single particle of the surface is above {place} [E1223]"
         hint = "waves that are less steep: water folds over with a negative Jacobian of surface(labels, t)"
         raise NumericalError(Problem("Sea.labels_at", fault, hint))
 

@@ -23,13 +23,12 @@ from numpy.typing import NDArray
 from eomgen.base.arrays import Array
 from eomgen.base.calls import checked_calls
 from eomgen.base.data import dataclass
-from eomgen.codegen.program import NEST_LIMIT
-from eomgen.codegen.scheduling.scheduler import schedule
-from eomgen.codegen.targets.c.printer import Printer, folded, indented
+from eomgen.codegen.targets.c.printer import folded
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
 from eomgen.products.waves.second_order.pairs import COLUMNS
+from eomgen.products.waves.second_order.routines import statements
 from eomgen.products.waves.second_order.sea import Sea
 from eomgen.symbolic.scalar import Algebra
 from eomgen.symbolic.tape import Tape
@@ -91,12 +90,11 @@ def source(plane: bool) -> str:
     tape.blocks.append((len(tape.op), "-|u|^2/2 - xi . u_t"))
     raised = (u * u + v * v + w * w) * -0.5 - (x * ut + y * vt + z * wt)
     refs = [item.ref for item in (force, *carried, raised)]
-    plan = schedule(tape, [refs], ("f",), 10**9, NEST_LIMIT, fill=False, reroll=False)
     inputs = {"f": [f"fields[{k} * points + n]" for k in range(len(names))]}
     targets = [f"given[{k} * points + n]" for k in range(len(refs))]
     text = environment().get_template("waves/forcing.c.jinja")
     case = "two horizontal directions" if plane else "one horizontal direction"
-    body = indented(Printer(inputs, [targets]).lines(plan.parts[0].statements), 2)
+    body = statements(tape, refs, inputs, targets, 2)
     return folded(text.render(case=case, fields=names, given=given_of(plane), body=body))
 
 
@@ -275,10 +273,8 @@ class SteppedSea:
         off = np.abs(multiples - index) > _CLOSE * np.hypot(*multiples.T)[:, None] + 1e-12
         if np.any(off | np.isnan(multiples)):
             number = int(np.argmax(np.any(off | np.isnan(multiples), axis=1)))
-            fault = (
-                f"component {number} is ({multiples[number, 0]:.6g}, {multiples[number, 1]:.6g}) times 2"
-                f" pi/length [E1227]"
-            )
+            along, across = multiples[number]
+            fault = f"component {number} is ({along:.6g}, {across:.6g}) times 2 pi/length [E1227]"
             raise UsageError(Problem("SteppedSea: lengths", fault, "lengths that all components divide"))
         highest = np.abs(index).max(axis=0)
         for axis, name in enumerate("xy"):
@@ -313,11 +309,8 @@ class SteppedSea:
         places = np.concatenate(
             [sign_i * self._index[i] + sign_j * self._index[j] for i, sign_i, j, sign_j in amplitudes.members]
         )
-        spectra = (
-            self._spectrum(values, places)
-            for values in (amplitudes.potential, amplitudes.rate, amplitudes.x, amplitudes.y)
-        )
-        phi, rate, x, y = spectra
+        waves = (amplitudes.potential, amplitudes.rate, amplitudes.x, amplitudes.y)
+        phi, rate, x, y = (self._spectrum(values, places) for values in waves)
         points = self._counts[0] * self._counts[1]
         x[0, 0] += points * amplitudes.drift[0]
         y[0, 0] += points * amplitudes.drift[1]
