@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 import sympy
@@ -264,6 +265,12 @@ def _definitions(
         symbol = InputSymbol(block, index)
         return names.get(symbol) or str(input_symbol(symbol).name)
 
+    def table_of(block: str, word: str, items: Sequence[Any], values: Sequence[float | None]) -> list[Definition]:
+        return [
+            Definition(name_of(block, index), item.description or f"{word} {item.name}", item.unit, value)
+            for index, (item, value) in enumerate(zip(items, values, strict=True))
+        ]
+
     q_units, v_units = coordinate_units(system.factors, described.coordinates)
     joints = {hinge.name: f"{hinge.type} joint {hinge.name}" for hinge in described.drawing.hinges}
     coordinates, velocities = [], []
@@ -277,18 +284,9 @@ def _definitions(
     tables = {
         "Coordinates": coordinates,
         "Velocities": velocities,
-        "Parameters": [
-            Definition(name_of("p", index), item.description or f"parameter {item.name}", item.unit, item.value)
-            for index, item in enumerate(system.parameters)
-        ],
-        "Inputs": [
-            Definition(name_of("u", index), item.description or f"input {item.name}", item.unit)
-            for index, item in enumerate(system.inputs)
-        ],
-        "Internal states": [
-            Definition(name_of("z", index), item.description or f"state {item.name}", item.unit, item.value)
-            for index, item in enumerate(system.states)
-        ],
+        "Parameters": table_of("p", "parameter", system.parameters, [item.value for item in system.parameters]),
+        "Inputs": table_of("u", "input", system.inputs, [None] * len(system.inputs)),
+        "Internal states": table_of("z", "state", system.states, [item.value for item in system.states]),
         "Multipliers": [
             Definition(f"lam_{index}", f"multiplier of {name}", "N m" if unit.startswith("1") else "N")
             for index, (name, unit) in enumerate(zip(system.multipliers, system.row_units, strict=True))
@@ -397,16 +395,14 @@ def document(system: System, described: Description, parts: Equations, *, width:
     for title, items in tables.items():
         lines += _table(title, items, typeset)
     if parts.shared:
-        lines += [r"\section*{Named expressions}", "In the order of evaluation.", r"\begin{align*}"]
-        lines += [_join(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))]
-        lines.append(r"\end{align*}")
+        lines += [r"\section*{Named expressions}", "In the order of evaluation."]
+        lines += _alignment(row for s, value in parts.shared for row in _rows(latex(s), value, latex, width))
     for name, matrix in parts.terms.items():
         symbol, title = TERMS[name]
         lines += [rf"\section*{{{title}}}", *_term(symbol, matrix, latex, width, vector=_is_vector(name))]
     if parts.base:
-        lines += [r"\section*{Motion of the base}", r"\begin{align*}"]
-        lines += [_join(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))]
-        lines.append(r"\end{align*}")
+        lines.append(r"\section*{Motion of the base}")
+        lines += _alignment(row for symbol, law in parts.base for row in _rows(latex(symbol), law, latex, width))
     return "\n".join([*lines, r"\end{document}", ""])
 
 
@@ -474,28 +470,17 @@ def _term(symbol: str, matrix: sympy.Matrix, latex: Callable[[Any], str], width:
         )
         yield f"\\[ {symbol} = \\begin{{bmatrix}}\n{body}\n\\end{{bmatrix}} \\]"
         return
-    places = [
-        (row, column)
-        for row in range(rows)
-        for column in range(columns)
-        if matrix[row, column] != 0 and (symbol != "M" or row <= column)
-    ]
-    yield r"\begin{align*}"
-    yield _join(
-        line
-        for row, column in places
-        for line in _rows(
-            f"{symbol}_{{{row + 1}}}" if vector else f"{symbol}_{{{row + 1},{column + 1}}}",
-            matrix[row, column],
-            latex,
-            width,
-        )
-    )
-    yield r"\end{align*}"
+    lines: list[str] = []
+    for row, column in product(range(rows), range(columns)):
+        if matrix[row, column] != 0 and (symbol != "M" or row <= column):
+            name = f"{symbol}_{{{row + 1}}}" if vector else f"{symbol}_{{{row + 1},{column + 1}}}"
+            lines += _rows(name, matrix[row, column], latex, width)
+    yield from _alignment(lines)
 
 
-def _join(rows: Iterable[str]) -> str:
-    return " \\\\\n".join(rows)
+def _alignment(rows: Iterable[str]) -> list[str]:
+    """Return lines of equations that are aligned."""
+    return [r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"]
 
 
 def _rows(left: str, expression: Any, latex: Callable[[Any], str], width: int) -> Iterator[str]:

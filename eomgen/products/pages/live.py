@@ -38,8 +38,8 @@ _OF_LIVE = {
     "growing_chart": "pages/growing_chart.js",
     "motion": "pages/motion.js",
     "live": "pages/live.js",
+    "live_style": "pages/live.css",
 }
-_STYLE = "pages/live.css"
 
 
 @overload
@@ -106,12 +106,7 @@ def live_page(model: CompiledModel, solution: Solution) -> str:
     data["live"] = _live_data(model, solution, library, module, held, seen.scenery)
     data["success"] = True
     parts = {name: f"pictures/{file}" for name, file in SCRIPTS.items() if name != "page"}
-    return page_of(
-        "pages/live.html",
-        parts | _OF_LIVE | {"live_style": _STYLE},
-        data,
-        str(solution.metadata.get("version", "")),
-    )
+    return page_of("pages/live.html", parts | _OF_LIVE, data, str(solution.metadata.get("version", "")))
 
 
 def _library(model: CompiledModel, method: str) -> Library:

@@ -8,7 +8,7 @@ import html
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,7 @@ from eomgen.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+    from eomgen.products.studies import CheckReport
     from eomgen.results.solution import Solution
 
 #: Rows of a curve, curves of a chart, and charts of a run at most.
@@ -35,24 +36,6 @@ _LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
 _LONG = 24
 _KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
 _PARTS = {"style": "pages/report.css", "curves": "pages/curves.js", "report": "pages/report.js"}
-
-
-class CheckedForm(Protocol):
-    """A closed form with a verdict."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def verdict(self) -> str: ...
-
-
-class ChecksOfForms(Protocol):
-    """Checks of closed forms: a ``CheckReport``."""
-
-    @property
-    def summary(self) -> str: ...
-    @property
-    def forms(self) -> Sequence[CheckedForm]: ...
 
 
 @dataclass(frozen=True)
@@ -69,7 +52,7 @@ def report(
     path: str | Path,
     solutions: Solution | Sequence[Solution] | None = None,
     *,
-    checks: ChecksOfForms | None = None,
+    checks: CheckReport | None = None,
 ) -> Path:
     """Write a report on a model and runs: one HTML file for a browser, which can be printed.
 
@@ -122,7 +105,7 @@ def report_page(
     model: CompiledModel | None,
     *,
     text: str = "",
-    checks: ChecksOfForms | None = None,
+    checks: CheckReport | None = None,
     animation: bool = True,
 ) -> str:
     """Return the text of a report.
@@ -243,15 +226,13 @@ def _counts(model: CompiledModel) -> str:
         (item["name"], item["description"], *(item["counts"].get(kind, 0) for kind in _OPERATIONS))
         for item in layout["functions"]
     ]
-    headings = ("function", "result", *_OPERATIONS.values())
+    headings = ("function", "result", *_OPERATIONS)
     return _section(
         "Counts", _table(("", ""), facts), "<h3>Operations of the compiled functions</h3>", _table(headings, functions)
     )
 
 
-_OPERATIONS = {
-    "additions": "additions", "multiplications": "multiplications", "divisions": "divisions", "functions": "functions",
-}  # fmt: skip  # a table
+_OPERATIONS = ("additions", "multiplications", "divisions", "functions")
 
 
 def _runs(runs: Sequence[ReportedRun]) -> str:
@@ -286,7 +267,11 @@ def _runs(runs: Sequence[ReportedRun]) -> str:
     return _section("Runs" if len(runs) > 1 else "Run", *parts)
 
 
-def _columns_of(solution: Solution) -> dict[str, tuple[Array, str]]:
+#: Columns of a run by name, with units.
+Columns = dict[str, tuple[Array, str]]
+
+
+def _columns_of(solution: Solution) -> Columns:
     """Return the columns that reports draw, with units: outputs, coordinates, velocities, states, inputs and
     energies."""
     units = solution.units()
@@ -356,14 +341,13 @@ def _comparison(runs: Sequence[ReportedRun], charts: _Charts) -> str:
         "<h3>Settings that differ</h3>",
         _table(("", *(run.name for run in runs)), differing) or "<p>none</p>",
         f"<h3>Differences from {_text(runs[0].name)}</h3>",
-        _differences(runs, shared),
+        _differences(runs, columns, shared),
         f'<div class="charts">{"".join(canvases)}</div>',
     )
 
 
-def _differences(runs: Sequence[ReportedRun], shared: Sequence[str]) -> str:
+def _differences(runs: Sequence[ReportedRun], columns: Sequence[Columns], shared: Sequence[str]) -> str:
     """Return the table of differences from the first run, a row for each of the columns that all runs have."""
-    columns = [_columns_of(run.solution) for run in runs]
     headings = ["column", "unit"]
     for run in runs[1:]:
         headings += [f"largest difference, {run.name}", "at t, s", f"at the end, {run.name}"]
@@ -424,7 +408,7 @@ def _modes(model: Any) -> str:
     return _section("Modes", f"<p>{_text(about)}</p>", _table(headings, rows))
 
 
-def _checks(checks: ChecksOfForms) -> str:
+def _checks(checks: CheckReport) -> str:
     """Return the outcome of the checks of all closed forms."""
     rows = [(form.name, form.verdict) for form in checks.forms]
     return _section("Checks", f"<p>{_text(checks.summary)}</p>", _table(("closed form", "verdict"), rows))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,7 +14,6 @@ from eomgen.base.data import dataclass
 from eomgen.base.figures import new_figure, saved
 from eomgen.compiled.initial_state import initial_state
 from eomgen.formula.evaluate import evaluate
-from eomgen.formula.nodes import Vector
 from eomgen.lie import numeric
 from eomgen.lie.groups import SE3
 from eomgen.lie.product import difference, update
@@ -24,6 +23,7 @@ from eomgen.system.description import BASE, WORLD
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
+    from eomgen.scene.forces.forces import Force
 
 #: Largest displacement in a figure, relative to the size of the figure, and displacement above which shapes are not
 #: enlarged.
@@ -48,19 +48,9 @@ class Arrow:
     force: Sequence[float]
 
 
-class Load(Protocol):
-    """A force on a body by formulas: in the frame of the body the place, m, in world axes the direction, N."""
-
-    @property
-    def body(self) -> str: ...
-    @property
-    def point(self) -> Vector: ...
-    @property
-    def force(self) -> Vector: ...
-
-
-def arrows(loads: Sequence[Load], model: CompiledModel, p: Array) -> list[Arrow]:
-    """Return arrows of forces that depend on parameters (np,) only; omit forces that depend on motion or time."""
+def arrows(loads: Sequence[Force], model: CompiledModel, p: Array) -> list[Arrow]:
+    """Return arrows of forces in world axes that depend on parameters (np,) only; omit forces that depend on motion or
+    time."""
     values = model.description.values(dict(zip(model.parameters, p.tolist(), strict=True)))
     result = []
     for load in loads:
@@ -132,11 +122,11 @@ def draw_modes(
     count = min(len(titles), _MODES)
     moved = [update(model.factors, q, sign * shapes[:, k]) for k in range(count) for sign in (1e-4, 0.0)]
     small = _Lines(model, t, p, np.stack(moved))
-    configurations = [q]
+    configurations, angular = [q], [unit == "rad/s" for unit in model.v_units]
     for k in range(count):
         size = float(np.max(np.linalg.norm(small.places[2 * k] - small.places[2 * k + 1], axis=1), initial=0.0))
         scale = 1e-4 * _SHOWN * small.size / size if size > 0.0 else 0.0
-        turns = np.max(np.abs(shapes[:, k][_angular(model)]), initial=0.0)
+        turns = np.max(np.abs(shapes[angular, k]), initial=0.0)
         scale = min(scale, 1.0 / turns) if turns > 0.0 else scale
         configurations += [update(model.factors, q, sign * scale * shapes[:, k]) for sign in (1.0, -1.0)]
     lines = _Lines(model, t, p, np.stack(configurations))
@@ -155,10 +145,6 @@ def draw_modes(
         _supports(axis, lines, plane)
         axis.set_title(titles[k], fontsize=9)
     return saved(figure, path)
-
-
-def _angular(model: CompiledModel) -> Array:
-    return np.array([unit == "rad/s" for unit in model.v_units])
 
 
 class _Lines:

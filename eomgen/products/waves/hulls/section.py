@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -146,27 +146,14 @@ def read_hull(name: str, entry: HullEntry, site: Site) -> Hull:
         values.mentioned.add(("waves", entry.waves))
         if entry.level != 0.0:
             report.add(f"{key}.level", "the waves have a level of their own [E1166]", f"level of [waves.{entry.waves}]")
-    start, end = (values.vector(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in ("start", "end"))
-    area = values.formula(f"{key}.area", entry.area, PARAMETERS) if entry.area is not None else None
-    wet = values.formula(f"{key}.wet", entry.wet, PARAMETERS) if entry.wet is not None else None
-    values.require(f"{key}.end", _APART, [*start, *end])
-    if wet is not None:
-        values.require(f"{key}.wet", _WITHIN, [*start, *end, wet])
-    words = ("diameter", "level", "density", "added_mass", "drag", "axial_added_mass", "axial_drag")
-    made: dict[str, Formula] = {
-        word: values.formula(f"{key}.{word}", getattr(entry, word), PARAMETERS) for word in words
-    }
-    return Hull(
-        name=name,
-        body=entry.body,
-        start=start,
-        end=end,
-        area=area,
-        waves=waves,
-        wet=wet,
-        stations=entry.stations,
-        **made,
-    )
+    made: dict[str, Any] = {"area": None, "wet": None, "waves": waves}
+    made |= values.keys(key, entry, "body", "start", "end", "area", "wet")
+    ends = [*made["start"], *made["end"]]
+    values.require(f"{key}.end", _APART, ends)
+    if made["wet"] is not None:
+        values.require(f"{key}.wet", _WITHIN, [*ends, made["wet"]])
+    words = ("diameter", "level", "density", "added_mass", "drag", "axial_added_mass", "axial_drag", "stations")
+    return Hull(name, **made, **values.keys(key, entry, *words))
 
 
 _BOUNDS = {

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from eomgen.base.arrays import Flags, Numbers
+from eomgen.base.arrays import Array, Flags, Numbers
 from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.base.random_inputs import WAVES, standard_normals
@@ -34,7 +34,6 @@ from eomgen.products.waves.sea_states.spectra import (
     Spreading,
 )
 from eomgen.products.waves.section import schema as written
-from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.reading.report import Report
 from eomgen.scene.reading.values import Values
 from eomgen.system.signals import Parameter, variables_of
@@ -53,10 +52,9 @@ class UnbrokenSea:
 
     def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
         length, most = 2.0 * math.pi / self.k, breaking_height(self.k, self.depth)
-        fault = (
-            f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on, and the significant height"
-        )
-        return f"{fault} is {numbers[0]:.4g} m [E1799]", "a smaller height, or a longer period"
+        fault = f"at the peak waves of {length:.4g} m break from a height of {most:.4g} m on"
+        fault = f"{fault}, and the significant height is {numbers[0]:.4g} m [E1799]"
+        return fault, "a smaller height, or a longer period"
 
 
 #: Keys of each type of spectrum; required keys with an example.
@@ -81,16 +79,16 @@ def no_waves(name: str) -> WaveField:
     return WaveField(name, (WaveComponent(1.0, 0.0, 1.0, 0.0, 0.0, 0.0),), math.inf, 0.0, 0.0, "none")
 
 
-def _depth_and_ramp(key: str, entry: written.SeaWaves, values: Values) -> tuple[float, float]:
-    """Return the depth of the water, m, infinite without a bottom, and the time over which waves grow, s."""
-    depth = math.inf if entry.depth is None else values.constant(f"{key}.depth", entry.depth)
+def _setting(key: str, entry: written.SeaWaves, values: Values) -> tuple[float, float, float]:
+    """Return the depth of the water, m, infinite without a bottom, the time over which waves grow, s, and the level."""
+    numbers: dict[str, float] = {"depth": math.inf} | values.keys(key, entry, "depth", "ramp", "level")
+    depth, ramp = numbers["depth"], numbers["ramp"]
     if depth <= 0.0:
         fault = f"the depth {depth:.6g} m is not positive [E1229]"
         values.report.add(f"{key}.depth", fault, "no depth for water without a bottom")
-    ramp = values.constant(f"{key}.ramp", entry.ramp)
     if ramp < 0.0:
         values.report.add(f"{key}.ramp", f"the time {ramp:.6g} s is negative [E1230]", "ramp = 20")
-    return depth, ramp
+    return depth, ramp, numbers["level"]
 
 
 def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Values) -> WaveField:
@@ -104,11 +102,9 @@ def read_waves(name: str, entry: written.SeaWaves, gravity: float, values: Value
     before = len(report.noted)
     if (entry.spectrum is None) == (entry.regular is None):
         both = "both spectrum and regular say" if entry.spectrum is not None else "neither spectrum nor regular says"
-        report.add(
-            key, f"{both} which waves there are [E1231]", 'spectrum = { type = "jonswap", height = 3, period = 9 }'
-        )
-    depth, ramp = _depth_and_ramp(key, entry, values)
-    level = values.constant(f"{key}.level", entry.level)
+        hint = 'spectrum = { type = "jonswap", height = 3, period = 9 }'
+        report.add(key, f"{both} which waves there are [E1231]", hint)
+    depth, ramp, level = _setting(key, entry, values)
     if not gravity > 0.0:
         report.add(key, "waves need gravity, and the scene has none [E1232]", "gravity = [0, 0, -9.81]")
     components: Sequence[WaveComponent] = ()
@@ -159,22 +155,23 @@ def _bound(
 ) -> list[WaveComponent]:
     """Return the waves of second order that belong to free waves."""
     if len(components) > MOST_WITH_PAIRS:
-        fault = (
-            f"{len(components)} waves have {len(components) ** 2} bound waves, more than {MOST_WITH_PAIRS**2} [E1233]"
-        )
+        count = len(components)
+        fault = f"{count} waves have {count**2} bound waves, more than {MOST_WITH_PAIRS**2} [E1233]"
         values.report.add(f"{key}.order", fault, "fewer components or directions, or order = 1")
         return []
     kx, ky, w, amplitude, phase, _ = np.array(components).T
     vectors = np.stack((kx, ky), axis=1)
     if len(np.unique(vectors, axis=0)) < len(vectors):
-        values.report.add(
-            f"{key}.regular", "two waves have the same period and heading [E1235]", "one with the sum of both"
-        )
+        fault = "two waves have the same period and heading [E1235]"
+        values.report.add(f"{key}.regular", fault, "one with the sum of both")
         return []
     if fault := beyond_second_order(vectors, amplitude, depth):
         values.note([f"{key}: {fault}, or order = 1"])
     waves, frequencies, raised, phases, potentials = bound_waves(vectors, w, amplitude, phase, depth, gravity)
-    columns = (*waves.T, frequencies, raised, phases, potentials)
+    return _rows(*waves.T, frequencies, raised, phases, potentials)
+
+
+def _rows(*columns: Array) -> list[WaveComponent]:
     return [WaveComponent(*row) for row in np.array(columns).T.tolist()]
 
 
@@ -182,17 +179,13 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
     report, result = values.report, []
     for word in _OF_SPECTRA:
         if getattr(entry, word) != written.SeaWaves.model_fields[word].default:
-            report.add(
-                f"{key}.{word}", f"{word} is of a spectrum, and these waves are given one by one [E1236]", "without it"
-            )
+            fault = f"{word} is of a spectrum, and these waves are given one by one [E1236]"
+            report.add(f"{key}.{word}", fault, "without it")
     if not entry.regular:
         report.add(f"{key}.regular", "there are no waves [E1237]", "regular = [{ amplitude = 1, period = 8 }]")
     for number, wave in enumerate(entry.regular or ()):
         place = f"{key}.regular[{number}]"
-        amplitude, period, heading, phase = (
-            values.constant(f"{place}.{word}", getattr(wave, word))
-            for word in ("amplitude", "period", "heading", "phase")
-        )
+        amplitude, period, heading, phase = values.keys(place, wave, "amplitude", "period", "heading", "phase").values()
         if amplitude < 0.0:
             report.add(f"{place}.amplitude", f"the amplitude {amplitude:.6g} m is negative [E1191]", "the phase + pi")
         if period <= 0.0:
@@ -206,9 +199,8 @@ def _regular(key: str, entry: written.SeaWaves, depth: float, gravity: float, va
         most = 0.5 * breaking_height(k, depth)
         if amplitude > most:
             fault = f"a wave of {2.0 * math.pi / k:.4g} m breaks from an amplitude of {most:.4g} m on, and this one has"
-            report.add(
-                f"{place}.amplitude", f"{fault} {amplitude:.4g} m [E1239]", "a smaller amplitude, or a longer period"
-            )
+            hint = "a smaller amplitude, or a longer period"
+            report.add(f"{place}.amplitude", f"{fault} {amplitude:.4g} m [E1239]", hint)
         vector = k * math.cos(heading), k * math.sin(heading)
         result.append(WaveComponent(*vector, w, amplitude, phase, amplitude * gravity / w))
     return result
@@ -285,8 +277,7 @@ def _irregular(
         waves = Components(waves.vectors, np.sqrt(parts.energy), np.zeros(len(parts.energy)))
     numbers = np.hypot(*waves.vectors.T)
     w, _ = frequency_and_group_velocity(numbers, depth, gravity)
-    columns = (*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
-    rows = [WaveComponent(*row) for row in np.array(columns).T.tolist()]
+    rows = _rows(*waves.vectors.T, w, waves.amplitude, waves.phase, waves.amplitude * gravity / w)
     return rows, of_height / height if tunable and of_height is not None and height is not None else None
 
 
@@ -307,21 +298,14 @@ def _spectrum(
     """Return a spectrum, None for a refused spectrum, and the significant height to which it is scaled."""
     report = values.report
     values.check_kind(key, entry, "type", _KEYS)
-    number: dict[str, float] = {}
-    height = None
-    if entry.height is not None:
-        height = values.formula(f"{key}.height", entry.height, PARAMETERS)
-        number["height"] = values.value(height)
+    number: dict[str, Any] = values.keys(key, entry, "height", "period", "wind", "peakedness")
+    height = number.get("height")
     for word in ("period", "wind", "peakedness"):
-        value = getattr(entry, word)
-        if value is not None:
-            number[word] = values.constant(f"{key}.{word}", value)
-            if number[word] <= 0.0:  # NaN was reported
-                report.add(
-                    f"{key}.{word}",
-                    f"the {word} {number[word]:.6g} is not positive [E1255]",
-                    _EXAMPLES.get(word, "3.3"),
-                )
+        if number.get(word, 1.0) <= 0.0:  # NaN was reported
+            fault = f"the {word} {number[word]:.6g} is not positive [E1255]"
+            report.add(f"{key}.{word}", fault, _EXAMPLES.get(word, "3.3"))
+    if height is not None:
+        number["height"] = values.value(height)
     if not 1.0 <= number.get("peakedness", 1.0) <= 20.0:
         fault = f"the peakedness {number['peakedness']:.6g} is not from 1 to 20 [E1256]"
         report.add(f"{key}.peakedness", fault, "3.3, or 1 for a fully developed sea")
@@ -333,9 +317,8 @@ def _spectrum(
         return PiersonMoskowitz(number["wind"], gravity), height
     points = [values.constants(f"{key}.points[{place}]", pair) for place, pair in enumerate(entry.points or ())]
     if len(points) < 2:
-        report.add(
-            f"{key}.points", f"a spectrum needs two points or more, not {len(points)} [E1257]", _EXAMPLES["points"]
-        )
+        fault = f"a spectrum needs two points or more, not {len(points)} [E1257]"
+        report.add(f"{key}.points", fault, _EXAMPLES["points"])
         return None, None
     try:
         return SpectrumTable(*np.array(points).T), height
