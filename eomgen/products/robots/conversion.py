@@ -193,7 +193,7 @@ class Conversion:
         for gear in gears:
             for axis in gear.joint.axes:
                 self.leave_dynamics(axis, self.called(gear.key), "gearboxes")
-        driven = {*following, *actuators.driven}
+        driven = {*following, *actuators.efforts}
         units = {name: unit for name, unit in self.units.items() if name not in driven} if actuated else {}
         for section, entries in effort_inputs(units, actuators).items():
             self.scene.data[section] = {**entries, **self.scene.data.get(section, {})}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -82,16 +82,15 @@ def turns_of(orientation: Array) -> list[dict[str, Any]]:
 
 @dataclass(frozen=True)
 class Actuation:
-    """Inputs and efforts of actuators with transmissions, the driven joints, notes and warnings."""
+    """Inputs and efforts of actuators with transmissions, the latter by their joints, notes and warnings."""
 
-    inputs: Mapping[str, Any]
-    efforts: Mapping[str, Any]
-    driven: Collection[str]
-    notes: Sequence[str]
-    warnings: Sequence[tuple[int, str]]
+    inputs: Mapping[str, Any] = field(default_factory=dict)
+    efforts: Mapping[str, Any] = field(default_factory=dict)
+    notes: Sequence[str] = ()
+    warnings: Sequence[tuple[int, str]] = ()
 
 
-NO_ACTUATION = Actuation({}, {}, (), (), ())
+NO_ACTUATION = Actuation()
 
 
 #: Unit of an effort by the unit of the coordinate.

@@ -69,25 +69,6 @@ class Tree:
     loops: list[Edge] = field(default_factory=list)
 
 
-class _Groups:
-    """Sets of connected links."""
-
-    def __init__(self) -> None:
-        self.leaders: dict[Node, Node] = {}
-
-    def leader(self, link: Node) -> Node:
-        while link in self.leaders:
-            link = self.leaders[link]
-        return link
-
-    def join(self, first: Node, second: Node) -> bool:
-        """Connect two links; return whether they were not connected before."""
-        first, second = self.leader(first), self.leader(second)
-        if first != second:
-            self.leaders[second] = first
-        return first != second
-
-
 def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, Node]) -> Tree:
     """Return the tree.
 
@@ -100,9 +81,18 @@ def tree_of(links: Sequence[Node], edges: Sequence[Edge], roots: Mapping[Node, N
     roots : mapping
         Of each link the link of its model to which the model's frame is attached.
     """
-    groups, chosen, result = _Groups(), set[Node](), Tree()
+    leaders: dict[Node, Node] = {}  # within each set of connected links
+
+    def leader(link: Node) -> Node:
+        while link in leaders:
+            link = leaders[link]
+        return link
+
+    chosen, result = set[Node](), Tree()
     for edge in sorted(edges, key=lambda edge: edge.rank):
-        if groups.join(edge.parent, edge.child):
+        first, second = leader(edge.parent), leader(edge.child)
+        if first != second:
+            leaders[second] = first
             chosen.add(edge.key)
     beside: dict[Node, list[Edge]] = {}
     for edge in edges:

@@ -13,6 +13,7 @@ from eomgen.base.messages import listed
 from eomgen.lie.numeric import rotation_matrix
 from eomgen.products.robots.mjcf.draft import Draft
 from eomgen.products.robots.scene_draft import LinkPlace, turns_of
+from eomgen.products.robots.visuals import color_of
 from eomgen.scene.bodies.mesh_files import ENDINGS
 from eomgen.scene.rotations import snapped_rotation
 
@@ -28,8 +29,8 @@ def convert_geoms(draft: Draft) -> None:
     model = draft.model
     left_out: dict[str, list[str]] = {}
     for geom in range(model.ngeom):
-        red, green, blue, opacity = _color(draft, geom)
-        if int(model.geom_group[geom]) >= _SHOWN or opacity == 0.0:
+        color = _color(draft, geom)
+        if int(model.geom_group[geom]) >= _SHOWN or color[3] == 0.0:
             continue
         written = draft.written("geom", geom)
         carrier = draft.places[int(model.geom_bodyid[geom])]
@@ -45,8 +46,7 @@ def convert_geoms(draft: Draft) -> None:
             "body": place.body,
             "position": place.position.tolist(),
             "rotation": turns_of(snapped_rotation(place.orientation)),
-            "color": "#" + "".join(f"{round(255 * part):02x}" for part in (red, green, blue)),
-            "opacity": opacity,
+            **color_of(color),
         }
     for reason, names in left_out.items():
         draft.notes.append(f"geoms that pictures leave out ({len(names)}: {listed(names)}): {reason} [W0253]")

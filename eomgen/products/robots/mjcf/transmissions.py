@@ -91,6 +91,12 @@ class Drive:
         if body != BASE:
             self.draft.add("forces", "force", f"{self.name}_{word}", {"body": body, **entry})
 
+    def add_pair(self, places: Sequence[LinkPlace], axis: Sequence[str], pull: str, **reaction: Any) -> None:
+        """Add a force along an axis at a place, and its reaction at another, perhaps with a torque."""
+        for place, word, sign, more in zip(places, ("push", "reaction"), ("", "-"), ({}, reaction), strict=True):
+            force = [f"{sign}{part} * {pull}" for part in axis]
+            self.add_load(place.body, word, point=place.position.tolist(), force=force, **more)
+
     def targets(self) -> list[int]:
         return [int(number_of_target) for number_of_target in self.model.actuator_trnid[self.index]]
 
@@ -228,7 +234,8 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
     words = [f"site_{draft.written('site', number_of_site) or number_of_site}" for number_of_site in (site, reference)]
     lengths: list[str] = []
     rates: list[str] = []
-    loads: list[Callable[[str], None]] = []
+    axis: list[str] = []
+    turn: list[str] = []
     center = draft.point(words[0], places[0])
     origin, ends = draft.frame_points(words[1], places[1])
     common = _common_body(draft, site, reference)
@@ -239,18 +246,6 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
         relative = [f"(velocity.{center}[{i}] - velocity.{origin}[{i}])" for i in range(3)]
         relative = [f"({speed} - {turn})" for speed, turn in zip(relative, cross(_spin(common), offset), strict=True)]
         rates.append(dot(axis, relative))
-
-        def push(force: str) -> None:
-            drive.add_load(
-                places[0].body, "push", point=places[0].position.tolist(), force=[f"{a} * ({force})" for a in axis]
-            )
-            drive.add_load(
-                places[1].body, "reaction", point=places[1].position.tolist(), force=[f"-{a} * ({force})" for a in axis]
-            )
-            moment = cross(axis, offset)
-            drive.add_load(common, "balance", torque=[f"{part} * ({force})" for part in moment])
-
-        loads.append(push)
     if drive.turns:
         turn = _in_world(drive, "turn_axis", origin, ends, drive.gear[3:])
         _, own = draft.frame_points(words[0], places[0])
@@ -260,15 +255,12 @@ def _between_sites(drive: Drive, site: int, reference: int) -> Transmission:
         spins = [f"({a} - {b})" for a, b in zip(_spin(places[0].body), _spin(places[1].body), strict=True)]
         rates.append(dot(turn, spins))
 
-        def twist(force: str) -> None:
-            for place, word, sign in zip(places, ("torque", "counter_torque"), ("", "-"), strict=True):
-                drive.add_load(place.body, word, torque=[f"{sign}{a} * ({force})" for a in turn])
-
-        loads.append(twist)
-
     def load(force: str) -> None:
-        for add in loads:
-            add(force)
+        if axis:
+            drive.add_pair(places, axis, f"({force})")
+            drive.add_load(common, "balance", torque=[f"{part} * ({force})" for part in cross(axis, offset)])
+        for place, word, sign in zip(places, ("torque", "counter_torque"), ("", "-"), strict=True) if turn else ():
+            drive.add_load(place.body, word, torque=[f"{sign}{a} * ({force})" for a in turn])
 
     period = 0.0 if any(drive.gear[:3]) else 2.0 * pi * float(np.linalg.norm(drive.gear[3:]))
     return Transmission(drive.define("length", total(lengths)), total(rates), load, period)
@@ -357,13 +349,6 @@ def _slider_crank(drive: Drive, crank: int, slider: int) -> Transmission:
 
     def load(force: str) -> None:
         pull = times(gear, f"({force})")
-        drive.add_load(places[0].body, "push", point=places[0].position.tolist(), force=[f"{a} * {pull}" for a in push])
-        drive.add_load(
-            places[1].body,
-            "reaction",
-            point=places[1].position.tolist(),
-            force=[f"-{a} * {pull}" for a in push],
-            torque=[f"{part} * {pull}" for part in moment],
-        )
+        drive.add_pair(places, push, pull, torque=[f"{part} * {pull}" for part in moment])
 
     return Transmission(length, times(gear, rate), load)

@@ -35,14 +35,7 @@ SDF = Source(
     (".sdf", ".world", ".xml"),
     "an .sdf file",
     read_sdf,
-    (
-        LOCK,
-        LIMITS,
-        FRICTION,
-        ACTUATED,
-        WELD,
-        PACKAGES,
-    ),
+    (LOCK, LIMITS, FRICTION, ACTUATED, WELD, PACKAGES),
     elsewhere=dict.fromkeys(
         (".yaml", ".yml"), "[include.NAME] of each model in a scene file: directives of Drake are not read"
     ),

@@ -83,10 +83,10 @@ def _mesh(element: Element, values: Values, path: Callable[[str], str]) -> tuple
 def _color(element: Element, values: Values) -> dict[str, Any]:
     """Return colour and opacity of a visual; none without a colour, or with a transparent one."""
     material = element.first("material")
-    if material is None or material.first("diffuse") is None:
+    diffuse = None if material is None else material.first("diffuse")
+    if material is None or diffuse is None:
         return {}
-    diffuse = material.first("diffuse")
-    words = diffuse.text().split() if diffuse is not None else []
+    words = diffuse.text().split()
     parts = values.numbers(material, "diffuse", " ".join(words), (0.5,) * (4 if len(words) != 3 else 3))
     transparency = values.number(element, "transparency", 0.0)
     return color_of(parts, 1.0 - min(max(transparency, 0.0), 1.0))

@@ -182,7 +182,7 @@ def actuation(
     if idle:
         note = "transmissions have no effect on joints that are held, follow others or have not one coordinate"
         notes.append(f"{note}: {listed(list(idle))} [W0198]")
-    return Actuation(inputs, efforts, sums.keys(), notes, _not_modelled(transmissions, missing, by_written))
+    return Actuation(inputs, efforts, notes, _not_modelled(transmissions, missing, by_written))
 
 
 def _not_modelled(
@@ -198,9 +198,7 @@ def _not_modelled(
 
         close = [name for written in missing for name in difflib.get_close_matches(written, by_written, n=1)]
         perhaps = f", perhaps {listed(dict.fromkeys(close))}" if close else ""
-        note = (
-            f"not modelled: transmissions to joints that are not there ({len(missing)}:"
-            f" {listed(list(missing))}){perhaps} [W0199]"
-        )
+        names = f"({len(missing)}: {listed(list(missing))}){perhaps}"
+        note = f"not modelled: transmissions to joints that are not there {names} [W0199]"
         warnings.append((next(iter(missing.values())), note))
     return warnings
