@@ -8,7 +8,7 @@ import html
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,6 @@ from eomgen.simulation.simulate import simulate
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.products.studies import CheckReport
     from eomgen.results.solution import Solution
 
 #: Rows of a curve, curves of a chart, and charts of a run at most.
@@ -36,6 +35,24 @@ _LISTED, _ANIMATION, _MODES = 60, 6_000_000, 24
 _LONG = 24
 _KINDS = {"q": "coordinates", "v": "velocities", "z": "internal states"}
 _PARTS = {"style": "pages/report.css", "curves": "pages/curves.js", "report": "pages/report.js"}
+
+
+class CheckedForm(Protocol):
+    """A closed form with a verdict."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def verdict(self) -> str: ...
+
+
+class ChecksOfForms(Protocol):
+    """Checks of closed forms: a ``CheckReport``."""
+
+    @property
+    def summary(self) -> str: ...
+    @property
+    def forms(self) -> Sequence[CheckedForm]: ...
 
 
 @dataclass(frozen=True)
@@ -52,7 +69,7 @@ def report(
     path: str | Path,
     solutions: Solution | Sequence[Solution] | None = None,
     *,
-    checks: CheckReport | None = None,
+    checks: ChecksOfForms | None = None,
 ) -> Path:
     """Write a report on a model and runs: one HTML file for a browser, which can be printed.
 
@@ -105,7 +122,7 @@ def report_page(
     model: CompiledModel | None,
     *,
     text: str = "",
-    checks: CheckReport | None = None,
+    checks: ChecksOfForms | None = None,
     animation: bool = True,
 ) -> str:
     """Return the text of a report.
@@ -408,7 +425,7 @@ def _modes(model: Any) -> str:
     return _section("Modes", f"<p>{_text(about)}</p>", _table(headings, rows))
 
 
-def _checks(checks: CheckReport) -> str:
+def _checks(checks: ChecksOfForms) -> str:
     """Return the outcome of the checks of all closed forms."""
     rows = [(form.name, form.verdict) for form in checks.forms]
     return _section("Checks", f"<p>{_text(checks.summary)}</p>", _table(("closed form", "verdict"), rows))

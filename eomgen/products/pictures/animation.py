@@ -12,7 +12,7 @@ import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, Protocol, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,10 +22,8 @@ from eomgen.base.files import template_folder, write_text
 from eomgen.errors import FileError, Problem, UsageError
 from eomgen.products.pictures.beam_curves import frames_along, nearest_station, pieces_of, stations
 from eomgen.results.poses import PosesAndScenery
+from eomgen.results.recorded import RecordedSolution
 from eomgen.system.description import BASE, WORLD
-
-if TYPE_CHECKING:
-    from eomgen.results.solution import Solution
 
 #: Stored pictures per second of motion; short runs have at least FEWEST pictures, and the pictures of a page take at
 #: most LARGEST bytes.
@@ -67,11 +65,18 @@ class InlineAnimation:
         return f'<iframe sandbox="allow-scripts" style="{style}" srcdoc="{html.escape(self.page)}"></iframe>'
 
 
+class AnimatedSolution(RecordedSolution, Protocol):
+    """Data of a page: a ``Solution`` with poses."""
+
+    @property
+    def poses_and_scenery(self) -> PosesAndScenery: ...
+
+
 @overload
-def animate(solution: Solution, path: str | Path) -> Path: ...
+def animate(solution: AnimatedSolution, path: str | Path) -> Path: ...
 @overload
-def animate(solution: Solution, path: None = None) -> InlineAnimation: ...
-def animate(solution: Solution, path: str | Path | None = None) -> Path | InlineAnimation:
+def animate(solution: AnimatedSolution, path: None = None) -> InlineAnimation: ...
+def animate(solution: AnimatedSolution, path: str | Path | None = None) -> Path | InlineAnimation:
     """Write the motion as one self-contained HTML file, or display the motion in a notebook.
 
     Parameters
@@ -118,7 +123,7 @@ def check_name(path: Path) -> Path:
     return path
 
 
-def animation_page(solution: Solution) -> str:
+def animation_page(solution: AnimatedSolution) -> str:
     """Return the text of the page. Raises FileError if the solution's file does not have the expected content.
 
     Poses are thinned to 60 a second (short runs: up to 600 in all) and stored as single precision; the page
@@ -160,7 +165,7 @@ def _harmless(text: str) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def packed(solution: Solution, seen: PosesAndScenery, most: int | None = None) -> dict[str, Any]:
+def packed(solution: AnimatedSolution, seen: PosesAndScenery, most: int | None = None) -> dict[str, Any]:
     """Return the data of a page with a motion and its scenery, JSON types.
 
     Parameters
@@ -308,7 +313,7 @@ class _Carriers:
         }
 
     def moved(
-        self, solution: Solution, poses: Mapping[str, Array], most: int | None = None
+        self, solution: AnimatedSolution, poses: Mapping[str, Array], most: int | None = None
     ) -> tuple[NDArray[np.intp], Array]:
         """Return the rows to keep, (n,), at most ``most``, and the poses of all carriers there, (n, count, 7)."""
         stacked = np.stack(list(poses.values()), axis=1)

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +28,6 @@ from eomgen.results.recorded import RecordedSolution
 
 if TYPE_CHECKING:
     from eomgen.compiled.model import CompiledModel
-    from eomgen.results.solution import Solution
 
 
 #: By quantity: components and unit of the quantity.
@@ -48,8 +47,24 @@ _BESIDE, _BELOW, _ABOVE = 0.95, 0.55, 0.5
 _NONE = 1e-9
 
 
+class ModelWithSections(Protocol):
+    """The model of a run: see ``Solution.model``."""
+
+    def section_loads(self, state: StateArrays, multipliers: Array) -> Mapping[str, SectionLoads]: ...
+
+
+class LoadedSolution(RecordedSolution, Protocol):
+    """A ``Solution``: see there."""
+
+    @property
+    def model(self) -> ModelWithSections | None: ...
+
+    @property
+    def section_loads(self) -> Mapping[str, SectionLoads]: ...
+
+
 def plot_sections(
-    solution: Solution,
+    solution: LoadedSolution,
     beam: str = "",
     *quantities: str,
     at: ArrayLike | None = None,
@@ -99,13 +114,13 @@ def plot_sections(
     return drawn
 
 
-def drawn_loads(solution: Solution) -> Mapping[str, SectionLoads]:
+def drawn_loads(solution: LoadedSolution) -> Mapping[str, SectionLoads]:
     """Return by beam the loads that ``draw_sections`` draws: at some rows, without strains."""
     loads = _by_beam(solution, _thinned(solution.t, _ROWS))
     return {beam: replace(one, strain=one.strain[:, :0], curvature=one.curvature[:, :0]) for beam, one in loads.items()}
 
 
-def store_drawn_loads(solution: Solution, path: Path) -> None:
+def store_drawn_loads(solution: LoadedSolution, path: Path) -> None:
     """Write ``drawn_loads`` to a file, for a process that has no model. Raises FileError."""
     loads = drawn_loads(solution)
     arrays = {f"{beam}.{field}": array for beam, one in loads.items() for field, array in one.named().items()}
@@ -152,7 +167,7 @@ def draw_sections(solution: RecordedSolution, drawn: Mapping[str, SectionLoads],
     return files
 
 
-def section_drawing(solution: Solution, folder: Path, stored: str | None = None) -> Callable[[], list[Path]]:
+def section_drawing(solution: LoadedSolution, folder: Path, stored: str | None = None) -> Callable[[], list[Path]]:
     """Return the call that draws the figures of ``draw_sections``, with loads from a file of ``store_drawn_loads`` if
     there is one."""
     loads = stored_drawn_loads(Path(stored)) if stored is not None else drawn_loads(solution)
@@ -167,7 +182,7 @@ def _chosen(quantities: Sequence[str]) -> Sequence[str]:
     return quantities or _LOADS
 
 
-def _rows_at(solution: Solution, at: ArrayLike) -> Array:
+def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     """Return the rows next to some times."""
     times = np.atleast_1d(np.asarray(at, dtype=float))
     t = solution.t
@@ -187,7 +202,7 @@ def _thinned(t: Array, count: int) -> Array:
     return np.unique(np.linspace(0, len(t) - 1, min(len(t), count)).astype(int))
 
 
-def _loads(solution: Solution, beam: str, rows: Array) -> tuple[str, SectionLoads]:
+def _loads(solution: LoadedSolution, beam: str, rows: Array) -> tuple[str, SectionLoads]:
     """Return the name of a beam and the beam's loads at some rows, evaluated at these rows alone if possible."""
     result = _by_beam(solution, rows)
     if not beam and len(result) > 1:
@@ -199,13 +214,13 @@ def _loads(solution: Solution, beam: str, rows: Array) -> tuple[str, SectionLoad
     return name, result[name]
 
 
-def _by_beam(solution: Solution, rows: Array) -> Mapping[str, SectionLoads]:
+def _by_beam(solution: LoadedSolution, rows: Array) -> Mapping[str, SectionLoads]:
     if "section_loads" not in vars(solution) and solution.model is not None:
         return solution.model.section_loads(rows_of(solution, rows), solution.multipliers[rows])
     return {name: _of_rows(loads, rows) for name, loads in solution.section_loads.items()}
 
 
-def rows_of(solution: Solution, rows: Array | slice) -> StateArrays:
+def rows_of(solution: LoadedSolution, rows: Array | slice) -> StateArrays:
     """Return the states at some rows."""
     return StateArrays(*(getattr(solution, name)[rows] for name in ("t", "q", "v", "a", "z")))
 
@@ -260,7 +275,7 @@ def _over_time(axis: Any, loads: SectionLoads, quantity: str, index: int, t: Arr
 _NUMBERS = 4_000_000
 
 
-def largest_section_loads(solution: Solution) -> dict[str, dict[str, dict[str, float]]]:
+def largest_section_loads(solution: LoadedSolution) -> dict[str, dict[str, dict[str, float]]]:
     """Return by beam, and by ``moment`` (N m) and ``force`` (N), the largest ``size``, with the place ``x``, m, and the
     time ``t``, s.
 
