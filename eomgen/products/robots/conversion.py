@@ -228,9 +228,8 @@ class Conversion:
         notes = []
         if self.free and not self.draft.root:
             names = listed(self.free)
-            notes.append(
-                f"no joint holds these links, so they move freely: {names}; weld={self.free[:1]!r} fixes one [W0167]"
-            )
+            note = f"no joint holds these links, so they move freely: {names}"
+            notes.append(f"{note}; weld={self.free[:1]!r} fixes one [W0167]")
         if self.merged:
             one = len(self.merged) == 1
             many = (
@@ -501,10 +500,9 @@ class Conversion:
 
     def forces_of_loop(self, joint: Joint, name: str, kind: str, frames: Sequence[Mapping[str, Any]]) -> None:
         """Add the damper of a joint that closes a loop as a bushing; refuse a spring."""
+        title = shown(joint.name)
         if any(axis.stiffness or axis.mimic for axis in joint.axes):
-            fault = (
-                f"the joint {shown(joint.name)} closes a loop, so it has no coordinate for its spring or mimic [E1942]"
-            )
+            fault = f"the joint {title} closes a loop, so it has no coordinate for its spring or mimic [E1942]"
             self.scene.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
         damping = joint.axes[0].damping if len(joint.axes) == 1 else 0.0
         if damping and kind in ("revolute", "prismatic"):
@@ -512,10 +510,7 @@ class Conversion:
             bushing = {"first": dict(frames[0]), "second": dict(frames[1]), along: [0.0, 0.0, damping]}
             self.scene.add("bushings", "force", f"{name}_damper", bushing)
         elif any(axis.damping for axis in (*joint.axes, *([joint.around] if joint.around else ()))):
-            fault = (
-                f"the damper of the {joint.written} joint {shown(joint.name)}, which closes a loop, is not"
-                f" supported [E1943]"
-            )
+            fault = f"the damper of the {joint.written} joint {title}, which closes a loop, is not supported [E1943]"
             self.scene.refuse(joint.place, f"joints.{name}", fault, "must_be_loop_joint for another joint of the loop")
         if joint.around is not None:
             self.leave_dynamics(joint.around, name, "joints that close loops", damped=True)

@@ -130,10 +130,8 @@ class _Actuator(ControlledDrive):
         model, draft = self.model, self.draft
         for joint in moved_joints(self):
             if model.jnt_actfrclimited[joint]:
-                fault = (
-                    f"actuatorfrcrange of {draft.joints[joint]}, on which a force on bodies acts, is not"
-                    f" supported [E2128]"
-                )
+                name = draft.joints[joint]
+                fault = f"actuatorfrcrange of {name}, on which a force on bodies acts, is not supported [E2128]"
                 self.refuse(fault, "forcerange of the actuators")
 
     def add_controls(self) -> list[str]:
@@ -176,9 +174,8 @@ class _Actuator(ControlledDrive):
         name = self.state("activation")
         rate, times_of_change = control, [float(value) for value in model.actuator_dynprm[self.index][:2]]
         if kind != kinds.mjDYN_INTEGRATOR and min(times_of_change[: 2 if kind == kinds.mjDYN_MUSCLE else 1]) <= 0.0:
-            self.refuse(
-                "a time constant of 0 makes the rate of the activation infinite [E2210]", "a time constant above 0"
-            )
+            fault = "a time constant of 0 makes the rate of the activation infinite [E2210]"
+            self.refuse(fault, "a time constant above 0")
             return ""
         if kind == kinds.mjDYN_MUSCLE:
             rate = activation_rate(f"({control})", name, model.actuator_dynprm[self.index])
@@ -256,9 +253,8 @@ class _Actuator(ControlledDrive):
             return force
         on_tendons = np.array(model.actuator_trntype) == int(self.draft.mujoco.mjtTrn.mjTRN_TENDON)
         if np.count_nonzero(on_tendons & (np.array(model.actuator_trnid)[:, 0] == tendon)) > 1:
-            self.refuse(
-                "actuatorfrcrange of a tendon with several actuators is not supported [E1918]", "forcerange of each"
-            )
+            fault = "actuatorfrcrange of a tendon with several actuators is not supported [E1918]"
+            self.refuse(fault, "forcerange of each")
         return clipped(force, *map(float, model.tendon_actfrcrange[tendon]))
 
     def muscle_force(self) -> str:
@@ -270,10 +266,8 @@ class _Actuator(ControlledDrive):
         low, high = (float(value) for value in model.actuator_lengthrange[self.output])
         acceleration = float(model.actuator_acc0[self.output])
         if acceleration <= 0.0 and min(self.parameters(kind)[2] for kind in ("gain", "bias")) < 0.0:
-            self.refuse(
-                "a muscle that accelerates no coordinate at the start has no force by its scale [E2212]",
-                "force of the muscle",
-            )
+            fault = "a muscle that accelerates no coordinate at the start has no force by its scale [E2212]"
+            self.refuse(fault, "force of the muscle")
             return ""
         gain, passive = (Muscle(self.parameters(kind)[:9], (low, high), acceleration) for kind in ("gain", "bias"))
         own = self.define("length", gain.length(f"({self.path.length})"))

@@ -183,8 +183,7 @@ def _note_the_rest(draft: Draft) -> None:
     model, file = draft.model, draft.report.file
     touching = np.flatnonzero((model.geom_contype != 0) | (model.geom_conaffinity != 0))
     if len(touching) > 1 and not draft.disabled("CONTACT"):
-        draft.leave_out(
-            draft.place("geom", int(touching[0]), model.ngeom), f"not modelled: contact ({len(touching)} geoms) [W0151]"
-        )
+        place = draft.place("geom", int(touching[0]), model.ngeom)
+        draft.leave_out(place, f"not modelled: contact ({len(touching)} geoms) [W0151]")
     if model.npair and not draft.disabled("CONTACT"):
         draft.leave_out(Place(file, 1), f"not modelled: contact of {model.npair} pairs [W0152]")

@@ -39,9 +39,8 @@ def convert_tendons(draft: Draft) -> None:
             if _acts(draft, index) or index in driven:
                 _spatial(draft, index, written)
             else:
-                draft.leave_out(
-                    place, f"not modelled: the spatial tendon {written or index + 1}, which has no force [W0156]"
-                )
+                note = f"not modelled: the spatial tendon {written or index + 1}, which has no force [W0156]"
+                draft.leave_out(place, note)
             continue
         draft.tendons[index] = _name(draft, index, written)
         draft.tendon_joints[index] = [(int(model.wrap_objid[k]), float(model.wrap_prm[k])) for k in wraps]

@@ -52,7 +52,10 @@ TYPES: Mapping[str, tuple[str, int]] = {
 FIRST, _SINCE_JOINT_AXES, _SINCE_WORLD_GRAVITY = 4, 5, 6
 _VERSION = re.compile(r"1\.([0-9]{1,4})")
 _DEEPEST = 20
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+#: Numbers of elements with their defaults.
+_MOMENTS = {"ixx": 1.0, "iyy": 1.0, "izz": 1.0, "ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
+_MIMIC = {"multiplier": 1.0, "offset": 0.0, "reference": 0.0}
+_DYNAMICS = dict.fromkeys(("damping", "friction", "spring_stiffness", "spring_reference"), 0.0)
 #: Gravity of a world that gives none, m/s^2.
 WORLD_GRAVITY = (0.0, 0.0, -9.8)
 
@@ -240,18 +243,13 @@ class _FileReader:
             self.reader.defaulted.append(name)
             return Inertia(1.0, np.zeros(3), np.eye(3))
         if values.flag_of(element, "auto"):
-            fault = (
-                f"inertial: auto lets Gazebo compute the inertia of {shown(name)} from its collision geometry [E1957]"
-            )
+            fault = f"inertial: auto lets Gazebo compute the inertia of {shown(name)} from its collision"
+            fault += " geometry [E1957]"
             values.refuse(element, fault, "<mass> and <inertia> in numbers")
         mass = values.number(element, "mass", 1.0)
         if mass < 0.0:
             values.refuse(element, f"the mass {mass:.6g} is negative [E1709]", "a positive number of kg")
-        inner = element.first("inertia")
-        entries = [1.0 if k < 3 else 0.0 for k in range(6)]
-        if inner is not None:
-            entries = [values.number(inner, tag, entries[k]) for k, tag in enumerate(_MOMENTS)]
-            self.reader.leftovers.keep(inner, "inertia", self.file, name)
+        entries = values.row(element, "inertia", name, _MOMENTS)
         added = element.first("fluid_added_mass")
         if added is not None:
             sizes = [values.number(added, child.tag, 0.0) for child in list(added.children())]
@@ -360,16 +358,14 @@ class _FileReader:
         if self.values.minor < SINCE_FRAMES:
             of_model = values.flag(element, "use_parent_model_frame", default=self.values.minor < _SINCE_JOINT_AXES)
             frame = frame or (MODEL_FRAME if of_model else "")
-        result = Axis(self.place(element), vector, frame)
-        if (dynamics := element.first("dynamics")) is not None:
-            tags = ("damping", "friction", "spring_stiffness", "spring_reference")
-            damping, friction, stiffness, rest = (values.number(dynamics, part, 0.0) for part in tags)
-            result = replace(result, damping=damping, friction=friction, stiffness=stiffness, rest=rest)
-            self.reader.leftovers.keep(dynamics, "dynamics", self.file, name)
+        damping, friction, stiffness, rest = values.row(element, "dynamics", name, _DYNAMICS)
+        result = Axis(self.place(element), vector, frame, damping, friction, stiffness, rest)
         if (limit := element.first("limit")) is not None:
             result = self.limits(limit, result, joint)
         if (mimic := element.first("mimic")) is not None:
-            result = replace(result, mimic=self.mimic(mimic, name))
+            place, leader, of_axis = self.place(mimic), mimic.get("joint"), mimic.get("axis", "axis")
+            multiplier, offset, reference = values.row(element, "mimic", name, _MIMIC)
+            result = replace(result, mimic=Mimic(place, leader, multiplier, offset, of_axis, reference))
         self.reader.leftovers.keep(element, "axis", self.file, name)
         return result
 
@@ -392,19 +388,6 @@ class _FileReader:
             limited=tuple(word for word, end in ends.items() if math.isfinite(end)),
             stop=stop if written else None,
         )
-
-    def mimic(self, element: Element, name: str) -> Mimic:
-        values = self.values
-        result = Mimic(
-            self.place(element),
-            element.get("joint"),
-            values.number(element, "multiplier", 1.0),
-            values.number(element, "offset", 0.0),
-            element.get("axis", "axis"),
-            values.number(element, "reference", 0.0),
-        )
-        self.reader.leftovers.keep(element, "mimic", self.file, name)
-        return result
 
     def include(self, element: Element, into: Model) -> None:
         """Put the model of another file into a model or a world."""

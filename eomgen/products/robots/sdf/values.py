@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -82,6 +82,15 @@ class Values:
             return _INFINITE[text.lower()]
         (value,) = self.numbers(child, tag, text, (default,))
         return math.copysign(math.inf, value) if infinite and abs(value) >= NO_LIMIT else value
+
+    def row(self, element: Element, tag: str, owner: str, defaults: Mapping[str, float]) -> list[float]:
+        """Return the numbers of the children of a child, and keep the rest of it; the defaults without the child."""
+        child = element.first(tag)
+        if child is None:
+            return [*defaults.values()]
+        numbers = [self.number(child, name, default) for name, default in defaults.items()]
+        self.leftovers.keep(child, tag, self.file, owner)
+        return numbers
 
     def vector(self, element: Element, tag: str, default: tuple[float, ...]) -> tuple[float, ...]:
         """Return the numbers of a child, as many as the default has."""
