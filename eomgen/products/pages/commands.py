@@ -84,9 +84,8 @@ def report(sources: tuple[str, ...], path: str, checks: bool, animation: bool) -
             runs.append(ReportedRun(scene.name, model.simulate(progress=progress)))
     outcome = None
     if checks and model is None:
-        raise UsageError(
-            Problem("--check", "closed forms are checked of scenes, and runs alone are given [E0957]", "the scene")
-        )
+        fault = "closed forms are checked of scenes, and runs alone are given [E0957]"
+        raise UsageError(Problem("--check", fault, "the scene"))
     if checks and model is not None:
         from eomgen.products.studies import check  # noqa: PLC0415  # on request
 

@@ -140,10 +140,8 @@ def _held(model: CompiledModel, solution: Solution) -> dict[str, float]:
     held = {}
     for name, signal in solution.metadata["inputs"].items():
         if not isinstance(signal, int | float):
-            fault = (
-                f"the input {name} of the run is a {signal}, and a page has constant inputs and the scene's"
-                f" formulas [E0959]"
-            )
+            fault = f"the input {name} of the run is a {signal}"
+            fault = f"{fault}, and a page has constant inputs and the scene's formulas [E0959]"
             hint = f"a formula or a curve of the scene for {name}, or a number"
             raise UsageError(Problem(f"input {name}", fault, hint))
         held[name] = float(signal)

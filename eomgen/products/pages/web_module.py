@@ -98,9 +98,8 @@ def _zig() -> Compiler:
     """Return the compiler zig. Raises ToolchainError if the package ziglang is missing."""
     program = zig_program()
     if program is None:
-        fault = (
-            "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not installed [E0961]"
-        )
+        fault = "a page needs WebAssembly, which the compiler zig makes, and the package ziglang is not"
+        fault += " installed [E0961]"
         raise ToolchainError(Problem("live", fault, PIP_INSTALL))
     return Compiler((str(program), "cc"), program)
 

@@ -117,9 +117,8 @@ def check_name(path: Path) -> Path:
     """Return the path of a page unchanged. Raises UsageError if the path does not end in ``.html``."""
     if path.suffix.lower() not in (".html", ".htm"):
         kind = path.suffix or "a file without a suffix"
-        raise UsageError(
-            Problem(str(path), f"an animation cannot be saved as {kind} [E1260]", f"{path.stem or 'animation'}.html")
-        )
+        fault = f"an animation cannot be saved as {kind} [E1260]"
+        raise UsageError(Problem(str(path), fault, f"{path.stem or 'animation'}.html"))
     return path
 
 

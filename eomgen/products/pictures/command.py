@@ -93,9 +93,8 @@ class RestPicture(RestPart):
     def __init__(self, options: Mapping[str, Any]) -> None:
         figure = options["figure"]
         if figure is not None and Path(figure).suffix not in _FIGURES:
-            raise UsageError(
-                Problem(f"--plot {figure}", "a figure is a .png, .svg or .pdf file [E0154]", "--plot rest.png")
-            )
+            fault = "a figure is a .png, .svg or .pdf file [E0154]"
+            raise UsageError(Problem(f"--plot {figure}", fault, "--plot rest.png"))
         self.files = [] if figure is None else [Path(figure)]
 
     def draw(self, model: Model, result: Equilibrium, given: Mapping[str, Any]) -> None:
@@ -192,9 +191,8 @@ def print_beams(beams: Mapping[str, Mapping[str, Any]]) -> None:
         ]
         for quantity, unit in (("moment", "N m"), ("force", "N")):
             for section in (beam["first_section"], beam["last_section"]):
-                rows.append(
-                    ("", f"section {quantity} at x = {section['x']:.4g} m", number_list(section[quantity]), unit)
-                )
+                where = f"section {quantity} at x = {section['x']:.4g} m"
+                rows.append(("", where, number_list(section[quantity]), unit))
             largest = beam[f"largest_{quantity}"]
             where = f"largest section {quantity}, at x = {largest['x']:.4g} m"
             rows.append(("", where, f"{largest['size']:.6g}", unit))

@@ -118,10 +118,8 @@ class Rainflow:
         if below != math.inf:
             _check_positive(slope_below=below)
         if below < slope:
-            fault = (
-                f"{below:.6g} is smaller than slope {slope:.6g}, and small ranges would damage more than large"
-                f" ones [E1275]"
-            )
+            fault = f"{below:.6g} is smaller than slope {slope:.6g}"
+            fault = f"{fault}, and small ranges would damage more than large ones [E1275]"
             raise UsageError(Problem("slope_below", fault, f"slope={below:.6g}, slope_below={slope:.6g}"))
         relative = self.ranges / reference_range
         exponents = np.where(relative < 1.0, below, slope)
@@ -189,9 +187,8 @@ class Rainflow:
         (11, 10)
         """
         if not (isinstance(bins, int) and bins >= 1):
-            raise UsageError(
-                Problem("histogram: bins", f"{shown(bins)} classes [E1276]", "a whole number of 1 and more")
-            )
+            fault = f"{shown(bins)} classes [E1276]"
+            raise UsageError(Problem("histogram: bins", fault, "a whole number of 1 and more"))
         largest = float(self.ranges[0]) if len(self.ranges) else 1.0
         counts, edges = np.histogram(self.ranges, bins, (0.0, largest), weights=self.counts)
         return edges, np.asarray(counts, dtype=float)

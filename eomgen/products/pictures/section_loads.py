@@ -187,9 +187,8 @@ def _rows_at(solution: LoadedSolution, at: ArrayLike) -> Array:
     times = np.atleast_1d(np.asarray(at, dtype=float))
     t = solution.t
     if not len(times):
-        raise UsageError(
-            Problem("plot_sections: at", "there are no times [E1288]", "times in s, or no at for a map over time")
-        )
+        hint = "times in s, or no at for a map over time"
+        raise UsageError(Problem("plot_sections: at", "there are no times [E1288]", hint))
     slack = 1e-9 * (t[-1] - t[0])
     outside = times[~((times >= t[0] - slack) & (times <= t[-1] + slack))]
     if len(outside):

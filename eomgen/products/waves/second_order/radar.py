@@ -129,10 +129,8 @@ class Radar:
         reach = 4.0 * np.array([moved + self.range_to_velocity * seen, moved])
         count = np.prod((np.array([np.ptp(x), np.ptp(y)]) + 2.0 * reach) / apart)
         if count > _MOST_LABELS:
-            fault = (
-                f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}: facets move by up to {reach[0]:.4g}"
-                f" m [E1209]"
-            )
+            fault = f"{count:.3g} labels are needed, more than {_MOST_LABELS:.0e}"
+            fault = f"{fault}: facets move by up to {reach[0]:.4g} m [E1209]"
             raise UsageError(Problem("Radar.image", fault, "larger cells, fewer labels_per_cell, or a smaller R/V"))
         a, b = (
             np.arange(edges[0] - far + 0.5 * step, edges[-1] + far, step)
@@ -421,9 +419,8 @@ def _edges(name: str, edges: ArrayLike) -> Array:
     widths = np.diff(result)
     if not np.all(np.isfinite(result)) or np.ptp(widths) > 1e-6 * widths.mean():
         fault = f"cells are {widths.min():.6g} to {widths.max():.6g} m wide [E1215]"
-        raise UsageError(
-            Problem(f"Radar.image: {name}", fault, "edges that are equally spaced, np.linspace(0, 800, 81)")
-        )
+        hint = "edges that are equally spaced, np.linspace(0, 800, 81)"
+        raise UsageError(Problem(f"Radar.image: {name}", fault, hint))
     return result
 
 
