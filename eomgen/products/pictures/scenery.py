@@ -187,7 +187,6 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
     joints = _marked(joints, description, bodies)
     shapes = _shapes(drawing, vector, {body["name"]: body["solid"]["center"] for body in bodies})
     ground = vector("ground", drawing.ground)
-    lengths = [sum(beam.lengths) for beam in description.element_stiffness]  # of geometrically exact beams at rest
     return {
         "description": description.description,
         "gravity": vector("gravity", description.gravity),
@@ -199,7 +198,7 @@ def scenery(description: Description, parameters: Mapping[str, float]) -> dict[s
         "tyres": tyres,
         **({"shapes": shapes} if shapes else {}),
         **({"ground": ground} if ground else {}),
-        **({"beams": drawn_beams(description.exact_beams, nodes, lengths)} if nodes else {}),
+        **({"beams": drawn_beams(description.exact_beams, nodes, _lengths(description))} if nodes else {}),
     }
 
 
@@ -264,6 +263,11 @@ def _line(line: Line, vector: Evaluated) -> dict[str, Any]:
     ]
     straight = {"name": line.name, "first": line.first, "second": line.second, "elastic": line.elastic}
     return straight | ({"path": list(line.path), "obstacles": obstacles} if line.path else {})
+
+
+def _lengths(description: Description) -> list[float]:
+    """Return the length of each geometrically exact beam at rest, m."""
+    return [sum(beam.lengths) for beam in description.element_stiffness]
 
 
 def _shown(description: Description) -> list[str]:
