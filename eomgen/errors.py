@@ -15,6 +15,8 @@ _SECTION = r"\(([^.\[)]+)[.\[)]"
 _VALUES = r"'[^']*'|\"[^\"]*\"|\d[\d.e+-]*"
 #: The code at the end of a text in the source.
 _CODE = re.compile(r" ?\[([EW]\d{4})\]")
+#: Between the fault and the remedy of a message.
+_REMEDY = "; try: "
 
 
 class Message(str):
@@ -52,6 +54,11 @@ class Message(str):
     def line(self) -> str:
         """Text with its code, as the command line prints messages."""
         return f"{self} [{self.code}]" if self.code else str(self)
+
+    def fault_and_remedy(self) -> tuple[str, str]:
+        """Return the fault and the remedy, empty without one."""
+        fault, _, remedy = self.partition(_REMEDY)
+        return fault, remedy
 
 
 @dataclass(frozen=True)
@@ -98,7 +105,7 @@ class Problem:
 
     def __str__(self) -> str:
         text = f"{self.where}: {self.what}" if self.where else self.what
-        return f"{text}; try: {self.hint}" if self.hint else text
+        return f"{text}{_REMEDY}{self.hint}" if self.hint else text
 
 
 class EomgenError(Exception):

@@ -151,9 +151,8 @@ def derive(
         derivation = (shared or SharedTape(scene)).derivation(without_rows, disturbed=disturbed)
         return _assembled(derivation, _chosen(derivation, terms))
     except (ZeroDivisionError, OverflowError):
-        if cause := next((note for note in scene.notes if Message(note).code in UNRESISTED), None):
-            fault, _, hint = cause.partition("; try: ")
-            raise ModelError(Problem(scene.name, fault, hint)) from None
+        if cause := next((note for note in map(Message, scene.notes) if note.code in UNRESISTED), None):
+            raise ModelError(Problem(scene.name, *cause.fault_and_remedy(), cause.code)) from None
         fault = (
             "numbers of the scene combine to an infinite one: they are too small or too large, or cancel to zero in a"
             " divisor [E0496]"

@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 import os
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from functools import partial
 from typing import Any
@@ -290,9 +290,8 @@ def simulate(
         changed = bool(initial) or parameters is not None
         state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
     run = made(list(corrections), begun)
-    overridden = _overridden(corrections) if initial else []
     turned = angles_of_several_turns(model, initial) if initial else []
-    beginning = RunStart(state, at_rest, [*doubts, *overridden], choice, turned)
+    beginning = RunStart(state, at_rest, doubts, choice, turned)
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.enabled
     with nullcontext() if progress is None else shown(progress, model.name) as reported:
@@ -367,15 +366,6 @@ def _stepped(
     if writer is not None:
         writer.write(stepper, 0)  # a path without write access is reported before the run, not after it
     return run_chunks(stepper, grid, min(run.every, grid.steps + 1), driven, progress, writer)
-
-
-def _overridden(corrections: Sequence[str]) -> list[str]:
-    """Return one sentence for each initial value that a drive overrides."""
-    return [
-        f"{text}: its drive prescribes it, and the initial value is not taken"
-        for text in corrections
-        if ": driven " in text
-    ]
 
 
 def _listed(settings: Mapping[str, float]) -> str:

@@ -31,6 +31,7 @@ from eomgen.solvers.constraint_rows import (
     ConstrainedSystem,
     RowsInMetric,
     constraints_named,
+    is_driven,
     long_lever,
 )
 from eomgen.solvers.regular_inertia import inertia_with_rows
@@ -78,22 +79,29 @@ class Assembly:
     extent: float = 1.0
     strained: StrainedStart | None = None
 
-    def corrections(self) -> list[str]:
+    def corrections(self, *, given: bool = False) -> list[str]:
         """Return one sentence for each row that the guess did not meet.
+
+        Parameters
+        ----------
+        given : whether the guess has values of a caller: a sentence says if a drive overrides them
 
         Returns
         -------
         list of str
             On the violation before the correction.
         """
+        driven = filter(is_driven, (*self.violations, *self.rate_violations)) if given else ()
+        ends = dict.fromkeys(driven, ": its drive prescribes it, and the initial value is not taken [W0307]")
         at_position = [
-            f"initial position corrected: {name} was off by {value:.3g} [W0286]"
+            f"initial position corrected: {name} was off by {value:.3g}{ends.get(name, ' [W0286]')}"
             for name, value in self.violations.items()
         ]
         rates = self.rate_violations.items()
         at_position += [f"initial position corrected: {self.strained} [W0287]"] if self.strained is not None else []
         return at_position + [
-            f"initial velocity corrected: {name} changed at {value:.3g} per s" for name, value in rates
+            f"initial velocity corrected: {name} changed at {value:.3g} per s{ends.get(name, '')}"
+            for name, value in rates
         ]
 
 
@@ -327,7 +335,7 @@ def _contradiction(
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
         if level == "positions" and len(off) == 1 and names[first].endswith(": formula"):
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
-        driven = [name.partition(":")[0] for name in names if name.endswith((": driven angle", ": driven travel"))]
+        driven = [name.partition(":")[0] for name in filter(is_driven, names)]
         if driven and level == "positions":
             hint += f", or a drive of {' and '.join(driven)} that starts within the range of its loop"
     return ModelError(Problem("constraints", text, hint, data=constraints_named([names[k] for k in off])))

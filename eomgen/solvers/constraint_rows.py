@@ -447,6 +447,11 @@ def constraints_named(rows: Iterable[str]) -> dict[str, list[str]]:
     return {"constraints": list(dict.fromkeys(row.partition(": ")[0] for row in rows))}
 
 
+def is_driven(row: str) -> bool:
+    """Return whether a row of the constraints, by its name, is the drive of a joint."""
+    return row.endswith((": driven angle", ": driven travel"))
+
+
 #: Remedy if rotation moves a row far more than the size of the joined bodies.
 NEARER_FRAMES = "the two frames of the constraint near each other, or its first and second exchanged"
 

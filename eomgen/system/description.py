@@ -34,6 +34,8 @@ _ROUNDING = 1e-9
 #: Codes of sentences on a start: values that the constraints change; initial values that are lost among them although
 #: the constraints leave as many free; beams that a loop strains. Messages of runs have the last two.
 CORRECTED, LOST, STRAINED = "W0305", "W0306", "W0287"
+#: Code of a sentence on an initial value that a drive overrides, which messages of runs have, too.
+OVERRIDDEN = "W0307"
 
 
 def component_names(letter: str, name: str, size: int) -> list[str]:

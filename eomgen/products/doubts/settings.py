@@ -57,7 +57,7 @@ def _problems(silence: str, notes: Iterable[Message], report: Report | None = No
     begin with."""
     problems = []
     for note in notes:
-        text, _, hint = note.partition("; try: ")
+        text, hint = note.fault_and_remedy()
         start = text.removeprefix("the ")
         named = (
             (key for key in report.lines if start.startswith((key, f"{key.replace('s.', ' ', 1)} "))) if report else ()

@@ -141,6 +141,8 @@ class TomlScanner:
         self.place += 1
 
 
+#: Words of Python's parser of TOML in faults of keys and tables that come again, and of an array without its end.
+_OVERWRITTEN, _DECLARED_TWICE, _OPEN_ARRAY = "overwrite a value", "twice", "Unclosed array"
 _TOML_PLACE = re.compile(r" \(at line (\d+), column (\d+)\)$")
 #: A number with a decimal comma, after an equals sign.
 _DECIMAL_COMMA = re.compile(r"=\s*([+-]?\d+),(\d+)\s*(?:[,}#]|$)")
@@ -181,9 +183,9 @@ def toml_data(text: str, file: str) -> tuple[dict[str, Any], dict[str, int]]:
         line = "".join(text.splitlines()[int(place[1]) - 1 : int(place[1])] if place else [])
         key = _KEY.match(line)
         hint = _toml_hint(fault, line)
-        if "overwrite a value" in fault and key:
+        if _OVERWRITTEN in fault and key:
             fault, column, hint = f"the key {key[1][:64]} is given twice [E1970]", "", "one of them"
-        if fault.startswith("Unclosed array"):
+        if fault.startswith(_OPEN_ARRAY):
             seen, at = map(int, place.groups()) if place else (text.count("\n") + 2, 1)
             number, hint = _unclosed(text, seen, at)
             where = f"{file}:{number}"
@@ -208,7 +210,7 @@ def _unclosed(text: str, line: int, column: int) -> tuple[int, str]:
 
 def _toml_hint(fault: str, line: str) -> str:
     """Return a hint for a line that is not TOML."""
-    if "twice" in fault or "overwrite" in fault:
+    if _DECLARED_TWICE in fault or _OVERWRITTEN in fault:
         return "one table, or one key, of each name"
     if values := _BARE_LIST.search(line):
         return f"a list stands in [ ]: {values[1]} = [{values[2].strip()}]"

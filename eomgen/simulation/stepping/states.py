@@ -24,7 +24,7 @@ from eomgen.errors import Message, Problem, UsageError
 from eomgen.lie.product import turned
 from eomgen.simulation.stepping.inputs import InputSignals
 from eomgen.simulation.stepping.run import SCENE_START, Run
-from eomgen.system.description import CORRECTED, LOST, STRAINED
+from eomgen.system.description import CORRECTED, LOST, OVERRIDDEN, STRAINED
 
 #: Rows in one call.
 _BATCH = 65536
@@ -171,8 +171,8 @@ def start_of(
         guess = (state.q, state.v)
         changes = corrected_start(consistent, guess, names, units, freedoms=freedoms, starts=starts)
         state = InitialState(consistent.q, consistent.v, state.z)
-        sentences += [*consistent.corrections(), *changes, *consistent.deviations]
+        sentences += [*consistent.corrections(given=bool(initial)), *changes, *consistent.deviations]
     elif changed:  # all rows may be left out
         sentences += model.check_left_out(state.q, state.v, t, p)
     corrections = [*map(Message, sentences)]
-    return state, corrections, [*notes, *(text for text in corrections if text.code in (LOST, STRAINED))]
+    return state, corrections, [*notes, *(text for text in corrections if text.code in (LOST, OVERRIDDEN, STRAINED))]
