@@ -953,7 +953,7 @@ print(run.success, [name for name in ("sympy", "jinja2", "scipy", "matplotlib", 
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cached_model_runs_without_sympy(tmp_path: Path) -> None:
     from tests.models.scenes import PENDULUM_TOML
 

@@ -37,7 +37,7 @@ def test_tests_elsewhere_import_nothing_of_a_product(product: str) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases(*(name for name in products() if name not in ("doubts", "maps")))
+@pytest.mark.long
 @pytest.mark.parametrize("product", products())
 def test_a_product_is_removed_by_its_paths(product: str, tmp_path: Path) -> None:
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout

@@ -270,7 +270,7 @@ def angles_of(model: eomgen.Model, method: str, step: float = 5e-4) -> np.ndarra
     return run.q[:, -3:]
 
 
-@pytest.mark.long_except("drawn-others0-generalized_alpha")
+@pytest.mark.long
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(
     ("first", "others"), [("drawn", ("turned", "far")), ("flying", ("flying, turned", "flying, far"))]

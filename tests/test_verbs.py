@@ -92,7 +92,7 @@ def test_the_stubs_of_public_modules_are_up_to_date() -> None:
         assert file.read_text(encoding="utf-8") == text, f"out of date: {COMMAND}"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_type_checker_knows_methods_with_all_their_arguments(tmp_path: Path) -> None:
     script = tmp_path / "script.py"
     script.write_text(

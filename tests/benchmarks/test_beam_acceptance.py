@@ -9,6 +9,7 @@ from benchmarks.beam_acceptance import main
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.long
 def test_the_cantilever_takes_long_steps(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["--parts", "long_steps"]) == 0
     _, _, *rows = capsys.readouterr().out.splitlines()

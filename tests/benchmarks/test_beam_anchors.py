@@ -11,6 +11,7 @@ from tests.anchors import anchor
 pytestmark = pytest.mark.slow
 
 
+@pytest.mark.long
 def test_elements_reach_the_published_bend() -> None:
     rows = rows_of("bend, parabola", (4, 8, 16))
     assert rows[-1].error < 1e-6

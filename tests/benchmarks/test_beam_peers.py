@@ -12,6 +12,7 @@ pytestmark = pytest.mark.slow
 PAIRS = ((8, 0.02), (16, 0.02))
 
 
+@pytest.mark.long
 def test_exudyn_has_the_same_beam() -> None:
     found = {program: rows_of(program, PAIRS, 1) for program in ("eomgen", "exudyn")}
     ours, others = (limit(rows) for rows in found.values())

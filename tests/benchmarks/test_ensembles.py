@@ -7,7 +7,7 @@ import pytest
 from benchmarks import ensembles
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_processes_of_dask_give_the_bits_of_threads(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("distributed")
     assert ensembles.main(["--quick"]) == 0

@@ -23,6 +23,7 @@ PUBLISHED = {
 }
 
 
+@pytest.mark.long
 def test_formulations_have_the_published_errors(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "rows.json"
     assert lie_formulations.main(["--quick", "--json", str(file)]) == 0

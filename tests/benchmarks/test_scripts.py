@@ -138,7 +138,7 @@ def test_the_heaviest_link_of_a_robot_changes(tmp_path: Path) -> None:
     assert changed == [max(before, key=before.__getitem__)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_build_time_measures_new_processes(tmp_path: Path) -> None:
     assert build_time.main(["--cases", "four_bar", "--repeats", "1", "--json", str(tmp_path / "made.json")]) == 0
     rows = json.loads((tmp_path / "made.json").read_text(encoding="utf-8"))["rows"]
@@ -216,7 +216,7 @@ def test_heyoka_and_rebound_have_the_planets_of_the_example() -> None:
             assert row[f"{side} error"] <= row["asked"] and row[f"{side} s"] > 0, row
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_implicit_steps_reach_what_is_asked(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(implicit_steps, "ERRORS", (1e-2,))
     rows = implicit_steps.measured()

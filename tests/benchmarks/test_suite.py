@@ -228,7 +228,7 @@ SMALL = (
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("inverse_dynamics_panda", "inverse_dynamics_panda_many")
+@pytest.mark.long_except("inverse_dynamics_panda")
 @pytest.mark.parametrize("name", SMALL)
 def test_rows_are_right_in_small(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     status = suite.main(["--quick", "--here", "--rows", name, "--folder", str(tmp_path), "--work", str(tmp_path)])

@@ -158,7 +158,7 @@ def _unfolding() -> eomgen.SceneBuilder:
     return builder.shape("tip", body="boom", type="box", size=[0.2, 0.2, 1.0])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "half"),
     [

@@ -45,7 +45,7 @@ REPORT = "document.body.dataset.told = JSON.stringify(told);"
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("bouncing_ball-3.0")
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "end"), [("bouncing_ball", 3.0), ("four_bar", 1.0), ("active_vehicle", 0.5)])
 def test_the_last_state_has_the_digits_of_pythons_run(name: str, end: float, browser: Browser, tmp_path: Path) -> None:
     model, solution = run_of(name, end)
@@ -83,7 +83,7 @@ told.warning = byId("warning").hidden;
 """
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_every_control_does_its_work(browser: Browser, tmp_path: Path) -> None:
     model, solution = run_of("bouncing_ball", 3.0)
     page = model.live(tmp_path / "ball.html", solution=solution)

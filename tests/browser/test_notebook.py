@@ -44,6 +44,7 @@ def outputs_of(notebook: nbformat.NotebookNode, cell: int, kind: str) -> list[st
     return [output["data"][kind] for output in notebook.cells[cell].outputs if kind in output.get("data", {})]
 
 
+@pytest.mark.long
 def test_every_cell_shows_what_it_should(notebook: nbformat.NotebookNode) -> None:
     scene, system, solution, linear = (outputs_of(notebook, cell, "text/html")[-1] for cell in (0, 1, 2, 4))
     assert "shoulder" in scene and "$$\\displaystyle M = " in system

@@ -34,7 +34,7 @@ document.body.dataset.told = JSON.stringify(told);
 </script>"""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_charts_are_drawn_and_zoom_together(browser: Browser, tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
     model = eomgen.build(tmp_path / "scene.toml", profile="quick")

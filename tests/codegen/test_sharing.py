@@ -178,7 +178,7 @@ def test_the_text_says_who_shares_it(eager: None) -> None:
     assert "4 calls with other places w[at[...]] and numbers k[...]: arm 0 of corner 0; arm 0 of corner 1;" in text
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_car_on_four_corners_has_a_third_of_the_text(cache: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Double wishbones on four corners: exact lengths, and values to rounding."""
     system = eomgen.derive(wishbone_car(), ["residual", "iteration"])

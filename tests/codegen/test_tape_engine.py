@@ -197,7 +197,7 @@ def _bits(model: Model) -> dict[str, bytes]:
 
 
 @pytest.mark.slow_except("bouncing_ball")
-@pytest.mark.long_cases(*_REST)
+@pytest.mark.long_cases(*_REST, "hanging_chain")
 @pytest.mark.parametrize("example", [*KINDS, *_REST])
 def test_examples_have_the_bits_of_c_without_fused_products(
     example: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -274,7 +274,7 @@ def test_the_arm_is_equal_in_all_pairs_of_formats(tmp_path: Path) -> None:
         assert max(comparison.errors.values()) < 1e-12, (pair, comparison.errors)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forty_differences_are_named_first_across_formats(tmp_path: Path) -> None:
     """Two of each pair; each difference is planted, in SymPy's equations a mass and an axis."""
     for place, pair in enumerate(PAIRS):

@@ -78,7 +78,7 @@ def _scene(name: str) -> Scene:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("random 6")
+@pytest.mark.long_cases("random 6", "random 1")
 @pytest.mark.parametrize(
     "name", ["robot_arm", "active_vehicle", "double_pendulum_on_shaking_base", "random 1", "random 6"]
 )

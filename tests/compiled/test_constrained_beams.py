@@ -34,7 +34,7 @@ THROWN_END = {
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("4")
+@pytest.mark.long
 @pytest.mark.parametrize("elements", list(THROWN_END))
 def test_the_thrown_end_is_where_another_implementation_has_it(elements: int) -> None:
     model = eomgen.build(spaghetti.scene(elements), method="rattlie", profile="quick")

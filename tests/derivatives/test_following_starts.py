@@ -253,7 +253,7 @@ def four_bar(crank: float = 0.3) -> SceneBuilder:
     return builder.output("y", formula=["q.a", "v.b"])
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loop_starts_as_its_scene_with_these_values_does() -> None:
     """What the scene asks for is moved onto the constraints: at other parameters, and beside initial values."""
     (_, model), (_, longer) = built(four_bar()), built(four_bar(0.33))

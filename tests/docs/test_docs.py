@@ -139,7 +139,7 @@ def test_pieces_fit_into_the_example(block: Block, tmp_path: Path, monkeypatch: 
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("urdf_robots.md")
+@pytest.mark.long_cases("urdf_robots.md", "python")
 @pytest.mark.parametrize("page", ["README.md", "python", "urdf_robots.md"])
 def test_python_runs(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -16,7 +16,22 @@ __all__ = ["shared_cache"]
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("page_for_a_colleague")  # zig compiles its own library of C first
+@pytest.mark.long_cases(
+    "page_for_a_colleague",
+    "c_code_for_a_microcontroller",
+    "check_derivatives",
+    "compare_two_runs",
+    "ensemble_on_a_cluster",
+    "fmu_for_simulink",
+    "force_element_plug_in",
+    "many_runs",
+    "natural_frequencies_and_modes",
+    "ride_comfort_on_a_rough_road",
+    "short_recipes",
+    "active_vehicle",
+    "four_bar",
+    "pendulum",
+)
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_a_page_runs_as_it_stands(page: Path, tmp_path: Path) -> None:
     matplotlib.use("Agg")

@@ -308,7 +308,7 @@ def test_plain_text_has_all_pages_and_all_sections(tmp_path: Path) -> None:
     assert all(f"`{row.key}" in reference or f"[{row.key}" in reference for row in DOCUMENT.rows)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sphinx_builds_pages_of_each_kind_without_a_warning(tmp_path: Path) -> None:
     from sphinx.cmd.build import build_main  # the second tier alone installs Sphinx's themes
 

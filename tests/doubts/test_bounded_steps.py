@@ -70,7 +70,7 @@ def test_a_balance_that_no_row_shows_is_not_known_without_an_estimate(law: str) 
     assert off(run, given) < 1e-2 and not names(run), run.message
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_bound_that_allows_too_few_steps_is_named() -> None:
     run = sliders().simulate(2.0, 0.1, method="rk45", settings={"largest_step": 1e-8})
     assert not run.success and "; try: a largest_step of more than 1e-07 s" in run.message

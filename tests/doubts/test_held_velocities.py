@@ -91,7 +91,7 @@ HELD: dict[str, tuple[dict[str, float], float, dict[str, Any], float]] = {  # pa
 }
 
 
-@pytest.mark.long_cases("weak force")
+@pytest.mark.long
 @pytest.mark.slow_cases("strong force")
 @pytest.mark.parametrize("case", HELD)
 def test_a_velocity_that_the_equations_hold_is_named(case: str) -> None:
@@ -204,7 +204,7 @@ def test_a_jump_that_accelerations_of_one_sign_go_through_is_no_growth_that_step
     assert np.all(errors < 3.0 * np.array([run.error.q_at.max(), run.error.v_at.max()]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_errors_of_windows_of_velocity_are_stated() -> None:
     """Places of jumps in their steps are chance, so that one run of many may be understated."""
     random, runs, understated = np.random.default_rng(5), 0, []
@@ -250,6 +250,7 @@ def test_windows_of_velocity_are_followed_or_named(seed: int) -> None:
             assert error > 0.01 or "unseen_law" not in names(run), (p, speed, method, step, run.message)
 
 
+@pytest.mark.long_cases("0")
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(2))
 def test_no_aliased_force_is_understated_by_more_than_three(seed: int) -> None:

@@ -344,7 +344,7 @@ def test_formulas_that_cannot_be_fast_are_not_examined() -> None:
     assert one.sides(np.array([-1.0, 1.0])).tolist() == [0.0, 1.0]
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("seed", range(3))
 def test_no_run_is_wrong_by_a_tenth_without_a_word_and_resolved_ones_are_quiet(seed: int) -> None:

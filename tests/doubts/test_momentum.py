@@ -129,7 +129,7 @@ def test_momentum_that_grows_in_a_jointed_chain_of_any_length_is_told(count: int
     assert momentum_drift(model, (t, q, v, v[:, :0]), model.parameter_array(), None, None) is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_runs_of_a_long_jointed_chain_have_what_tells_a_drift(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(momentum, "REPORTED_MOMENTUM", 0.0)
     model = built_for_run(jointed_chain(60, tied=False), profile="instant")

@@ -94,6 +94,7 @@ def local(cart: eomgen.Model) -> Ensemble:
     return cart.simulate_many(**OPTIONS)
 
 
+@pytest.mark.long
 def test_a_killed_worker_costs_its_part_alone(
     cart: eomgen.Model, local: Ensemble, client: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -129,6 +130,7 @@ def _rooms() -> int:
     return len(worker._ROOMS)
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform != "linux", reason="the settings are those of the GNU allocator")
 def test_processes_of_this_machine_keep_the_memory_that_samples_need_again(tmp_path: Path) -> None:
     """In a process of its own: another cluster of this one that starts a worker anew sets what workers begin with."""
@@ -255,6 +257,7 @@ def test_without_dask_it_says_what_to_install(cart: eomgen.Model, monkeypatch: p
         cart.simulate_many(**OPTIONS, cluster="dask")
 
 
+@pytest.mark.long
 def test_other_c_than_the_senders_is_refused(cart: eomgen.Model) -> None:
     """As where eomgen has other templates under the same version."""
     shipment = parts.RemoteSource("x", lambda: cart, "another", "monte_carlo", 2, (), {}, {}, {})

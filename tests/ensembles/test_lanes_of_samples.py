@@ -358,7 +358,7 @@ EVENTS: dict[str, dict[str, Any]] = {
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("stop-rk4-7")
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("action", "method", "every"),
     [("stop", "rk4", 7), ("stop", "generalized_alpha", 1), ("impact", "rk4", 1), ("switch", "rk45", 3)],

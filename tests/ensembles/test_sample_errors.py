@@ -115,6 +115,7 @@ def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None
         assert not unresolved_processes(model, run, ["g"])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "translation", ["", pytest.param('translation = "0.5*g"\n', marks=pytest.mark.slow, id="translated")]
 )

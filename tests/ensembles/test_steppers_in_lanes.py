@@ -191,7 +191,7 @@ def test_each_lane_has_the_bits_of_a_run_alone(name: str, method: str) -> None:
     assert not np.array_equal(rows[0], rows[1])
 
 
-@pytest.mark.slow_cases("rk45")
+@pytest.mark.long_cases("rk45")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
 def test_a_lane_that_fails_leaves_the_others_alone(method: str) -> None:
     trajectories = Trajectories(model_of("double_pendulum_on_shaking_base", method))
@@ -205,7 +205,7 @@ def test_a_lane_that_fails_leaves_the_others_alone(method: str) -> None:
     assert trajectories.alone(1)[2] == statuses[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_held_inputs_are_those_of_each_lane() -> None:
     trajectories = Trajectories(model_of("quarter_car", "generalized_alpha"))
     trajectories.inputs = np.linspace(0.0, 0.02, trajectories.lanes.lanes)[:, np.newaxis]
@@ -216,7 +216,7 @@ def test_held_inputs_are_those_of_each_lane() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("bouncing_ball-rk4-0.05")
+@pytest.mark.long
 @pytest.mark.parametrize(("name", "method", "step"), WITH_EVENTS, ids=str)
 def test_each_lane_meets_its_own_events(name: str, method: str, step: float) -> None:
     """Impacts, also of loops, resets, modes, counts, records and samples; one that comes again and again fails."""

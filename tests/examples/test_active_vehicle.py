@@ -143,7 +143,7 @@ def test_skyhook_calms_the_body_without_costing_travel_or_grip(model: Model) -> 
         assert np.all(run.outputs["tyre_load"] + weight > 0.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_demonstration_writes_code_solutions_table_and_figure(tmp_path: Path) -> None:
     out = tmp_path / "demo out"
     environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}

@@ -94,7 +94,7 @@ def evaluated(scene: Any) -> tuple[Any, Any]:
     return system, tape_evaluator(system)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_laws_in_c_are_the_formulas_and_their_complex_steps() -> None:
     """Complex steps through the formulas are independent of the partials in the files."""
     model = eomgen.build(SCENE)
@@ -193,7 +193,7 @@ def test_the_car_is_the_car_by_hand() -> None:
     assert abs(run.v[-1, 1] - exact.y[6, -1]) < 2e-5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_its_c_stands_alone_and_gives_the_rows_of_the_run(tmp_path: Path) -> None:
     eomgen.generate(SCENE, tmp_path)
     command = json.loads((tmp_path / "manifest.json").read_text(encoding="utf-8"))["compile"]
@@ -204,7 +204,7 @@ def test_its_c_stands_alone_and_gives_the_rows_of_the_run(tmp_path: Path) -> Non
     assert np.array_equal(rows, run.q)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_ensembles_in_lanes_have_the_bits_of_single_runs() -> None:
     model = eomgen.build(SCENE)
     values = np.linspace(0.0, 20.0, 9)

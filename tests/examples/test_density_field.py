@@ -49,7 +49,7 @@ def test_leapfrogs_are_cheaper_where_steps_are_bounded_by_stability(demo: dict[s
     assert cost["minimum_norm2"] < 0.5 * cost["leapfrog"]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_burn_in_of_leapfrogs_that_kick_first_goes_with_the_root_of_the_cells(demo: dict[str, Any]) -> None:
     """Kicks of leapfrogs climb a barrier of b = 0.117 cells step^2 in a time of 1.5, so that a trajectory takes
     (1.5/step) e^b gradients until one is accepted: 1.5 sqrt(2 e 0.117 cells) at the best step, 77 on 16^3 and 217 on

@@ -12,7 +12,7 @@ import pytest
 DEMO = Path(__file__).parents[2] / "examples" / "duffing_random_excitation" / "demo.py"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_demo_says_its_statistics_and_draws(tmp_path: Path) -> None:
     """A million samples have the mean 0.4999 and the standard deviation 0.5333 (dossier, 4.6); 2000 within 4 errors."""
     command = [sys.executable, str(DEMO), "--samples", "2000", "--out", str(tmp_path)]

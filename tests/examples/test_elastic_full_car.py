@@ -70,7 +70,7 @@ def responses(car: FullCar, omega: np.ndarray) -> dict[str, np.ndarray]:
     return rows
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("passive")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)

@@ -45,7 +45,7 @@ def test_passive_car_has_the_published_frequencies_and_its_matrices(
     assert np.abs(linear.modes().eigenvalues - (-1.3026745981 + 86.1256718623j)).min() < 1e-8
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> None:
     text = (FOLDER / "scene.toml").read_text(encoding="utf-8")
     text = text.replace("modes = 2", "modes = 3").replace("ride_front + ", "").replace("ride_rear + ", "")
@@ -56,7 +56,7 @@ def test_three_elastic_modes_have_the_published_frequencies(tmp_path: Path) -> N
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("passive")
+@pytest.mark.long_cases("passive", "skyhook")
 @pytest.mark.parametrize("suspension", SUSPENSIONS)
 def test_runs_are_sums_of_harmonic_responses(model: eomgen.Model, script: dict[str, Any], suspension: str) -> None:
     """The compiled scene is not linear, but its turns of half a degree hardly show."""

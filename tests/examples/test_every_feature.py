@@ -246,6 +246,7 @@ FEATURES: Mapping[str, Callable[[Example, Path], None]] = {
 PAIRS = [(name, feature) for name in mechanical_scenes() for feature in FEATURES]
 
 
+@pytest.mark.long_cases("elastic_vehicle/scene.toml-casadi", "heavy_top/se3_index3.toml-check")
 @pytest.mark.parametrize(
     ("name", "feature"),
     [

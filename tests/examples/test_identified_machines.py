@@ -73,7 +73,7 @@ def test_intervals_of_the_quarter_car_hold_the_truth(quarter_car: Callable[[int]
     check_coverage(quarter_car, QUARTER_CAR)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_arm_is_known_from_one_run_within_a_second(arm: Callable[[int], eomgen.Identification]) -> None:
     true = arm_parameters()
     assert len(true) == 24

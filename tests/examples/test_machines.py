@@ -146,7 +146,7 @@ def test_both_coordinates_place_the_last_body_as_the_closed_form_does(
         assert np.ptp(run.outputs["energy"]) < 3e-3 * run.outputs["energy"][0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("name", ["slider_crank_planar", "slider_crank_spatial"])
 def test_absolute_coordinates_give_the_same_motion(name: str) -> None:
     machine, up, end, (step, _) = next(case[1:5] for case in CASES if case[0] == name)

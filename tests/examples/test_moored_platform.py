@@ -13,7 +13,7 @@ import eomgen
 DEMO = Path(__file__).parents[2] / "examples" / "moored_platform" / "demo.py"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_heave_is_that_of_linear_theory() -> None:
     periods, linear, found = runpy.run_path(str(DEMO))["heave"]()
     np.testing.assert_allclose(found, linear, rtol=0, atol=3e-3 * linear.max())
@@ -24,7 +24,7 @@ def test_heave_is_that_of_linear_theory() -> None:
     assert linear[periods < 9.0].max() < 0.03
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_scene_file_is_what_the_demo_builds() -> None:
     built = eomgen.build(runpy.run_path(str(DEMO))["scene"]())
     read = eomgen.build(DEMO.parent / "system" / "platform.toml")
@@ -37,7 +37,7 @@ def test_the_scene_file_is_what_the_demo_builds() -> None:
     assert kinds[0] == kinds[1]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_demo_draws_its_figure(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -92,7 +92,7 @@ def _long_run(model: Model, skyhook: float) -> Solution:
     return model.simulate(800.0, parameters={"skyhook": skyhook}, record_every=5)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("skyhook", [0.0, 2000.0])
 def test_root_mean_squares_of_a_long_run(model: Model, skyhook: float) -> None:
     run = _long_run(model, skyhook)

@@ -46,7 +46,7 @@ def test_the_quarter_car_has_the_spread_of_its_frequency_responses() -> None:
     np.testing.assert_allclose([found[0], *found[2:]], 0.0, atol=1e-9)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_frame_has_the_spread_of_lyapunovs_equation() -> None:
     """dP/dt = A P + P A' + B B' of the frame with the soil's filter of white noise, which is stationary from the
     start."""

@@ -83,7 +83,7 @@ def test_a_stone_turns_back_one_way_only() -> None:
         assert np.cos(each["tilt"]) == pytest.approx([_up(q)[2] for q in each.q], abs=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("drag", [0.0, 1e-4])
 def test_the_motion_is_the_motion_by_newton_and_euler(drag: float) -> None:
     run = eomgen.build(SCENE, profile="quick").simulate(3.0, 2e-4, parameters={"drag": drag})

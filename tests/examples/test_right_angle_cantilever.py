@@ -18,7 +18,7 @@ cantilever: Any = SimpleNamespace(
 )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_keeps_its_energy_at_second_order_and_turns_as_loads_on_its_clamp_say() -> None:
     """The moment about the clamp of all momenta changes by that of the push and of the clamp (Newton and Euler)."""
     scene = cantilever.scene(3)

@@ -95,7 +95,7 @@ def test_hanging_chain_reaches_the_tip_of_another_engine() -> None:
         assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hanging_chain_on_its_moving_base_is_the_same_in_both_coordinates() -> None:
     joint, absolute, gaps = _model("hanging_chain"), _model("hanging_chain", "absolute"), []
     for step in (2e-3, 1e-3):

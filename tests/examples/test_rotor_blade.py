@@ -20,7 +20,7 @@ blade: Any = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[2] / "e
 SPEED = 1.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_it_vibrates_and_bends_as_its_section_says() -> None:
     found, tips, turning = [], [], []
     for elements in (4, 8):

@@ -108,7 +108,7 @@ def test_small_explicit_steps_have_the_digits_of_the_stiff_frame() -> None:
     assert not stopped.success and "rk4" not in stopped.message and "unstable at this step" in stopped.message
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_demo_writes_its_table_and_its_figure(tmp_path: Path) -> None:
     environment = {**os.environ, "PYTHONPATH": str(FOLDER.parents[1])}
     demo = [sys.executable, str(FOLDER / "demo.py"), "--out", str(tmp_path)]

@@ -21,7 +21,7 @@ def test_velocities_of_linear_theory_are_too_large_and_first_order_has_no_crests
         assert rows[name]["u"] == pytest.approx(quantiles, rel=0.12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_demo_draws_its_figure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     runpy.run_path(str(DEMO))["main"](2, 3, tmp_path, 125.0)
     said = capsys.readouterr().out

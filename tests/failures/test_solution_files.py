@@ -61,7 +61,7 @@ def test_other_archives_are_no_solution(file: Path, arrays: dict[str, object], t
     assert refusal(file) == text
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_no_flipped_byte_raises_anything_else(tmp_path: Path, file: Path) -> None:
     scene = tmp_path / "shaken.toml"
     scene.write_text(PENDULUM_TOML)

@@ -15,7 +15,7 @@ from eomgen.products.fields.documents.document import DATA_KINDS, OPERATOR_KINDS
 PAGE = Path(__file__).parents[2] / "docs" / "fields.md"
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_page_runs(capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = PAGE.read_text(encoding="utf-8")
     monkeypatch.chdir(tmp_path)

@@ -90,7 +90,7 @@ def samples_of_counts(method: str, step: float) -> Samples:
     ).draw(1000)  # fmt: skip
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("method", "step"),
     [
@@ -129,6 +129,7 @@ def test_order_4_takes_fewer_gradients_for_an_independent_sample() -> None:
     assert ratio > 1.4 and abs(ratio - 1.8) <= 2.0 * ratio * math.hypot(*errors)
 
 
+@pytest.mark.long_cases("32-steps1-60-1.73-0.15")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("cells", "steps", "trajectories", "expected", "within"),
@@ -179,7 +180,7 @@ def test_without_data_samples_have_the_power_of_the_prior() -> None:
     assert np.all(error < 0.05 * exact)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_deviations_of_samples_are_those_of_errors() -> None:
     """Calibration (check 9): the truth is as far from the mean as samples are."""
     posterior, truth = counted(32, 0.04)
@@ -189,7 +190,7 @@ def test_deviations_of_samples_are_those_of_errors() -> None:
     assert z.std() == pytest.approx(1.0, abs=0.03)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("method", "step"), [("suzuki4", 0.75), pytest.param("leapfrog", 0.14, marks=pytest.mark.long)]
 )

@@ -150,7 +150,7 @@ def test_energy_errors_of_gradients_in_single_precision() -> None:
     assert 0.0 < found.max() < 1e-4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_energy_errors_of_gradients_in_single_precision_on_many_cells() -> None:
     """Energies are in double; what differs are the trajectories, by far less than the 0.5 of their own errors."""
     assert np.abs(error_of_single(128)).max() < 1e-2

@@ -355,7 +355,7 @@ def test_texts_of_sources(sources: dict[str, str], cause: str) -> None:
     assert any(cause in sentence for sentence in found), found
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_second_opinion(tmp_path: Path) -> None:
     """FMPy accepts the good descriptions, and all mutants that it refuses are among the mutants that are named."""
     refused = 0

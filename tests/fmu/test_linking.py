@@ -73,7 +73,7 @@ def program(folder: Path, flags: Sequence[str], version: int = 3) -> Path:
     return target
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_two_models_link_into_one_program_whose_instances_run_on_threads(tmp_path: Path) -> None:
     angles = list[float]()
     for version in (3, 2):
@@ -89,7 +89,7 @@ def test_two_models_link_into_one_program_whose_instances_run_on_threads(tmp_pat
     assert angles[0] == angles[1] > 0.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_sanitizers_and_valgrind_have_no_findings(tmp_path: Path) -> None:
     for version in (2, 3):
         (tmp_path / str(version)).mkdir()

@@ -63,6 +63,7 @@ class Minimal(Logged):
         return minimal_of(name, version)
 
 
+@pytest.mark.long_cases("elastic_slider_crank/scene.toml")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", SCENES)
 def test_minimal_coordinates_meet_a_refined_run(name: str) -> None:

@@ -37,6 +37,7 @@ print(json.dumps(unit.get(*recorded(Path(file)))))
 """
 
 
+@pytest.mark.long_cases("pi_servo/sampled.toml", "four_bar/scene.toml", "gear_with_backlash/scene.toml")
 @pytest.mark.slow
 @pytest.mark.parametrize("scene", SCENES)
 def test_rollbacks_and_other_processes_have_the_same_bits(scene: str, tmp_path: Path, rng: np.random.Generator) -> None:
@@ -158,7 +159,7 @@ print("done")
 """
 
 
-@pytest.mark.long_except_every(4)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform != "linux", reason="the sanitizers are loaded before Python, by Linux alone")
 @pytest.mark.parametrize("version", [2, 3])

@@ -174,7 +174,7 @@ def test_orders_of_energy_errors_of_the_planets(method: str, steps: tuple[float,
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("outer_solar_system")
+@pytest.mark.long
 @pytest.mark.parametrize("name", SYSTEMS)
 def test_the_scripts_draw_their_pictures(name: str, tmp_path: Path) -> None:
     script = EXAMPLES / name / "demo.py"

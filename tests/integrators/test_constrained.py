@@ -191,7 +191,7 @@ TABLE = {
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("R3xSO3-index3", "SE3-stabilised")
+@pytest.mark.long_cases("R3xSO3-index3", "SE3-stabilised", "SE3-index3")
 @pytest.mark.parametrize(("group", "form"), TABLE)
 def test_errors_and_orders_of_the_heavy_top(compiled, group, form):
     stepper, errors = top(compiled, group, GeneralizedAlpha(0.9, form)), {}
@@ -315,7 +315,7 @@ def multiplier_errors(stepper, steps, **settings):
 TRANSIENT_STEPS = (1e-3, 5e-4, 2.5e-4)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_index_3_without_perturbed_start_loses_an_order(compiled):
     errors = multiplier_errors(top(compiled, "R3xSO3", INDEX_3), TRANSIENT_STEPS, perturb=0.0)
     assert errors == pytest.approx([123.0, 60.3, 29.9], rel=0.05)

@@ -57,6 +57,7 @@ def registered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None
     register._own_row.cache_clear()
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("registered")
 @pytest.mark.parametrize("constrained", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_a_new_row_has_its_order_on_the_rotation_group(constrained: bool) -> None:

@@ -60,7 +60,7 @@ def test_the_checks_that_the_page_lists_are_there() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("adaptive_generalized_alpha", "generalized_alpha", "rosenbrock", "runge_kutta")
+@pytest.mark.long_cases("adaptive_generalized_alpha", "generalized_alpha", "rosenbrock", "runge_kutta", "partitioned")
 @pytest.mark.parametrize(
     "family",  # compositions of drifts and kicks take none of these scenes
     [family for family in BUILT_IN if family is not SymplecticComposition],

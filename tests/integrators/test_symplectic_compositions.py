@@ -105,6 +105,7 @@ def test_energy_errors_are_bounded_over_1e5_steps(name: str, bound: float) -> No
     assert errors[500:].max() < 1.5 * errors[:500].max()
 
 
+@pytest.mark.long_cases("yoshida4-0.00035", "suzuki4-1.5e-05", "omf4-2.2e-07")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "bound"), [("leapfrog", 8e-3), ("yoshida4", 3.5e-4), ("suzuki4", 1.5e-5), ("omf4", 2.2e-7)]

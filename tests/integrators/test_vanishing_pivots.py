@@ -65,7 +65,7 @@ def pump() -> eomgen.Scene:
     return builder.build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_pump_runs_through_positions_with_vanishing_pivots() -> None:
     model = eomgen.build(pump(), profile="quick")
     assert model.nv == 84

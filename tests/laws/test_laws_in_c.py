@@ -76,7 +76,7 @@ def test_profiles_give_the_same_numbers(folder: Path, profile: str) -> None:
     assert difference(runs[0].q, runs[1].q) < 1e-13
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_linear_models_and_derivatives_of_runs(folder: Path) -> None:
     model, formula = (eomgen.build(scene) for scene in (wheel_scene(TYRE_LAW, folder), wheel_scene(None)))
     linear, expected = (item.linearize(*(row[0] for row in states(model))) for item in (model, formula))

@@ -107,6 +107,7 @@ def test_differences_and_functions_of_partials(folder: Path, *, partials: bool) 
     assert slopes < (1e-13 if partials else 1e-9) and (partials or slopes > 1e-14)
 
 
+@pytest.mark.long_cases("reproducible")
 @pytest.mark.slow
 @pytest.mark.parametrize("profile", ["instant", "reproducible"])
 def test_profiles_and_ensembles_give_the_numbers_of_the_formula(folder: Path, profile: str) -> None:

@@ -166,7 +166,7 @@ def of_two_bladed(speed: float) -> Any:
     return A
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_two_bladed_rotor_is_that_of_lagranges_equations() -> None:
     model = eomgen.build(two_bladed(), profile="quick")
     verdicts = set()
@@ -219,7 +219,7 @@ def test_a_start_of_several_turns_is_warned_of() -> None:
     assert caught[0].filename == __file__
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_constraints_leave_the_multipliers_of_the_joint() -> None:
     expected = pendulum("joint").floquet(math.pi)
     result = pendulum("absolute").floquet(math.pi)

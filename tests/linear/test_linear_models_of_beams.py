@@ -33,7 +33,7 @@ def extrapolated(coarse: Array, fine: Array) -> Array:
     return result
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_cantilever_has_its_published_frequencies_without_terms_by_hand() -> None:
     found = []
     for elements in (8, 16):
@@ -68,7 +68,7 @@ def test_constraints_leave_sparse_partials_as_they_are() -> None:
     assert extrapolated(*found) == pytest.approx([3.92660**2, 7.06858**2], rel=2e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forces_at_later_turns_of_a_base_are_one_compiled_call(monkeypatch: pytest.MonkeyPatch) -> None:
     """Gravity across the axis changes as the base turns; along it does not."""
     base = {"rotation": [{"axis": [0, 0, 1], "angle": "omega * t"}]}

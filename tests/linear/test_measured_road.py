@@ -55,7 +55,7 @@ def quarter_car(inputs: dict[str, Any], **sections: Any) -> eomgen.Model:
     return eomgen.build({**scene, **sections}, profile="quick")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_measured_road_of_a_scene_excites_its_linear_model() -> None:
     x, y = profile(300.0, 0.25, 3)
     points = np.column_stack([x, y]).tolist()

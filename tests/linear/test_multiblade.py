@@ -145,6 +145,7 @@ def test_the_eigenvalues_are_roots_of_the_equation_of_ground_resonance(count: in
     assert max(np.min(np.abs(eigenvalues - alone - 1j * shift)) for shift in shifts) < 1e-12
 
 
+@pytest.mark.long_cases("3-True-60.0")
 @pytest.mark.slow_cases("3-False-60.0")
 @pytest.mark.parametrize(
     ("count", "wake", "along_y"),
@@ -259,7 +260,7 @@ def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_
     assert {line.get_label() for line in axis.get_lines()} >= {"forward", "backward"}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_beams_stand_for_all_of_their_coordinates() -> None:
     builder = eomgen.SceneBuilder("turbine", gravity=[0, 0, 0])
     builder.body("tower", 8.0, inertia=[2.0, 2.0, 2.0]).body("hub", 1.0, inertia=[0.2, 0.1, 0.1])
@@ -324,7 +325,7 @@ def test_a_model_that_changes_with_the_azimuth_in_any_coordinates_is_refused() -
     assert "velocities of the initial state change, and multiblade coordinates are of steady motions; try: at=" in said
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_command_has_blades_by_rotor(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -111,7 +111,7 @@ COMPONENTS = {"slider crank of absolute bodies": ("crank[2]",)}
 
 
 @pytest.mark.slow
-@pytest.mark.long_except("drone", "rolling disc")
+@pytest.mark.long_except("rolling disc")
 @pytest.mark.parametrize("name", SCENES)
 def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     model = eomgen.build(SCENES[name](), profile="quick")
@@ -153,6 +153,7 @@ def test_neighbouring_motions(name: str, rng: np.random.Generator) -> None:
     assert np.max(np.abs(found - np.eye(size))) > 1e-2
 
 
+@pytest.mark.long_cases("drone on a cord", "slider crank of absolute bodies")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["drone", "drone on a cord", "slider crank of absolute bodies"])
 def test_second_order_is_first_order_in_other_variables(name: str, rng: np.random.Generator) -> None:

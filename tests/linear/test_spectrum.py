@@ -166,7 +166,7 @@ def test_rows_that_are_too_coarse_for_a_weighting(frequency: float, distance: fl
     assert all(each.filename == __file__ for each in caught)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_weighted_rms_of_a_run_is_the_linear_models() -> None:
     """Within four standard errors: the blocks of 10 s of a run of 150 s are independent of one another."""
     model = eomgen.build(QUARTER_CAR, profile="quick")

@@ -43,7 +43,7 @@ def test_partials_of_accelerations_of_constraints_vanish_at_rest(name: str, rng:
     assert all(block.any() for block in moved.values())
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path, set[str]]) -> None:
     model = eomgen.build(tapered(4, "kirchhoff"), profile="quick")
     rest = model.linearize()
@@ -68,6 +68,7 @@ def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path
     assert found == pytest.approx(whole.linearize().modes().angular_frequency, rel=1e-9)
 
 
+@pytest.mark.long_cases("unbalanced_shaft")
 @pytest.mark.slow_except("active_quarter_car")
 @pytest.mark.parametrize("name", ["four_bar", "quarter_car", "unbalanced_shaft", "active_quarter_car"])
 def test_models_for_rest_are_linear_as_whole_models(name: str) -> None:

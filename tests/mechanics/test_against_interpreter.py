@@ -15,7 +15,7 @@ from tests.oracles.interpreter.generator import scene
 KINDS = ("tree", "loop", "absolute", "beam", "hull", "exact_beam")
 
 
-@pytest.mark.long_cases("absolute", "hull")
+@pytest.mark.long
 @pytest.mark.slow_cases("beam")
 @pytest.mark.parametrize("kind", KINDS)
 def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_path) -> None:
@@ -23,7 +23,7 @@ def test_random_scenes_agree(kind: str, monkeypatch: pytest.MonkeyPatch, tmp_pat
     assert disagreements(scene(1, kind), 1, kind) == []
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("beam", "hull")
 @pytest.mark.parametrize("kind", KINDS)

@@ -121,14 +121,14 @@ def grown(measure: Callable[[System], int]) -> list[int]:
     return [measure(derive(chain("revolute", count, axis=[0, 1, 0]), TERMS)) for count in (24, 48, 96)]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_tape_grows_by_as_many_operations_for_each_body() -> None:
     few, more, most = grown(lambda system: len(system.tape.op))
     assert most - more == pytest.approx(2 * (more - few), rel=1e-3)  # constants of bodies may coincide
     assert (more - few) / 24 <= 711
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_functions_have_statements_that_do_not_grow() -> None:
     terms = ["residual", "constraint_velocity", "constraint_bias", "iteration"]
 
@@ -142,7 +142,7 @@ def test_functions_have_statements_that_do_not_grow() -> None:
     assert more <= 1.1 * few
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_stays_on_the_joints() -> None:
     model = eomgen.build(chain("revolute", 20, axis=[0, 1, 0]), profile="instant")
     run = model.simulate(0.05, 1e-3, method="generalized_alpha", error_estimate=False)

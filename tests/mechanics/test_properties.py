@@ -50,7 +50,7 @@ def test_mass_matrix_is_symmetric_positive_and_that_of_the_bodies(seed: int) -> 
     assert relative_error(M, direct_kinematics.mass_matrix(scene, system.factors, state["q"]), 2) <= 1e-12
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @few
 @given(seeds)
 def test_coupling_is_what_kinetic_energy_demands(seed: int) -> None:

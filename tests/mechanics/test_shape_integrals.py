@@ -135,7 +135,7 @@ def test_shortening_with_the_frame_within_the_beam() -> None:
     assert found.at(-0.5).shortening[0, 0] < 0.0 < found.at(1.0).shortening[0, 0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_high_modes_do_not_lose_digits() -> None:
     found = integrals(deformation("bending_y", 15))
     with mpmath.workdps(120):

@@ -115,7 +115,7 @@ def tried(tree: Path, tmp_path: Path) -> Callable[..., dict[tuple[int, str], dic
     return run
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_trials_end_at_the_first_test_that_fails_by_the_mutant_alone(
     tried: Callable[..., dict[tuple[int, str], dict[str, Any]]], tree: Path
 ) -> None:

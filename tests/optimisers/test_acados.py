@@ -255,7 +255,7 @@ def solved(folder: Path, kind: str, hessian: str, model: Any, solver: Any) -> tu
     return status, made.get_cost(), int(np.ravel(made.get_stats("sqp_iter"))[0])
 
 
-@pytest.mark.slow_cases("ERK-GAUSS_NEWTON")
+@pytest.mark.long_cases("ERK-GAUSS_NEWTON")
 @needs_acados
 @pytest.mark.parametrize(
     ("kind", "hessian"),

@@ -162,7 +162,7 @@ def largest(values: Array) -> float:
     return float(np.max(np.abs(values), initial=0.0))
 
 
-@pytest.mark.long_except_every(6)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.long_cases("elastic_pendulum", *LARGE)
 @pytest.mark.parametrize("example", SCENES)
@@ -372,7 +372,7 @@ def in_rare_cases(example: str, parameters: list[str], batch: dict[str, Array], 
         batch["q"][half, 0] = (at_touch + rng.uniform(-3e-3, 3e-3, len(road)))[half]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_derivatives_of_panda_are_those_of_casadis_symbols(rng: np.random.Generator) -> None:
     """Of forward dynamics by articulated bodies and of inverse dynamics by the recursion of Newton and Euler, in SX."""
     pytest.importorskip("pinocchio")

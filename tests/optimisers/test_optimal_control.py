@@ -52,7 +52,7 @@ def test_the_acrobot_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.ran
     assert np.max(np.abs(best.u)) <= own_demo["LARGEST_TORQUE"] * (1.0 + 1e-8)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_fastest_motion_of_panda_is_within_its_limits_and_is_that_of_the_stepper() -> None:
     pytest.importorskip("pinocchio")  # which brings the robots' files
     own_demo = demo("fastest_panda")
@@ -83,7 +83,7 @@ def test_the_fastest_motion_of_panda_is_within_its_limits_and_is_that_of_the_ste
     assert state[:7] == pytest.approx(own_demo["END"], abs=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_car_with_preview_has_the_step_and_the_optimum_of_casadis_symbols(rng: np.random.Generator) -> None:
     own_demo = demo("vehicle_with_preview")
     model = eomgen.build(own_demo["SCENE"], profile="quick", method="rk4")

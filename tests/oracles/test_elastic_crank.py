@@ -25,7 +25,7 @@ SAMPLES = {
 }
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_published_variant_is_the_published_reference() -> None:
     crank = Crank(published=True)
     elastic = crank.simulate(TIMES)

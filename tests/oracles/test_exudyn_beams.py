@@ -10,7 +10,7 @@ from tests.oracles.spin_up_beam import SET_A, simulate
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")  # EXUDYN renames settings with each version
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_spin_up_is_as_published_and_near_the_linear_equation() -> None:
     coarse, fine = spin_up(SET_A, 8), spin_up(SET_A, 16)
     assert coarse.position[:, 1].min() == pytest.approx(-0.573393, abs=3e-5)

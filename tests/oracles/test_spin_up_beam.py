@@ -14,6 +14,7 @@ PUBLISHED = {
 }
 
 
+@pytest.mark.long_cases("5")
 @pytest.mark.slow_except("1")
 @pytest.mark.parametrize("modes", list(PUBLISHED))
 def test_set_a_moves_as_published(modes: int) -> None:
@@ -23,6 +24,7 @@ def test_set_a_moves_as_published(modes: int) -> None:
     assert run.residual == pytest.approx(residual, abs=6e-7)
 
 
+@pytest.mark.long_cases("5--0.534419")
 @pytest.mark.slow
 @pytest.mark.parametrize(("modes", "peak"), [(1, -0.537892), (2, -0.533847), (3, -0.534471), (5, -0.534419)])
 def test_set_b_moves_as_published(modes: int, peak: float) -> None:

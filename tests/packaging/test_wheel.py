@@ -163,6 +163,7 @@ def _below(top: Path, pattern: str) -> list[str]:
     return [path.relative_to(top).as_posix() for path in files if "__pycache__" not in path.parts]
 
 
+@pytest.mark.long
 def test_wheel_carries_templates_and_examples_and_no_tests(wheel: Path) -> None:
     names = names_in(wheel)
     start = "eomgen/_templates/"
@@ -192,6 +193,7 @@ def test_wheel_is_pure_and_small(wheel: Path) -> None:
     assert [item.filename for item in files if item.compress_size > LARGEST_FILE] == []
 
 
+@pytest.mark.long
 def test_source_distribution_makes_the_same_wheel(source: Path, wheel: Path, tmp_path: Path) -> None:
     code = f"from setuptools.build_meta import build_sdist; print(build_sdist({str(tmp_path)!r}))"
     done = subprocess.run([sys.executable, "-c", code], cwd=source, check=True, capture_output=True, text=True)
@@ -239,6 +241,7 @@ def numbers(installed: Path, tmp_path_factory: pytest.TempPathFactory) -> Mappin
     return result
 
 
+@pytest.mark.long
 def test_an_installed_wheel_runs_a_scene_and_its_generated_c(numbers: Mapping[str, Any]) -> None:
     assert abs(numbers["scene"] - swing(9.81)) < 1e-9
     assert numbers["c"] == [1.0, numbers["scene"]]  # without contraction of products and sums both have the same bits

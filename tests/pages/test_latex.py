@@ -54,7 +54,7 @@ def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
     }
 
 
-@pytest.mark.slow_cases("active_quarter_car")
+@pytest.mark.long_cases("active_quarter_car")
 @pytest.mark.parametrize("name", SCENES)
 def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
     """At a random state, with all fixed parameters as symbols."""

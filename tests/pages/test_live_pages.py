@@ -101,6 +101,7 @@ def page_data(page: Path) -> Any:
     return json.loads(text[text.index(begin) + len(begin) :].partition("</script>")[0])["live"]
 
 
+@pytest.mark.long_cases("spin_up_beam", "double_pendulum_on_shaking_base")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["elastic_slider_crank", "spin_up_beam", "double_pendulum_on_shaking_base"])
 def test_carriers_of_the_picture_are_where_python_draws_them(name: str, tmp_path: Path) -> None:

@@ -111,7 +111,7 @@ def run() -> eomgen.Solution:
     return eomgen.build(scene, profile="quick").simulate(0.5, 0.01, error_estimate=False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_page_shows_a_beam_as_one_body(tmp_path: Path) -> None:
     solution = run()
     data = data_of(animation_page(solution))

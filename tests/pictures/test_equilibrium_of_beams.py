@@ -80,7 +80,7 @@ def test_all_prints_every_coordinate(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "q.arm.4[6]" in capsys.readouterr().out
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_runs_and_modes_show_displacements_and_shapes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene, out = tmp_path / "scene.toml", tmp_path / "out"
     scene.write_text(SCENE, encoding="utf-8")
@@ -94,7 +94,7 @@ def test_runs_and_modes_show_displacements_and_shapes(tmp_path: Path, capsys: py
     assert imread(out / "mode_shapes.png").shape[0] > 400
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_frame_of_the_page_on_statics_runs_as_printed(tmp_path: Path) -> None:
     """Moments of the loads about the foot by hand, in the shape at rest, and the force that carries them."""
     page = Path(__file__).parents[2] / "docs" / "statics.md"

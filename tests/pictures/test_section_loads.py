@@ -43,6 +43,7 @@ def run() -> eomgen.Solution:
     return eomgen.build(scene_of(), profile="quick").simulate(0.5, 2e-3, error_estimate=False)
 
 
+@pytest.mark.long
 def test_a_clamp_transmits_what_the_first_section_bears() -> None:
     """The first node rests on the base, so no inertia is between the two; the base pulls back what the beam pulls."""
     outputs = run().outputs

@@ -111,7 +111,7 @@ def spinning(model: str) -> dict[str, Any]:
     }
 
 
-@pytest.mark.long_cases("cosserat")
+@pytest.mark.long
 @pytest.mark.parametrize("model", ["cosserat", pytest.param("inextensible", marks=pytest.mark.slow)])
 def test_in_motion_a_joint_transmits_the_loads_of_the_first_section(model: str) -> None:
     """Outputs in C: the joint's reaction holds the node's half of the element's mass, load and weight."""
@@ -126,7 +126,7 @@ def test_in_motion_a_joint_transmits_the_loads_of_the_first_section(model: str) 
     assert np.abs(outputs["force"]).max() > 10.0
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_spinning_beam_bears_its_centrifugal_force() -> None:
     """Mass per length times omega^2 (l^2 - x^2) / 2 at all nodes of a beam that does not stretch."""
     scene = spinning("inextensible") | {"gravity": [0.0, 0.0, 0.0], "distributed_loads": {}, "outputs": {}}
@@ -141,7 +141,7 @@ def test_a_spinning_beam_bears_its_centrifugal_force() -> None:
     )
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_beams_without_shear_tell_curvature_and_loads_by_positions_alone() -> None:
     scene = spinning("inextensible")
     scene["joints"]["clamp"] = {"type": "fixed", "parent": "base", "child": "rope"}

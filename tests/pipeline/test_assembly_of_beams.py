@@ -59,7 +59,7 @@ def test_joints_turn_before_a_beam_is_strained(off: float, model: str, more: dic
         assert (found["B"], found["D"]) == pytest.approx(closed(found["A"]), abs=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @settings(deadline=None, max_examples=12)
 @given(
     off=st.floats(-0.6, 0.6).filter(lambda off: abs(off) > 1e-6),
@@ -145,7 +145,7 @@ def test_a_prestrained_string_that_fits_stays_as_it_is() -> None:
     assert [note for note in system.notes if "corrected" in note or "strained" in note] == []
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
     coupler, rocker = closed(START)
     scene = four_bar(START, coupler, rocker, elements=2)
@@ -178,7 +178,7 @@ def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
     assert np.max(np.abs(solution.section_loads["rope"].strain[0])) < 1e-13
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_run_from_a_strained_start_names_it() -> None:
     model = eomgen.build(held([8.0, 0.0, 0.0], "cosserat", elements=4), profile="quick")
     message = model.simulate(1e-6, 1e-7, error_estimate=False).message

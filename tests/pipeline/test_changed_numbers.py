@@ -120,7 +120,7 @@ def _longer_pieces(scene: dict[str, Any]) -> None:
     scene["parameters"]["piece"]["value"] = 0.0951
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("scene", "change"),
     [
@@ -165,7 +165,7 @@ def test_a_changed_structure_compiles_the_functions_that_have_it(compiled: list[
     assert torque[0] == pytest.approx((0.21 + 1.7 * 0.25) * 3.0 + 1.7 * 10.0 * 0.5 * np.sin(0.2))
 
 
-@pytest.mark.slow_cases("spherical_pendulum-fast")
+@pytest.mark.long_cases("spherical_pendulum-fast")
 @pytest.mark.parametrize(
     ("example", "profile"),
     [

@@ -99,7 +99,7 @@ def few(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(equal_elements, "_MANY_OF_OTHERS", 92)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.usefixtures("few")
 def test_c_of_a_long_beam_is_that_of_the_derived_one() -> None:
     made, derived = programs(cantilever(96))
@@ -125,7 +125,7 @@ def test_a_long_beam_is_continued_from_beams_of_28_and_more_elements() -> None:
     assert counts == [(29, 29, 68), (33, 33, 64), (37, 37, 60)]
 
 
-@pytest.mark.long_except_every(2)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.usefixtures("few")
 @pytest.mark.parametrize(

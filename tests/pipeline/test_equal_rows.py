@@ -74,7 +74,7 @@ def files(program: Program) -> dict[str, str]:
     return generate_files(dataclasses.replace(program, later=()))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
     scene = net(49)
     rows = equal_rows.equal_rows(scene)
@@ -85,7 +85,7 @@ def test_the_program_of_a_net_is_the_one_that_is_derived() -> None:
     assert files(made) == files(derived)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_numbers_that_grow_from_row_to_row_are_taken_from_the_scene() -> None:
     def stiffer(text: str) -> str:
         return text.replace('second = "eye_{i}_{j}", SPRING', 'second = "eye_{i}_{j}", stiffness = "{1000 + 0.1 * i}"')
@@ -155,7 +155,7 @@ def test_the_start_of_free_bodies_is_the_start_of_the_equations() -> None:
         np.testing.assert_allclose(start[1], system.initial_v, rtol=0, atol=1e-14)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_continued_net_runs_like_a_derived_one(monkeypatch: pytest.MonkeyPatch) -> None:
     scene = net(48)
     run = eomgen.build(scene).simulate(0.02)
@@ -184,7 +184,7 @@ def test_chains_that_are_short_or_have_other_axes_are_derived_whole() -> None:
     assert equal_rows.equal_rows(dataclasses.replace(scene, joints=stiff)) is None
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
 def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
     monkeypatch.setattr(equal_rows, "MANY_JOINED", 52)
@@ -196,7 +196,7 @@ def test_a_continued_chain_moves_like_one_in_joint_coordinates(monkeypatch: pyte
     np.testing.assert_allclose(run.poses["rod51"][-1], other.poses["rod51"][-1], atol=1e-6)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_chain_is_continued(monkeypatch: pytest.MonkeyPatch) -> None:
     made = recorded_programs(monkeypatch)
     scene = chains.scene("absolute", "hinge", 100)
@@ -242,7 +242,7 @@ def hinges(count: int, **joint: Any) -> Scene:
     return builder.simulation(step=1e-3, duration=0.1).build()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("joint", [{}, SPRINGS, STOPS], ids=["plain", "springs", "stops"])
 def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
     monkeypatch: pytest.MonkeyPatch, joint: dict[str, Any]
@@ -256,7 +256,7 @@ def test_the_program_of_a_chain_in_joint_coordinates_is_the_one_that_is_derived(
     assert difference(made, derived) < 1e-13
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["hinge", pytest.param("ball", marks=pytest.mark.long)])
 def test_a_continued_chain_in_joint_coordinates_moves_like_a_derived_one(
     monkeypatch: pytest.MonkeyPatch, kind: str

@@ -163,7 +163,7 @@ def test_a_vehicle_that_pitches_as_it_settles_starts_along_the_road() -> None:
     np.testing.assert_allclose(R @ run.v[0][:3], [0.0, 0.0, 0.2], atol=1e-12)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wheel_that_rolls_starts_settled_by_its_initial_velocity_or_as_a_steady_motion() -> None:
     settled = -10.0 * 9.81 / 4e4
     run = rolling("10").simulate(0.1, 1e-3, error_estimate=False)

@@ -157,7 +157,7 @@ def test_batches_have_no_lanes_on_the_tape_engine(release: Release) -> None:
     assert np.array_equal(model.mass(q)[5], model.mass(model.initial_q))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_compiler_in_the_background_keeps_no_process_from_its_end(tmp_path: Path) -> None:
     scene = ROOT / "examples" / "misaligned_four_bar" / "scene.toml"
     code = (

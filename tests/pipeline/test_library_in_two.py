@@ -74,7 +74,7 @@ def _sources(library: Library) -> set[str]:
     return {file.name for file in library.folder.glob("*.c")}
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:

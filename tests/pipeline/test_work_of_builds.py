@@ -74,7 +74,7 @@ def stages(data: Mapping[str, Any]) -> dict[str, int]:
     return counts
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize("held", [False, True])
 def test_calls_grow_with_the_elements_of_a_beam_and_no_faster(held: bool) -> None:
     stages(beam(4, held=held))  # imports, and laws that are derived once
@@ -85,7 +85,7 @@ def test_calls_grow_with_the_elements_of_a_beam_and_no_faster(held: bool) -> Non
         assert added / 24 <= budget, stage
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_long_beams_are_continued_and_not_derived() -> None:
     def program(elements: int) -> int:
         scene = eomgen.load(beam(elements, held=False))

@@ -120,7 +120,7 @@ def test_modes_are_orthonormal_and_sum_up_to_the_covariance(covariance: Covarian
     assert np.max(np.abs(error)) < (1e-9 if covariance.smooth else 2e-3) * found.eigenvalues[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_table_is_what_it_was_sampled_from_and_a_box_is_none() -> None:
     lags = np.linspace(0.0, 20.0, 201)
     exact = expand(Exponential(1.0, 2.0), 10.0, modes=20)
@@ -137,7 +137,7 @@ def test_a_share_or_a_number_of_modes_is_needed() -> None:
         expand(Exponential(1.0, 1.0), 1.0)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_shares_that_need_too_many_modes_are_refused_with_the_share_that_does_not() -> None:
     with pytest.raises(
         UsageError, match=f"needs more than {MOST_MODES} modes; {MOST_MODES} have 0.997.*; try: share = "
@@ -162,7 +162,7 @@ def test_the_share_that_too_many_modes_have_is_that_of_the_spectrum(scale: float
     assert ("share = " in str(caught.value)) == (share > 0.05)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_an_earthquake_of_half_a_minute_has_its_modes() -> None:
     """Of Kanai and Tajimi's spectrum; the number of modes is that of the spectrum, within a few."""
     soil = KanaiTajimi(1.0, 15.0, 0.6)

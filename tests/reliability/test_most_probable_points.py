@@ -106,7 +106,7 @@ def test_two_quantiles_by_every_order() -> None:
         assert abs(1.0 - first_order(found) - share) > 5e-3
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forty_thresholds_take_three_runs_each() -> None:
     """Points and slopes of the curve lead to the next point, so Newton's method has little to do (check 19)."""
     counted = CountedResponse(Duffing(0.1, 0.3))

@@ -120,7 +120,7 @@ def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
     assert (exact.spent, differenced.spent) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing: eomgen.Model) -> None:
     """Check 19 of the dossier: one adjoint for all times, and the numbers of the general way; N tangents elsewhere."""
     variables, options = processes_of(duffing)[1], {"method": "trapezoidal"}
@@ -153,7 +153,7 @@ def test_solutions_elsewhere_are_a_run_an_adjoint_and_a_tangent_for_each_variabl
     assert again.spent == (1, 1, 21)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_projected_second_order_costs_a_tangent_and_an_adjoint_for_each_direction(swinging: eomgen.Model) -> None:
     """Eight directions have 99 % of the squares of the gradients (dossier, 4.4), the slope at the end is one more."""
     found = study(swinging, thresholds=[1.1862], points=False, projected=0.99, times=[10.0])
@@ -294,7 +294,7 @@ def test_mistakes_are_named(duffing: eomgen.Model, options: dict[str, Any], text
     assert text in str(caught.value)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_about_rest() -> None:
     """All of the motion about rest is rounding, in which no step misses a singular position."""
     text = SCENE.replace("CUBIC", "0.0").replace("SHARE", "0.9").replace("START", "0.0")
@@ -307,7 +307,7 @@ def test_a_method_without_derivatives_in_rows_of_inputs_finds_the_distribution_a
     assert deviations[0] == pytest.approx(deviations[1], rel=1e-3)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_thresholds_too_far_out_are_named() -> None:
     few = built(scene(0.1, 0.5))
     with pytest.raises(
@@ -332,7 +332,7 @@ def test_a_scene_without_processes_and_a_threshold_out_of_reach() -> None:
     assert "-0.5 have none, trust samples there" in found.message
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_outputs_without_spread_are_named() -> None:
     text = scene(0.1, 0.5) + '\n[outputs.fixed]\nformula = "3"\n\n[outputs.far]\nformula = "1e9 + q.slide"\n'
     model = built(text)
@@ -413,7 +413,7 @@ def test_forms_are_held_against_samples_on_the_rarer_side() -> None:
     assert np.isnan([left.below[0], left.above[0]]).all() and left.above[1] == 0.5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_forces_that_jump_leave_samples_alone() -> None:
     """The mean run passes the jump; where it does not, one on the way to a most probable point does."""
     text = scene(0.1, 0.9).replace("- 0.2 * v.slide", "- 0.2 * v.slide - (0.1 if q.slide > 0.3 else 0)")
@@ -482,7 +482,7 @@ def test_few_good_samples_are_no_statistics(duffing: eomgen.Model, monkeypatch: 
         random_vibration(duffing, "x", 1.0, 0.05, method="trapezoidal", samples=100, points=False)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_steps_that_do_not_resolve_the_process_are_named() -> None:
     """A band from 9 to 11 Hz at steps of 0.1 s; the closed form of the deviation is 345 times less."""
     text = scene(0.0, 0.9).replace("force - q.slide", "force + q.slide * 0 - q.slide")

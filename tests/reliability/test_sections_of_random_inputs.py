@@ -282,7 +282,7 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
 ]
 
 
-@pytest.mark.slow_cases("entry19-covariance is not posi")
+@pytest.mark.long_cases("entry19-covariance is not posi")
 @pytest.mark.parametrize(("entry", "message"), REFUSED)
 def test_what_is_wrong_is_said_once(entry: dict[str, Any], message: str) -> None:
     with pytest.raises(DescriptionError, match=message) as caught:
@@ -433,7 +433,7 @@ def test_coherent_processes_share_variables_and_have_the_covariances_of_their_cr
     assert v.captured[-1] == pytest.approx(0.9999, abs=2e-4)
 
 
-@pytest.mark.slow_cases("random13-it follows a process over time, and needs delay alone")
+@pytest.mark.long_cases("random13-it follows a process over time, and needs delay alone")
 @pytest.mark.parametrize(
     ("random", "message"),
     [
@@ -492,7 +492,7 @@ def test_correlations_that_no_processes_have_are_refused(random: dict[str, Any],
         _scene(u={"type": "squared_exponential", "correlation_time": 1.0}, **random)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_covariances_and_correlations_are_repaired_where_that_is_asked_for() -> None:
     bad = {"type": "covariance", "points": [[0, 1], [0.5, -0.9], [1, 0.95], [2, 0]], "duration": 3, "share": 0.9}
     with pytest.raises(
@@ -559,7 +559,7 @@ def test_a_translated_process_has_the_correlation_that_is_asked_for() -> None:
     assert np.corrcoef(np.exp(z).T)[0, 1] == pytest.approx(wanted, abs=0.015)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_correlation_of_a_translation_that_no_gaussian_process_makes_in_this_window_is_refused() -> None:
     asked = {"type": "squared_exponential", "correlation_time": 1.0, "duration": 4.0, "share": 0.99}
     with pytest.raises(DescriptionError, match="no Gaussian process is translated to this covariance: its own"):

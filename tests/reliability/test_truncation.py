@@ -141,7 +141,7 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
     assert vars(found.costs["truncation"]) == {"runs": 1, "adjoints": 1, "tangents": 0}
 
 
-@pytest.mark.slow_cases("variables")
+@pytest.mark.long_cases("variables")
 @pytest.mark.parametrize("varied", ["variables", "seed"])
 def test_an_ensemble_tells_the_lost_variance_of_outputs_as_the_study_does(varied: str) -> None:
     model = model_of('type = "band"\nband = [9, 11]\nshare = 0.99')

@@ -120,7 +120,7 @@ def _on_a_spring(order: int) -> dict[str, Any]:
     return data
 
 
-@pytest.mark.long_cases("order 2")
+@pytest.mark.long
 @pytest.mark.parametrize(
     "data",
     [

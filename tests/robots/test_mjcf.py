@@ -196,7 +196,7 @@ def file(tmp_path: Path) -> Path:
 _LONGER = ("site against site", "sites on one chain", "slider and crank", "ellipsoids in a medium", "servos of balls")
 
 
-@pytest.mark.long_cases("muscle")
+@pytest.mark.long_cases("muscle", "site against site")
 @pytest.mark.slow_except(*(name for name in CASES if name not in _LONGER))
 @pytest.mark.parametrize("name", CASES)
 def test_mass_and_forces_are_mujoco_s(name: str, file: Path) -> None:
@@ -221,6 +221,7 @@ def scaled(text: str, factor: float) -> str:
 _SMALL = ("ellipsoids in a medium", "medium", "slider and crank")
 
 
+@pytest.mark.long_cases("0.1-site against site", "0.01-site against site")
 @pytest.mark.slow_except(*(f"{factor}-{name}" for factor in (0.1, 0.01) for name in _SMALL))
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.parametrize("factor", [0.1, 0.01])
@@ -395,7 +396,7 @@ LEG = """<mujoco model="leg"><worldbody><body name="hip" pos="0 0 1">
   <equality><connect site1="heel" site2="rod_end"/></equality></mujoco>"""
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_loop_stays_closed_for_a_million_steps(file: Path) -> None:
     file.write_text(LEG, encoding="utf-8")
     model = eomgen.build(load(file), method="generalized_alpha")

@@ -430,7 +430,7 @@ def test_a_table_of_a_spectrum_in_square_millimetres_is_of_a_process_in_m(tmp_pa
     assert plain.series.total == labelled.series.total
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_translated_process_has_a_unit_apart_from_its_covariance(tmp_path: Path) -> None:
     lines = 'type = "covariance"\nunit = "N"\ntranslation = "3*g"\npoints = [[0, "4 m^2"], [1, 0]]'
     process = _process(tmp_path, lines).inputs[0]

@@ -707,7 +707,7 @@ def test_hostile_references(name: str) -> None:
         assert all("\n" not in problem and len(problem) < 400 for problem in problems(text=text))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_hostile_sizes_end_soon() -> None:
     count = 20_000
     chain_away = "".join(f'[joints.j{n}]\ntype = "fixed"\nparent = "b{n + 1}"\nchild = "b{n}"\n' for n in range(count))

@@ -86,7 +86,7 @@ def test_notes_are_there_where_the_inertia_matrix_is_singular() -> None:
     assert resisted >= 10 and not_resisted >= 5
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_notes_are_there_where_the_inertia_matrix_is_singular_in_many_scenes() -> None:
     resisted, not_resisted = compare(range(60, 800))
     assert resisted >= 150 and not_resisted >= 50

@@ -102,7 +102,7 @@ def hermite_frequencies(parts: int = 60) -> Array:
     return np.sqrt(eigh(stiffness[2:, 2:], mass[2:, 2:], eigvals_only=True, subset_by_index=[0, 3]))
 
 
-@pytest.mark.slow
+@pytest.mark.long
 @pytest.mark.parametrize(("model", "within"), [("cosserat", 0.007), ("kirchhoff", 0.0015)])
 def test_frequencies_of_a_table_converge_with_the_square_of_the_elements(model: str, within: float) -> None:
     errors = []
@@ -113,7 +113,7 @@ def test_frequencies_of_a_table_converge_with_the_square_of_the_elements(model: 
     assert errors[0][0] > 3.2 * errors[1][0]  # of the second mode two errors cancel in part
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wedge_that_ends_in_a_point_has_its_published_frequency() -> None:
     """Kirchhoff 1879: 5.315 of a wedge whose stiffness vanishes at the end, so that its compliance has no integral."""
     stiffness = {"torsion": 1.0, "bending_y": "(1 - s)**3", "bending_z": "(1 - s)**3", "stretch": 1e9}

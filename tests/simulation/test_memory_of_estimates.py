@@ -26,7 +26,7 @@ def peak(work: Callable[[], object]) -> float:
         tracemalloc.stop()
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_a_wide_table_is_made_text_in_pieces(tmp_path: Path, rng: np.random.Generator) -> None:
     columns = rng.normal(size=(40, 20_000))
     names = [f"x{k}" for k in range(20_000)]

@@ -106,7 +106,7 @@ def position(one: Solution) -> Any:
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("0.01-generalized_alpha", "0.01-generalized_alpha_f1")
+@pytest.mark.long_cases("0.01-generalized_alpha", "0.01-generalized_alpha_f1", "0.0037-generalized_alpha_f1")
 @pytest.mark.parametrize("name", METHODS)
 @pytest.mark.parametrize("step", [0.01, 0.0037])
 def test_a_function_of_python_moves_as_its_law_in_formulas(name: str, step: float) -> None:

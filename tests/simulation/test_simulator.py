@@ -155,7 +155,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("elastic_vehicle-full_car")
+@pytest.mark.long_cases("elastic_vehicle-full_car", "misaligned_four_bar-scene", "spin_up_beam-exact")
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*/*.toml")), ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_every_example_is_stepped_as_it_is_simulated(path: Path) -> None:
     model = eomgen.build(path, profile="quick")

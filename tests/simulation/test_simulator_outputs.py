@@ -182,6 +182,7 @@ def test_outputs_have_the_modes_that_events_left(tmp_path: Path) -> None:
 EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
+@pytest.mark.long_cases("four_bar/scene.toml-rattlie")
 @pytest.mark.parametrize(
     ("scene", "method"),
     [

@@ -22,6 +22,7 @@ def test_corners_that_a_motion_passes_leave_no_order_to_chance() -> None:
     assert len(counted) == 2 and all(1 / 3 < row.ratio < 3 for row in counted)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("part", "least"), [pytest.param(5, 30, marks=pytest.mark.slow), pytest.param(1, 180, marks=pytest.mark.long)]
 )

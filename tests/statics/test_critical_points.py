@@ -70,6 +70,7 @@ def test_masses_do_not_move_bifurcations(column: Model, rotary: float) -> None:
     assert [item.multiplicity for item in path.critical] == [1, 1]
 
 
+@pytest.mark.long_cases("1e-05")
 @pytest.mark.slow
 @pytest.mark.parametrize("rotary", [1e-5, 1e-9])
 def test_becks_column_has_no_other_rest_at_any_load(rotary: float) -> None:
@@ -190,7 +191,7 @@ def rotor(gravity: list[float], elements: int = 4) -> Model:
     return eomgen.build(scene, profile="quick")
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_slender_blades_on_a_turning_base_are_linear_about_their_rest() -> None:
     """Flapping at omega = 4: 5.585, at rest 3.516 (Wright, Smith, Thresher and Wang 1982); 4 elements miss 3 %."""
     blade = rotor([0.0, 0.0, 0.0])
@@ -270,6 +271,7 @@ def test_the_end_of_a_cantilever_sinks_too_far_under_its_weight(elements: int) -
     assert 8.0 * sunk / 0.01 - 1.0 == pytest.approx(1.0 / (3.0 * elements**2), rel=0.01)
 
 
+@pytest.mark.long_cases("32-deflections3-frequencies3")
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("elements", "deflections", "frequencies"),

@@ -191,7 +191,7 @@ def test_a_disc_stays_upright_above_its_critical_spin() -> None:
         assert (growth < 1e-3) if stable else (growth > 0.1)
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_symmetries_of_discs() -> None:
     """Two travels, a turn about the vertical and the spin, however the disc is described; a frame has its own pitch
     besides."""

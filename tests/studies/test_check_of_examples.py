@@ -83,6 +83,7 @@ LONG = {
     "spin_up_beam/without_stiffening.toml",
     "symmetric_top/scene.toml",
     "unbalanced_shaft/scene.toml",
+    "rattleback/scene.toml",
 )
 @pytest.mark.parametrize("name", SCENES)
 def test_every_closed_form_of_an_example_agrees(name: str) -> None:

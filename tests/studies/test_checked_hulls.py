@@ -13,7 +13,7 @@ from tests.waves.test_water_planes import _scene
 
 
 @pytest.mark.slow
-@pytest.mark.long_cases("joint")
+@pytest.mark.long
 @pytest.mark.parametrize("coordinates", ["joint", "absolute"])
 def test_all_forms_of_a_platform_with_a_pendulum_agree(coordinates: str) -> None:
     """Every closed form, power and derivative, by the checks of a scene."""

@@ -36,7 +36,7 @@ def test_check_compares_geometric_stiffness_without_loads() -> None:
     assert check(builder.build()).passed
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("shape", BODIES)
 def test_derivatives_of_other_shapes_are_complex_steps(shape: str) -> None:

@@ -102,7 +102,7 @@ CHECKED: dict[str, tuple[str, ...]] = {
 }  # fmt: skip  # a table
 
 
-@pytest.mark.long_cases("striker")
+@pytest.mark.long
 @pytest.mark.slow_cases("rod", "gate", "drone")
 @pytest.mark.parametrize("scene", CHECKED)
 def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> None:
@@ -120,7 +120,7 @@ def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> 
 SLOWER = [pytest.param("drone", marks=pytest.mark.slow), pytest.param("gate", marks=pytest.mark.slow)]
 
 
-@pytest.mark.long_cases("striker")
+@pytest.mark.long
 @pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("scene", [*SLOWER, "reed", pytest.param("rod", marks=pytest.mark.slow), "striker"])
 def test_a_wrong_entry_of_one_state_fails_each_claim(scene: str, rng: np.random.Generator) -> None:

@@ -81,7 +81,7 @@ def test_states_for_the_choice_of_pivots_are_the_same_in_any_units(model: str) -
         np.testing.assert_allclose(share, shares[0], rtol=1e-5, atol=1e-8)
 
 
-@pytest.mark.long_except_every(3)
+@pytest.mark.long
 @pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS)
 def test_a_beam_moves_alike_in_other_units(model: str) -> None:

@@ -309,6 +309,7 @@ def test_findings_are_the_same_in_units_in_use(name: str) -> None:
         same(run_of(CASES[name], units)[1], expected, math.inf if CASES[name].rough else 1e-3)
 
 
+@pytest.mark.long_cases("bouncing")
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["tumbling", "tumbling well", "crank", "slow crank", "spring", "bouncing", "behind"])
 def test_findings_are_the_same_elsewhere_and_turned(name: str) -> None:

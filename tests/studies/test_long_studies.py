@@ -40,6 +40,7 @@ def pendulum(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     Path("scene.toml").write_text(PENDULUM_TOML, encoding="utf-8")
 
 
+@pytest.mark.long_cases("savings")
 @pytest.mark.slow
 @pytest.mark.parametrize("verb", VERBS)
 def test_lines_on_stderr_tell_the_progress_without_a_terminal(

@@ -115,7 +115,7 @@ def test_costs_and_ratios(measured: eomgen.products.studies.savings.Savings, tmp
     assert [line.split(",")[0] for line in lines[1:]] == [cost.name for cost in measured.costs]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_verb_prints_a_table(
     measured: eomgen.products.studies.savings.Savings,
     tmp_path: Path,

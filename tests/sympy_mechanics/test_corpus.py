@@ -72,7 +72,7 @@ def bicycle(monkeypatch: pytest.MonkeyPatch) -> Any:
     return seen[0]
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_the_benchmark_bicycle_has_its_eigenvalues(monkeypatch: pytest.MonkeyPatch) -> None:
     """M, C1, K0, K2 of Meijaard, Papadopoulos, Ruina and Schwab, Proc. R. Soc. A 463 (2007) 1955, printed to 15 digits,
     from rest to 8 m/s; holonomic and velocity constraints, wheels without angles."""

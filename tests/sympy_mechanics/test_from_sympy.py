@@ -341,6 +341,7 @@ def largest_error(case: Case, states: int = 5) -> float:
     return worst
 
 
+@pytest.mark.long_cases("rattleback")
 @pytest.mark.parametrize("name", CASES)
 @pytest.mark.slow_except("oscillator", "disc")
 def test_accelerations_and_speeds_are_those_of_sympy(name: str) -> None:
@@ -553,6 +554,7 @@ def muscle(tendon: Any) -> tuple[Any, Any, dict[Any, float], dict[Any, float]]:
     return system, biceps, values, {pin.coordinates[0]: 0.3} | dict.fromkeys(biceps.x, 0.6)
 
 
+@pytest.mark.long_cases("rigid_tendon")
 @pytest.mark.slow
 @pytest.mark.parametrize("tendon", list(MusculotendonFormulation)[:3], ids=lambda item: item.name.lower())
 def test_states_of_muscles_are_internal_states(tendon: Any) -> None:

@@ -95,6 +95,7 @@ def test_kills_at_any_moment_leave_nothing_in_the_way(tmp_path: Path) -> None:
     assert left_in(cache) == NOTHING_LEFT
 
 
+@pytest.mark.long
 def test_who_waits_for_a_process_that_is_killed_builds_himself(tmp_path: Path) -> None:
     scene, cache = scene_in(tmp_path), tmp_path / "cache"
     dawdle, started = tmp_path / "dawdle", tmp_path / "started"
