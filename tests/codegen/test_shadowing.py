@@ -32,6 +32,7 @@ def test_no_counter_is_an_argument() -> None:
     assert output_name(INNER, ()) == f"{INNER}_out"
 
 
+@pytest.mark.long
 def test_rates_of_equal_parts(tmp_path: Path) -> None:
     """Equal pendulums make loops within loops over the rates, where j is the rate of the acceleration."""
     size = 12

@@ -163,6 +163,7 @@ def test_parts_and_files_of_any_length_have_the_same_numbers(cache: Path, eager:
     assert apart(np.concatenate(found), evaluate(system.tape, system.functions["all"].refs, POINT)) < 1e-14
 
 
+@pytest.mark.slow
 def test_the_engine_has_the_bits_of_the_compiled_text(cache: Path, eager: None) -> None:
     program = to_program(car(uneven=True))
     assert not on_tape(program)[0].shared

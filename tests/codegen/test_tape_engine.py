@@ -87,6 +87,7 @@ def each_operation(cache: Path) -> Library:
     return _on_engine(to_program(make_system("operations", tape, [Function("f", "", ("q",), (block,))])), cache)
 
 
+@pytest.mark.slow
 @settings(max_examples=200, deadline=None)
 @given(st.floats(0.01, 0.99), st.floats(0.01, 0.99) | st.just(0.5))
 def test_each_operation_has_the_value_of_python(each_operation: Library, x: float, y: float) -> None:
@@ -196,7 +197,7 @@ def _bits(model: Model) -> dict[str, bytes]:
     return bits | {"steps": solution.q.tobytes() + solution.v.tobytes() + solution.z.tobytes()}
 
 
-@pytest.mark.slow_except("bouncing_ball")
+@pytest.mark.slow
 @pytest.mark.long_cases(*_REST, "hanging_chain")
 @pytest.mark.parametrize("example", [*KINDS, *_REST])
 def test_examples_have_the_bits_of_c_without_fused_products(

@@ -43,7 +43,7 @@ def model_of(name: str) -> eomgen.Model:
     return eomgen.build(scene, profile="quick")
 
 
-@pytest.mark.slow_except("four_bar-0.4")
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "spread"), [("four_bar", 0.4), ("absolute", 0.3), ("ball", 0.5)])
 def test_samples_are_where_each_is_alone(name: str, spread: float, rng: np.random.Generator) -> None:
     model, count = model_of(name), 37

@@ -49,6 +49,7 @@ TOLERANCE = {"complex": 1e-12, "lanes": 0.0, "float": 2e-3}
 STEPS = 25
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("quarter_car/scene.toml")
 @pytest.mark.parametrize("scene", SCENES)
 def test_the_folder_compiles_strictly_and_runs_under_sanitizers_as_python_does(scene: str, tmp_path: Path) -> None:

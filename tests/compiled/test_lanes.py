@@ -90,6 +90,7 @@ def test_every_function_of_a_scene_has_the_same_bits(
         assert in_lanes(model, name), name
 
 
+@pytest.mark.slow
 def test_batches_of_any_size_and_of_broadcast_operands_have_the_same_bits(
     model: Model, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
 ) -> None:

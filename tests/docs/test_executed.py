@@ -81,6 +81,7 @@ def test_errors_of_blocks_are_raised(tmp_path: Path) -> None:
         executed("```console\n$ false\n```\n", tmp_path)
 
 
+@pytest.mark.long
 def test_the_overview_goes_on_with_the_scene_of_the_first_page(
     tmp_path: Path, shared_cache: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

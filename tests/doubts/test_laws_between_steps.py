@@ -180,6 +180,7 @@ def test_places_between_two_values_are_the_places_of_every_period(period: float)
         assert last - first == len(inside)
 
 
+@pytest.mark.slow_cases("rk45-box")
 @pytest.mark.long_cases(
     "generalized_alpha-box",
     "generalized_alpha-cogging, whole periods",

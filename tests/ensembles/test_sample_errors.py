@@ -50,6 +50,7 @@ def slider() -> eomgen.Model:
     return eomgen.build(load_toml(SLIDER.replace("FORCE", "-k*q.slide")))
 
 
+@pytest.mark.slow_cases("0.02")
 @pytest.mark.parametrize("step", [0.02, 0.005])
 def test_errors_of_samples_are_those_of_the_closed_form(slider: eomgen.Model, step: float) -> None:
     found = slider.simulate_many(2.0, step, vary={"k": "uniform(50, 150)"}, samples=32)
@@ -70,6 +71,7 @@ def _true_error(model: eomgen.Model, k: float, step: float) -> np.ndarray:
     return np.asarray(run["output.x"] - 0.1 * np.cos(np.sqrt(k) * run.t))
 
 
+@pytest.mark.slow
 def test_samples_that_the_steps_spoil_are_told_by_the_command_too(
     tmp_path: Path, capsys: pytest.CaptureFixture
 ) -> None:
@@ -115,6 +117,7 @@ def test_the_share_above_the_highest_frequency_is_that_of_the_spectrum() -> None
         assert not unresolved_processes(model, run, ["g"])
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.parametrize(
     "translation", ["", pytest.param('translation = "0.5*g"\n', marks=pytest.mark.slow, id="translated")]
@@ -198,6 +201,7 @@ def test_the_first_sample_examined_is_the_farthest_value(far: int) -> None:
         assert spread_samples(np.hstack([values, np.full((8, 1), 5.0)]), 1) == [far]
 
 
+@pytest.mark.slow
 def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     model = eomgen.build(oscillator(), profile="quick")
     result = model.simulate_many(END, STEP, table={"push": [0.1, 0.11]}, columns=["q.rail"], points=2)

@@ -171,6 +171,7 @@ start = "equilibrium"
 """
 
 
+@pytest.mark.long
 def test_samples_at_equilibrium_run_side_by_side_from_that_of_the_run_before(tmp_path: Path) -> None:
     (tmp_path / "resting.toml").write_text(RESTING, encoding="utf-8")
     model = eomgen.build(eomgen.load(tmp_path / "resting.toml"))

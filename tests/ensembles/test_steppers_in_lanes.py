@@ -191,6 +191,7 @@ def test_each_lane_has_the_bits_of_a_run_alone(name: str, method: str) -> None:
     assert not np.array_equal(rows[0], rows[1])
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("rk45")
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk45"])
 def test_a_lane_that_fails_leaves_the_others_alone(method: str) -> None:

@@ -113,6 +113,7 @@ def test_the_stepper_of_a_cable_does_not_grow_with_its_knots(tmp_path: Path) -> 
     assert statements[0] == statements[1] and abs(sizes[1] - sizes[0]) < 100
 
 
+@pytest.mark.long
 def test_the_search_for_rest_of_a_net_takes_all_eigenvalues_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """For the verdict on stability, without eigenvectors; steps on the way take narrow factors of matrices."""
     sizes: list[tuple[str, int]] = []

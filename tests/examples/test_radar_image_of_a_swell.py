@@ -30,6 +30,7 @@ def rows(head: str) -> list[list[str]]:
     return found
 
 
+@pytest.mark.slow
 def test_folds_and_caustics_are_those_of_the_closed_forms_and_of_the_page(demo: dict[str, Any]) -> None:
     table = rows("R/V")
     assert len(table) == 4

@@ -38,7 +38,7 @@ def exact(frequency: float) -> float:
     return 50.0 / w - 50.0 * math.sin(w) / w**2
 
 
-@pytest.mark.slow_except("rosenbrock")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", ["generalized_alpha", "rk4", "rosenbrock"])
 def test_an_input_faster_than_the_steps_is_told(method: str) -> None:
     solution = cart().simulate(1.0, 1e-3, inputs={"push": sine(1000.0)}, method=method)

@@ -251,6 +251,7 @@ def test_starts_of_many_turns_are_told_for_runs_and_equilibria(
     assert any(note in text for text in arm.equilibrium(initial).notes) is turned
 
 
+@pytest.mark.slow_cases("uniform(20, 40)-39.0")
 @pytest.mark.parametrize(
     ("text", "farthest"),
     [

@@ -201,6 +201,7 @@ def test_a_residual_too_few_is_named() -> None:
     assert "0 residuals determine 2 unknowns" in finding
 
 
+@pytest.mark.slow_cases("four_bar")
 @pytest.mark.long_except("pendulum", "four_bar")
 @pytest.mark.parametrize("name", SCENES)
 def test_residuals_are_the_terms_of_the_model(name: str, rng: np.random.Generator) -> None:

@@ -45,6 +45,7 @@ def model() -> eomgen.Model:
     return eomgen.build(pendulum())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("version", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_co_simulation_has_the_bits_of_simulate(version: int) -> None:
     file = file_of(version)
@@ -181,6 +182,7 @@ def test_mistakes_in_options_are_named(options: dict[str, Any], message: str) ->
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_friction_that_steps_do_not_resolve_is_told_by_the_log(tmp_path: Path) -> None:
     messages: list[str] = []
     file = eomgen.fmu(stuck(0.2), tmp_path / "stuck.fmu", types="cs", profile="quick")

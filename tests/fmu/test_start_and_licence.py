@@ -29,6 +29,7 @@ def starts_of(text: str) -> dict[str, float]:
     return {item.get("name", ""): float(item.get("start", "nan")) for item in variables}
 
 
+@pytest.mark.slow
 def test_initial_values_are_start_values() -> None:
     files = fmu_files(
         ranged_ball(),
@@ -101,6 +102,7 @@ def test_licences_that_cannot_be_read(tmp_path: Path) -> None:
         fmu_files(ranged_ball(), binary=False, license_file=tmp_path / "binary.txt")
 
 
+@pytest.mark.slow
 def test_the_command_takes_versions_and_types_as_people_write_them(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

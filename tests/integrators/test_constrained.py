@@ -289,6 +289,7 @@ def test_order_down_to_steps_of_1e_5_and_what_rounding_leaves_of_multipliers(com
     assert 0.0 < np.abs(noise).max() <= floor
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("SE3-5e-05")
 @pytest.mark.parametrize(("group", "finest"), [("R3xSO3", 2e-6), ("SE3", 5e-5)])
 def test_published_position_after_two_seconds(compiled, group, finest):
@@ -329,6 +330,7 @@ def test_a_perturbed_start_gives_index_3_its_order_back(compiled):
     assert slope(TRANSIENT_STEPS, errors) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow_cases("R3xSO3-published0")
 @pytest.mark.parametrize(("group", "published"), [("R3xSO3", (1.24, 0.309, 0.0773)), ("SE3", (8.34, 2.09, 0.523))])
 def test_the_stabilised_form_has_no_transient(compiled, group, published):
     errors = multiplier_errors(top(compiled, group), TRANSIENT_STEPS)

@@ -57,6 +57,7 @@ def registered(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None
     register._own_row.cache_clear()
 
 
+@pytest.mark.slow
 @pytest.mark.long
 @pytest.mark.usefixtures("registered")
 @pytest.mark.parametrize("constrained", [False, pytest.param(True, marks=pytest.mark.slow)])

@@ -54,6 +54,7 @@ def scene(kind: str, coordinates: str, seed: int) -> str:
     return "\n".join(lines)
 
 
+@pytest.mark.slow
 @pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("seed", SEEDS)
 @pytest.mark.parametrize("kind", ["prismatic", *OTHERS])

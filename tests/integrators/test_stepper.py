@@ -73,7 +73,7 @@ def free_body():
     )
 
 
-@pytest.mark.slow_except("alpha-0.9")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS, ids=label)
 def test_order_on_a_fast_free_body(method):
     # momentum in space is known exactly; the attitude through SciPy, on components of the rotation matrix

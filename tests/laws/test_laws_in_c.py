@@ -68,6 +68,7 @@ def test_runs_by_a_law_are_runs_by_the_formula(folder: Path, method: str) -> Non
     assert difference(run.outputs["forces"], expected.outputs["forces"]) < 1e-10
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("instant")
 @pytest.mark.parametrize("profile", ["instant", "fast"])
 def test_profiles_give_the_same_numbers(folder: Path, profile: str) -> None:
@@ -93,6 +94,7 @@ def test_taylor_series_have_no_laws(folder: Path) -> None:
     assert "law tyre" in str(error.value)
 
 
+@pytest.mark.slow
 def test_generated_c_has_the_file_and_runs(folder: Path) -> None:
     eomgen.generate(wheel_scene(TYRE_LAW, folder), folder / "c")
     text = (folder / "c" / "car_user_tyre.c").read_text(encoding="utf-8")

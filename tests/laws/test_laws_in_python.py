@@ -142,6 +142,7 @@ def failing(folder: Path, text: str, **law: Any) -> dict[str, Any]:
 BROKEN_LATER = "def drag(speed):\n    if 0.4 < speed < 0.5:\n        return 1 / (speed - speed)\n    return 4 * speed\n"
 
 
+@pytest.mark.slow
 def test_an_error_in_python_ends_a_run_with_file_and_line(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     scene = failing(folder, BROKEN_LATER)
     model = eomgen.build(scene, profile="quick")

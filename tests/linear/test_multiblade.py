@@ -231,6 +231,7 @@ def test_signals_of_single_blades_in_no_group_are_named() -> None:
         model.campbell("speed", [1.0, 1.5], u=u, multiblade={"shaft": [GROUP]})
 
 
+@pytest.mark.slow
 def test_a_campbell_diagram_has_the_frequencies_of_an_observer_and_the_sense_of_whirl() -> None:
     model = rotor()
     diagram = model.campbell("speed", np.linspace(0.5, 4.0, 4), orders=(1,), multiblade={"shaft": [GROUP]})

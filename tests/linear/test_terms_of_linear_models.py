@@ -55,6 +55,7 @@ def test_a_beam_at_rest_is_linear_by_the_functions_of_its_runs(loaded: dict[Path
     assert with_all.K0.tobytes() == rest.K0.tobytes() and with_all.M0.tobytes() == rest.M0.tobytes()
 
 
+@pytest.mark.long
 def test_a_model_for_rest_has_no_stepper_and_no_second_library(loaded: dict[Path, set[str]]) -> None:
     scene = tapered(2, "kirchhoff")
     model = build_for_rest(eomgen.load(scene))

@@ -151,7 +151,7 @@ def of_taken(matrix: Array, model: eomgen.Model, taken: tuple[str, ...], state: 
 
 @pytest.mark.long_cases("drone-outputs")
 @pytest.mark.long_except_every(2)
-@pytest.mark.slow_except("gimbal-inverse_dynamics")
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "term"), CASES)
 def test_jacobian_and_hessian_are_those_of_complex_steps(scene: str, term: str, rng: np.random.Generator) -> None:
     """The Hessian in local coordinates is the symmetric part of left derivatives of left derivatives."""

@@ -184,6 +184,7 @@ def test_what_is_said_of_drives(joint: str, said: str) -> None:
     assert said in str(caught.value)
 
 
+@pytest.mark.long
 def test_a_part_without_mass_follows_its_drive() -> None:
     """A pendulum on a spring with a driven end: the effort of the drive is the force of the spring, and the motion
     is that of a part of 1 ug in place of the part without mass."""

@@ -128,6 +128,7 @@ def test_a_light_rod_acts_as_a_distance(mass: float, step: float) -> None:
     np.testing.assert_allclose(run.q[:, light.q_names.index("q.rail")], other.q[:, 1], atol=tolerance)
 
 
+@pytest.mark.slow
 @pytest.mark.slow_cases("rattlie", "rk4_partitioned")
 @pytest.mark.parametrize("method", [*IMPLICIT[1:], PARTITIONED[0]])
 def test_a_rod_without_mass_acts_as_a_distance(method: str) -> None:
@@ -138,6 +139,7 @@ def test_a_rod_without_mass_acts_as_a_distance(method: str) -> None:
     np.testing.assert_allclose(run.q[:, light.q_names.index("q.main")], other.q[:, 0], atol=1e-7)
 
 
+@pytest.mark.long
 def test_the_rank_of_partitioned_coordinates_does_not_depend_on_masses() -> None:
     """Light jacks do not make constraints singular."""
     for mass in ("0", "1e-3"):
@@ -147,6 +149,7 @@ def test_the_rank_of_partitioned_coordinates_does_not_depend_on_masses() -> None
             assert run.success and "singular" not in run.message, run.message
 
 
+@pytest.mark.long
 def test_statics_and_linear_models_are_those_of_the_machine_without_the_jack(passive: Any) -> None:
     alone = built(BOOM.format(name="alone", gravity=-9.81, unit=1.0))
     rest, expected = passive.equilibrium(), alone.equilibrium()

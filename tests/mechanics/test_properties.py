@@ -38,6 +38,7 @@ def gravity_of(scene: Scene) -> list[float]:
     return [value_of(item, {}) for item in scene.gravity]
 
 
+@pytest.mark.long
 @few
 @given(seeds)
 def test_mass_matrix_is_symmetric_positive_and_that_of_the_bodies(seed: int) -> None:
@@ -78,6 +79,7 @@ def test_coupling_is_what_kinetic_energy_demands(seed: int) -> None:
     assert relative_error(evaluate("coupling", state)["h"], expected, floor=1e-3) <= 1e-12
 
 
+@pytest.mark.slow
 @few
 @given(seeds)
 def test_random_trees_against_pinocchio(seed: int) -> None:

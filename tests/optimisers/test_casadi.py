@@ -151,6 +151,7 @@ def test_the_sparsity_is_exact(name: str, rng: np.random.Generator) -> None:
         assert np.all(np.any([matrix.nonzeros() for matrix in matrices], axis=0))
 
 
+@pytest.mark.long
 def test_a_folder_compiles_strictly_and_takes_null_for_zeros_and_for_no_result(tmp_path: Path) -> None:
     folder = tmp_path / "c"
     assert main(["generate", str(SCENE), "--target", "casadi", "--out", str(folder)]) == 0

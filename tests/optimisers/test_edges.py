@@ -63,6 +63,7 @@ def test_c_of_rates(model: Any, wanted: Any) -> None:
     assert rate == pytest.approx(wanted[:, 0] * V, **EXACT)
 
 
+@pytest.mark.slow
 def test_casadi(wanted: Any) -> None:
     casadi = import_module("casadi")
     function = eomgen.casadi(scene(), profile="quick")["forward_dynamics"]

@@ -96,6 +96,7 @@ def test_first_and_second_derivatives_along_curves_of_poses(floating: Any) -> No
         assert np.allclose(second, difference, rtol=0.0, atol=1e-8 * np.abs(difference).max())
 
 
+@pytest.mark.long
 def test_derivatives_are_the_exact_partials(floating: Any) -> None:
     model, functions = floating
     q, v, a = _state(model)
@@ -291,6 +292,7 @@ def test_gradient_of_a_run_with_impacts_and_samples_is_the_adjoint() -> None:
     np.testing.assert_allclose(gradient, list(exact.values()), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("force", ["-3*q.x - v.x", "2.0"], ids=["linear", "constant"])
 def test_derivatives_without_nonzeros_are_zeros(force: str) -> None:
     """Second derivatives of a linear oscillator, and first ones of a free fall."""

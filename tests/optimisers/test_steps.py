@@ -186,7 +186,7 @@ def along(function: Callable[[Array], Array], y: Array, step: float) -> Array:
 @pytest.mark.long_except_every(2)
 @pytest.mark.long_cases("double_pendulum-generalized_alpha")
 @pytest.mark.slow_cases("four_bar-rattlie")
-@pytest.mark.slow_except(*FAST)
+@pytest.mark.slow
 @pytest.mark.parametrize(("scene", "method"), CASES)
 def test_a_step_ends_as_the_stepper_does(scene: str, method: str, rng: np.random.Generator) -> None:
     model, function = model_of(scene, method), step_of(scene, method)

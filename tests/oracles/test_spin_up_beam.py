@@ -15,7 +15,7 @@ PUBLISHED = {
 
 
 @pytest.mark.long_cases("5")
-@pytest.mark.slow_except("1")
+@pytest.mark.slow
 @pytest.mark.parametrize("modes", list(PUBLISHED))
 def test_set_a_moves_as_published(modes: int) -> None:
     run, (peak, time, *samples, residual) = simulate(SET_A, modes), PUBLISHED[modes]

@@ -54,6 +54,7 @@ def values_at(parts: dict, state: dict) -> dict[str, np.ndarray]:
     }
 
 
+@pytest.mark.slow_cases("four_bar", "rattleback")
 @pytest.mark.long_cases("active_quarter_car")
 @pytest.mark.parametrize("name", SCENES)
 def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
@@ -92,6 +93,7 @@ def test_expressions_have_the_numbers_of_the_compiled_model(name: str) -> None:
         assert value == pytest.approx(expected, rel=1e-11, abs=1e-11 * max(1.0, np.max(np.abs(expected)))), term
 
 
+@pytest.mark.slow_cases("active_quarter_car")
 @pytest.mark.parametrize("name", SCENES)
 def test_documents_are_whole(name: str, tmp_path: Path) -> None:
     """Environments, braces and mathematics are closed, lines are short, every symbol is defined, LaTeX takes it."""
@@ -122,6 +124,7 @@ def test_documents_are_whole(name: str, tmp_path: Path) -> None:
         assert subprocess.run(words, cwd=tmp_path, capture_output=True, check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_long_expressions_are_named_and_broken() -> None:
     system, described = with_symbols(eomgen.load(EXAMPLES / "robot_arm" / "scene.toml"))
     parts = equations(system, described)

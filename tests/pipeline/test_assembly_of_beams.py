@@ -167,6 +167,7 @@ def test_nodes_follow_joints_and_parameters_of_a_run() -> None:
         assert np.max(np.abs(loads.strain[1])) < 1e-6
 
 
+@pytest.mark.long
 def test_a_joint_that_a_caller_moves_takes_its_beam_along() -> None:
     scene = beam_scene(2, {"force": [0.0, 0.0, 0.0]}, type="revolute", axis=[0.0, 1.0, 0.0])
     model = eomgen.build(scene, profile="quick")

@@ -82,6 +82,7 @@ def _texts(model: Model) -> dict[str, str]:
     return {file.name: file.read_text(encoding="utf-8") for file in files if file.name != "entry.json"}
 
 
+@pytest.mark.slow
 @pytest.mark.slow_cases("_other_start")
 @pytest.mark.parametrize("change", [_other_mass, _other_start])
 def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
@@ -153,6 +154,7 @@ def test_a_damaged_object_is_compiled_again(compiled: list[str], tmp_path: Path)
     assert model.simulate(0.01, error_estimate=False).success
 
 
+@pytest.mark.slow
 def test_a_changed_structure_compiles_the_functions_that_have_it(compiled: list[str], tmp_path: Path) -> None:
     built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
     compiled.clear()

@@ -51,6 +51,7 @@ def release(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Release:
     return released
 
 
+@pytest.mark.slow
 def test_the_compiled_library_takes_over_between_two_runs(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
     first = model.simulate(0.05)
@@ -148,6 +149,7 @@ def test_ensembles_wait_for_the_compiler(release: Release) -> None:
     waited.join()
 
 
+@pytest.mark.slow
 def test_batches_have_no_lanes_on_the_tape_engine(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
     assert model.library.companion is None
@@ -174,6 +176,7 @@ def test_a_compiler_in_the_background_keeps_no_process_from_its_end(tmp_path: Pa
         assert process.stderr.read() == ""
 
 
+@pytest.mark.slow
 def test_models_with_other_numbers_share_one_compilation(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -193,6 +196,7 @@ def test_models_with_other_numbers_share_one_compilation(
     assert len(set(found)) == 3
 
 
+@pytest.mark.slow
 def test_another_process_loads_the_tape_with_the_library(release: Release) -> None:
     model = eomgen.build(SCENE, profile="instant")
     files = library_files(model.library)
@@ -211,6 +215,7 @@ def _simulated(words: list[str], folder: Path, capsys: pytest.CaptureFixture[str
     return json.loads(out)["profile"], err
 
 
+@pytest.mark.slow
 def test_the_command_line_steps_short_first_runs_on_the_tape_engine(
     release: Release, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -99,6 +99,7 @@ def test_runs_do_not_wait_for_functions_that_they_do_not_call(
     assert energy == whole.energy(model.initial_q, model.initial_v)
 
 
+@pytest.mark.long
 def test_another_process_finds_the_library_of_runs_and_compiles_the_rest_when_it_is_called(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -138,6 +139,7 @@ def test_a_checkpoint_of_the_library_of_runs_is_resumed_by_the_whole_one(
     assert resumed.q[-1].tobytes() == other.simulate(0.04).q[-1].tobytes()
 
 
+@pytest.mark.slow
 def test_faults_of_the_rest_are_raised_by_the_call_of_a_function_that_is_missing(
     build: Build, release: threading.Event, monkeypatch: pytest.MonkeyPatch
 ) -> None:

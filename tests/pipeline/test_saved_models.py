@@ -106,6 +106,7 @@ def test_a_model_from_a_file_has_the_same_bits_without_a_compiler(saved: Path, t
     assert error.startswith("toolchain error: no C compiler found: looked for cc, gcc, clang on the path, in CC, and")
 
 
+@pytest.mark.slow
 def test_a_loaded_model_is_a_model(saved: Path, elsewhere: Path) -> None:
     model = eomgen.load_model(saved / "pendulum.eomgen")
     assert (model.name, model.parameters["length"], model.scene.name) == ("saved_pendulum", 0.7, "saved_pendulum")

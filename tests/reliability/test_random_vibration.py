@@ -95,6 +95,7 @@ def study(model: eomgen.Model, output: str = "x", **options: Any) -> RandomVibra
     return random_vibration(model, output, 15.0, 0.05, method="trapezoidal", **options)
 
 
+@pytest.mark.slow
 def test_moments_and_tails_at_the_mean_are_those_of_the_oracle(duffing: eomgen.Model) -> None:
     found = study(duffing, thresholds=[-0.7159, 1.1862], points=False)
     assert "left out, with" not in found.message
@@ -449,6 +450,7 @@ def test_a_level_that_the_run_starts_at_or_above_is_noted(duffing: eomgen.Model)
     assert found.first_passage[0.2]["crossing_rate"] == 1.0 > found.first_passage[0.6]["crossing_rate"]
 
 
+@pytest.mark.slow
 def test_numbers_of_tables_are_told_apart_and_plots_are_in_order(duffing: eomgen.Model) -> None:
     assert distinct_texts([0.4883, 0.48830001, 2.0]) == ["0.4883", "0.48830001", "2"]
     assert distinct_texts([1.0, 1.0]) == ["1", "1"]
@@ -545,6 +547,7 @@ def test_the_title_of_modes_tells_waves_from_processes(kinds: list[str], title: 
     assert _title_of_modes([Process("sea", kind, 2, 1.0, (1.0, 0.5)) for kind in kinds]) == title
 
 
+@pytest.mark.long
 def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient() -> None:
     """Of y = max(x1 - 2.2, x2 - 2.6) alone, and of no other output."""
     constant = {"type": "constant", "distribution": "normal(0, 1)"}
@@ -569,6 +572,7 @@ def test_a_largest_value_in_the_output_is_the_reason_for_a_jump_of_its_gradient(
     assert "largest value" not in product.message and "of the variance of the process" not in product.message
 
 
+@pytest.mark.slow
 def test_random_constants_have_their_marginal_distributions() -> None:
     """Out to six standard deviations, the same at all times, also behind the window."""
     laws = [
@@ -598,6 +602,7 @@ def test_random_constants_have_their_marginal_distributions() -> None:
     assert "of the variance of the process" not in found.message
 
 
+@pytest.mark.long
 def test_friction_that_steps_do_not_resolve_is_told() -> None:
     model = eomgen.build(stuck(0.2, gusts=True), profile="quick")
     assert UNRESOLVED in random_vibration(model, "place", samples=20, points=False).message

@@ -141,6 +141,7 @@ def test_a_band_far_above_the_resonance_loses_more_of_the_output_than_of_itself(
     assert vars(found.costs["truncation"]) == {"runs": 1, "adjoints": 1, "tangents": 0}
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("variables")
 @pytest.mark.parametrize("varied", ["variables", "seed"])
 def test_an_ensemble_tells_the_lost_variance_of_outputs_as_the_study_does(varied: str) -> None:
@@ -155,6 +156,7 @@ def test_an_ensemble_tells_the_lost_variance_of_outputs_as_the_study_does(varied
     assert "its standard deviation is 8.3 % low" in told
 
 
+@pytest.mark.long
 def test_an_ensemble_is_silent_if_little_variance_is_lost() -> None:
     silent = model_of('type = "band"\nband = [0.1, 0.3]\nshare = 0.999')
     many = silent.simulate_many(6.0, 0.01, vary={"seed.force": "integers(0, 999)"}, samples=8, seed=1)

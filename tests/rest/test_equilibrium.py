@@ -122,6 +122,7 @@ def hinged(count: int, terms: Sequence[str] = ()) -> eomgen.Scene:
     return builder.build()
 
 
+@pytest.mark.long
 def test_a_long_chain_falls_from_the_level_until_it_hangs() -> None:
     """A damped motion from there would take a thousand steps; frequencies are those of absolute angles of the rods."""
     count = 40
@@ -136,6 +137,7 @@ def test_a_long_chain_falls_from_the_level_until_it_hangs() -> None:
     np.testing.assert_allclose(found.frequencies, np.sqrt(squares), rtol=1e-6)
 
 
+@pytest.mark.long
 def test_partials_by_the_recursion_of_a_tree_are_those_of_the_whole_equations(rng: np.random.Generator) -> None:
     count = 40
     by_recursion = eomgen.build(hinged(count), profile="quick")

@@ -321,6 +321,7 @@ def test_a_long_curve_over_another_column_keeps_its_order() -> None:
     np.testing.assert_allclose(across**2 + up**2, 1.0, rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_the_verb_draws_what_simulate_stored(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     run = pendulum().simulate(0.05, 1e-3)
     (tmp_path / "run").mkdir()

@@ -41,6 +41,7 @@ def expected(q: float) -> float:
         return float(-100 * (length(angle) - mp.mpf("0.1")) * rate)
 
 
+@pytest.mark.slow
 def test_forces_have_all_digits(tmp_path: Path) -> None:
     pytest.importorskip("mujoco")
     path = tmp_path / "ring.xml"

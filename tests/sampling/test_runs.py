@@ -188,6 +188,7 @@ def test_scales_are_those_of_the_fields() -> None:
         assert scale.mean == pytest.approx(made.samples.power[:, :, place - 1].mean(), rel=1e-14)
 
 
+@pytest.mark.long
 def test_the_command_line_samples(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -92,6 +92,7 @@ def problems(folder: Path, definitions: str, rest: str = "") -> list[str]:
     return [f"{problem.where.partition('(')[2]} {problem.what}; {problem.hint}" for problem in caught.value.problems]
 
 
+@pytest.mark.slow
 def test_a_definition_is_its_text_in_its_place(tmp_path: Path) -> None:
     runs = []
     for name, text in (("defined", DEFINED), ("written", WRITTEN)):

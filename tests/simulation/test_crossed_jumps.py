@@ -43,6 +43,7 @@ def differenced(model: Model, name: str) -> float:
     return float(runs[0]["x"][-1] - runs[1]["x"][-1]) / 2e-4
 
 
+@pytest.mark.slow
 def test_friction_by_sign_is_refused_where_the_velocity_turns() -> None:
     """x = 0.03 + 0.47 cos(w t) until v = 0 at t = pi/w, w = sqrt(10): 0.993 s."""
     model = sled("-rate*sign(v.slide) - 10*q.slide")
@@ -56,6 +57,7 @@ def test_friction_by_sign_is_refused_where_the_velocity_turns() -> None:
     assert before.derivatives["x"][-1, 0] == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_switch_that_a_coordinate_passes_is_refused_and_a_kink_is_not() -> None:
     """A force that only bends leaves derivatives whole: those of differences."""
     jumping = sled("-rate*v.slide - 10*q.slide - (3 if q.slide > far else 0)")
@@ -80,6 +82,7 @@ def test_a_run_that_rests_on_a_jump_is_refused() -> None:
     )
 
 
+@pytest.mark.slow
 def test_moments_that_nothing_moves_are_no_reason() -> None:
     """A crank that goes round by a law passes its angle at a time that a mass does not move, and its speed does."""
     builder = SceneBuilder("crank", gravity=[0, 0, 0]).parameter("mass", 0.3, tunable=True)

@@ -31,6 +31,7 @@ def disc() -> eomgen.Model:
     return rotor(0.0)
 
 
+@pytest.mark.slow
 def test_an_angle_in_sines_alone_is_measured_by_a_turn(disc: eomgen.Model) -> None:
     case = {"parameters": {"eccentricity": 0.01}, "initial": {"axle": {"velocity": 10.0}}}
     run = disc.simulate(20.0, 0.05, **case)
@@ -59,6 +60,7 @@ def test_an_output_that_is_wrong_is_warned_of(disc: eomgen.Model) -> None:
     assert noticed_error(run.error) is run.error.largest_output
 
 
+@pytest.mark.slow
 @pytest.mark.long_except("1e-06-True")
 @pytest.mark.parametrize(("travel", "named"), [(1e-6, True), (1e-2, False)])
 def test_a_coordinate_that_its_error_hides_is_named(travel: float, named: bool) -> None:
@@ -143,6 +145,7 @@ effort = "torque"
 """
 
 
+@pytest.mark.slow
 def test_the_error_of_a_quantum_is_not_cured_by_a_smaller_step(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(stated_errors, "DOUBTFUL_ERROR", 1e-4)
     model = eomgen.build(tomllib.loads(SERVO), profile="quick")
@@ -178,6 +181,7 @@ def arm(gain: float, rate: float) -> eomgen.Model:
     return eomgen.build(builder.simulation(step=1e-3, duration=5.0).build(), profile="quick")
 
 
+@pytest.mark.slow_cases("generalized_alpha-0.01-try: other signs or sizes of gains, damping and stiffnesses")
 @pytest.mark.parametrize(
     ("method", "step", "hint"),
     [

@@ -61,7 +61,7 @@ def found_and_true(
 
 
 @pytest.mark.long_cases("rk45_partitioned")
-@pytest.mark.slow_except("taylor", "rk4", "rk45", "generalized_alpha")
+@pytest.mark.slow
 @pytest.mark.parametrize("method", _METHODS.values())
 def test_each_root_on_an_end_of_a_step_is_found_once(method: str) -> None:
     """Rounding decides on which side of zero the guard is at the ends, in each run at other numbers."""

@@ -208,6 +208,7 @@ def test_a_sampled_quantity_that_passes_zero_does_so_at_a_sample(name: str) -> N
     assert solution.events.t[0] == pytest.approx(0.1, abs=1e-9)
 
 
+@pytest.mark.slow_cases("rk4")
 @pytest.mark.parametrize("name", ["rk4", "rk45"])
 def test_a_parameter_that_moves_an_event_over_zero_between_steps_is_an_event_there(name: str) -> None:
     simulator = model('[events.soft]\nwhen = "(stiffness - 30) * (2 + sin(q.x))"\naction = "record"\n').start(
@@ -275,6 +276,7 @@ def test_gains_that_a_program_computed_have_no_note_on_units(digits: str, noted:
     assert any("states.a.formula" in note and "if its numbers have no unit" in note for note in notes) == noted
 
 
+@pytest.mark.slow_cases("1.0 if q.x > 0.5 else 0.0-1 m-", "0.2-12 m-")
 @pytest.mark.long_except("q.x-0.1 m-", "1.0 if q.x > 0.5 else 0.0-1 m-", "0.2-12 m-")
 @pytest.mark.parametrize(
     ("formula", "quantum", "text"),

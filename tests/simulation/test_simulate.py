@@ -158,6 +158,7 @@ def test_a_force_that_is_no_number_ends_the_run_and_is_named() -> None:
     assert 0.498 <= run.t[-1] <= 0.5 and np.all(np.isfinite(run.q)) and np.all(np.isfinite(run.v))
 
 
+@pytest.mark.slow
 def test_a_valley_that_is_narrower_than_the_body_is_named() -> None:
     builder = eomgen.SceneBuilder("roller").body("wheel", 3.0, inertia=[0.02, 0.04, 0.02])
     start = {"position": [0, 0, 0.25], "velocity": [0, 5, 0, 1, 0, 0]}

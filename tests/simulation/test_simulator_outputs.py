@@ -137,6 +137,7 @@ OTHERS = ("generalized_alpha", "rk45", "rosenbrock", "tdg2", "rattlie", "trapezo
 HOLDING = ("taylor",)
 
 
+@pytest.mark.slow_cases("formulas-rk4")
 @pytest.mark.long_cases("linear-rk4", "ramps-rk4")
 @pytest.mark.long_except_every(3)
 @pytest.mark.parametrize("method", ["rk4", *(pytest.param(name, marks=pytest.mark.slow) for name in OTHERS + HOLDING)])
@@ -151,6 +152,7 @@ def test_outputs_are_those_of_python(method: str, inputs: str, tmp_path: Path) -
     np.testing.assert_allclose(ours, theirs, rtol=1e-10, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_start_follows_inputs_that_begin_to_move(tmp_path: Path) -> None:
     """The error of the first steps is of third order in the step; with the accelerations of held inputs of second."""
     scene, errors = eomgen.load(slider()), []

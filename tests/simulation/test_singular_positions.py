@@ -210,6 +210,7 @@ def test_a_tied_chain_of_any_length_is_singular_where_it_is_straight(count: int,
     assert alone is not None and alone.part < 1e-7
 
 
+@pytest.mark.slow
 def test_nonzeros_give_the_singular_values_of_whole_matrices() -> None:
     model = eomgen.build(jointed_chain(12, tied=True), terms=("mass", "constraint_jacobian"), profile="instant")
     q, p = np.stack([zigzag(12, angle) for angle in (0.3, 0.01, 1e-3, 1e-5)]), model.parameter_array()

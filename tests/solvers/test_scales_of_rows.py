@@ -65,6 +65,7 @@ efforts.push = {{ joint = "a", effort = {force!r} }}
 """
 
 
+@pytest.mark.slow_cases("generalized_alpha")
 @pytest.mark.parametrize("method", ["rk4_partitioned", "generalized_alpha", "rosenbrock"])
 def test_travels_without_any_length_start_from_zero(method: str) -> None:
     """No length of the scene scales these rows. Oracle: an equivalent mass of 1 + 2/9 kg."""
@@ -96,6 +97,9 @@ equation = "{equation}"
 """
 
 
+@pytest.mark.slow_cases(
+    'rk4_partitioned-coordinates = "absolute"', "generalized_alpha-", 'generalized_alpha-coordinates = "absolute"'
+)
 @pytest.mark.parametrize("coordinates", ["", 'coordinates = "absolute"'])
 @pytest.mark.parametrize("method", ["rk4_partitioned", "generalized_alpha"])
 def test_an_equation_whose_only_summand_vanishes_is_held(coordinates: str, method: str) -> None:
@@ -156,6 +160,7 @@ second = {{ body = "rod", axis = [0, 1, 0] }}
 """
 
 
+@pytest.mark.slow_cases('0.001-coordinates = "absolute"', '1e-08-coordinates = "absolute"')
 @pytest.mark.parametrize("coordinates", ["", 'coordinates = "absolute"'])
 @pytest.mark.parametrize("mass", [1e-3, 1e-8, 1e-9])
 def test_geometry_alone_decides_the_rank_of_constraints(mass: float, coordinates: str) -> None:

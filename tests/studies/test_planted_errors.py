@@ -412,6 +412,7 @@ def test_a_scene_with_states_left_out_agrees_where_defined() -> None:
     assert CheckReport("some", (), 0, forms, (others, left_out)).summary == "all agree where defined"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("derived_once")
 def test_a_second_derivation_without_numbers_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
     own, forms = checking.judged, []

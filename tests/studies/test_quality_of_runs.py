@@ -16,6 +16,7 @@ from eomgen.simulation.judgement.register import CHECKS
 from tests.models.doubtful_scenes import END, METHOD, STEP, UNRESOLVED, oscillator, share_of_state, stuck
 
 
+@pytest.mark.slow
 def test_the_error_of_an_internal_state_is_that_of_a_run() -> None:
     study = eomgen.tradeoff(oscillator(), methods=[METHOD], steps=[STEP], axes=["method"], budget=20.0)
     found = max(study.error(point) for point in study.points if point.value == pytest.approx(STEP))
@@ -60,6 +61,7 @@ def test_friction_that_steps_do_not_resolve_is_told_by_every_study(verb: str) ->
     assert UNRESOLVED in TOLD[verb]()
 
 
+@pytest.mark.long
 def test_no_demand_is_met_by_steps_that_do_not_resolve_friction() -> None:
     with pytest.raises(eomgen.NumericalError, match=r"no error can be computed from them|nothing meets"):
         eomgen.tune(stuck(), error=1e-2, methods=["rk4"], axes=["method"], budget=10.0)

@@ -77,6 +77,7 @@ def test_errors_over_steps_fall_with_their_order_down_to_rounding() -> None:
     assert check._best(bent)[2] == pytest.approx(2.0, abs=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.long_cases("0")
 @pytest.mark.parametrize("seed", [0, 3])
 def test_sums_of_large_accelerations_are_known_to_the_rounding_of_their_summands(seed: int) -> None:

@@ -90,6 +90,7 @@ def vehicle() -> Model:
     return eomgen.build(EXAMPLES / "active_vehicle" / "scene.toml", ["partials"], method=None)
 
 
+@pytest.mark.long
 def test_fetches_stay_within_the_rows(vehicle: Model, tmp_path: Path) -> None:
     """Fetches, made reads of a byte, touch rows of the next samples and of these samples alone."""
     layout = vehicle.library.layout
@@ -146,6 +147,7 @@ int main(void)
 """
 
 
+@pytest.mark.long
 def test_lanes_of_a_function_with_fetches_have_the_bits_of_one_state(
     vehicle: Model, monkeypatch: pytest.MonkeyPatch
 ) -> None:
