@@ -290,8 +290,7 @@ def simulate(
         changed = bool(initial) or parameters is not None
         state, corrections, doubts = start_of(made(), initial, equilibrium_start=at_rest, changed=changed)
     run = made(list(corrections), begun)
-    turned = angles_of_several_turns(model, initial) if initial else []
-    beginning = RunStart(state, at_rest, doubts, choice, turned)
+    beginning = RunStart(state, at_rest, doubts, choice, angles_of_several_turns(model, initial))
     writer = checkpoint_writer(run, library, checkpoint, checkpoint_every)
     told = _LOG.enabled
     with nullcontext() if progress is None else shown(progress, model.name) as reported:

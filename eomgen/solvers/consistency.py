@@ -91,17 +91,16 @@ class Assembly:
         list of str
             On the violation before the correction.
         """
-        driven = filter(is_driven, (*self.violations, *self.rate_violations)) if given else ()
+        driven = filter(is_driven, (*self.violations, *self.rate_violations) if given else ())
         ends = dict.fromkeys(driven, ": its drive prescribes it, and the initial value is not taken [W0307]")
         at_position = [
             f"initial position corrected: {name} was off by {value:.3g}{ends.get(name, ' [W0286]')}"
             for name, value in self.violations.items()
         ]
-        rates = self.rate_violations.items()
         at_position += [f"initial position corrected: {self.strained} [W0287]"] if self.strained is not None else []
         return at_position + [
             f"initial velocity corrected: {name} changed at {value:.3g} per s{ends.get(name, '')}"
-            for name, value in rates
+            for name, value in self.rate_violations.items()
         ]
 
 
@@ -335,8 +334,7 @@ def _contradiction(
         hint = "an initial state nearer to assembly, or lengths and axes that fit"
         if level == "positions" and len(off) == 1 and names[first].endswith(": formula"):
             hint = "an initial state nearer to assembly, or an equation that is 0 in some state: q**2 + 1 never is"
-        driven = [name.partition(":")[0] for name in filter(is_driven, names)]
-        if driven and level == "positions":
+        if level == "positions" and (driven := [name.partition(":")[0] for name in filter(is_driven, names)]):
             hint += f", or a drive of {' and '.join(driven)} that starts within the range of its loop"
     return ModelError(Problem("constraints", text, hint, data=constraints_named([names[k] for k in off])))
 
