@@ -89,7 +89,7 @@ class RandomVibration:
     error : SampleErrors
         Estimated discretisation errors of a few samples.
     errors : of each method: error relative to the corrected probability at each threshold, on the less probable side,
-        (n,); NaN without a corrected probability NaN if there is no corrected one
+        (n,); NaN without a corrected probability
     lost_variance : float
         Share of the output's variance, to first order about the mean, that is lost with the modes left out of the
         processes; NaN if no modes are left out, or if unknown.

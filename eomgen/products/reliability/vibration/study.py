@@ -115,7 +115,7 @@ def random_vibration(
     Parameters
     ----------
     output : str
-        An output, or a component of an output: ``tip[0]``. ``tip[0]``.
+        An output, or a component of an output: ``tip[0]``.
     at, step : float
         Time of the distribution and step, s; by default the end of the run and the step of the scene's simulation.
     thresholds : sequence of float
