@@ -12,7 +12,7 @@ PACKAGE = ROOT / "eomgen"
 _HEAD = """# Modules
 
 Paths are below `eomgen`; each line is the first sentence of a module's docstring. Rooms, their order, and a table of
-changes with their files are on [two pages](../contributing/changes_of_scenes_and_equations.md). `python -m
+changes with their files are on [three pages](../contributing/changes_of_scenes_and_equations.md). `python -m
 docs.site.modules` prints this page.
 """
 
