@@ -235,7 +235,7 @@ def test_the_command_line_steps_short_first_runs_on_the_tape_engine(
     ids=["chosen profile", "long run", "steps of its own", "variable"],
 )
 def test_other_runs_of_the_command_line_may_not_be_stepped_by_it(
-    words: list[str], variable: str, monkeypatch: pytest.MonkeyPatch
+    words: list[str], variable: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     given: list[float | None] = []
 
@@ -245,7 +245,7 @@ def test_other_runs_of_the_command_line_may_not_be_stepped_by_it(
 
     monkeypatch.setenv("EOMGEN_PROFILE", variable)
     monkeypatch.setattr("eomgen.pipeline.pipeline.built_for_run", built)
-    assert main(["simulate", str(SCENE), "--out", "never_written", "--no-plots", *words]) == 130
+    assert main(["simulate", str(SCENE), "--out", str(tmp_path), "--no-plots", *words]) == 130
     functions = [{"operations": 10_000, "counts": {"additions": 10_000}}]
     (steps,) = given
     assert steps is None or run_seconds_on_tape(functions, steps) > 1e3 * compiler_seconds(functions, 2)
