@@ -84,7 +84,8 @@ class Assembly:
 
         Parameters
         ----------
-        given : whether the guess has values of a caller: a sentence says if a drive overrides them
+        given : bool
+            Whether the guess has values of a caller: a sentence says if a drive overrides them.
 
         Returns
         -------
