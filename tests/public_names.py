@@ -25,7 +25,6 @@ REMOVED: Mapping[str, str] = {
     **dict.fromkeys(
         (
             "eomgen.RealTime",
-            "eomgen.products.comparison.report.Difference(cause",
             "eomgen.tune(*, real_time",
             "eomgen.tune(*, iterations",
             "eomgen tune --real-time",

@@ -433,6 +433,7 @@ def test_runs_and_scenes_without_derivatives_say_why() -> None:
     _, model = built(tree())
     assert "t_end: the run from 0 s to 0 s has no whole step of 0.01 s; try: a later t_end" in refusal(model, 0.0, STEP)
     assert "has no whole step of 0.5 s; try: t_end = 0.5, step = 0.01: the end" in refusal(model, STEP, 0.5)
+    assert "initial: a mapping is needed, not int; try: dict(q=..., v=...)" in refusal(model, 0.1, STEP, initial=3)
     assert "of: outputs are a list of names, not the text 'angle'" in refusal(model, 0.1, STEP, of="angle")
     found = model.sensitivities(0.1, STEP)
     with pytest.raises(UsageError, match='of: a functional is a text or weights by output, not float; try: "final'):

@@ -181,6 +181,7 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
         UsageError,
         'at = \'rest\' is unknown; try: "equilibrium", "steady", ',
     ),
+    ("driven", lambda m: m.linearize(at=0.5), UsageError, "at = 0.5 is unknown; try: "),  # type: ignore[arg-type]
     (
         "driven",
         lambda m: m.linearize([[0.1], [0.2]]),

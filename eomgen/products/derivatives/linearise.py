@@ -312,6 +312,7 @@ def _outputs(model: CompiledModel, of: Sequence[str] | None) -> dict[str, list[i
 
 def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial: Mapping[str, Any] | None) -> None:
     """Raise UsageError for runs without derivatives here, and say why."""
+    check_initial(initial)
     layout = chosen.library.layout
     if held := [start.joint for start in starts_of(model, initial) if start.held]:
         fault = (
@@ -342,7 +343,6 @@ def _check(model: CompiledModel, chosen: ChosenStepper, grid: TimeGrid, initial:
     if chosen.library.real != "double":
         fault = f"the model computes with {chosen.library.real}, whose rounding derivatives would be lost in [E0606]"
         raise UsageError(Problem("sensitivities", fault, 'real = "double"'))
-    check_initial(initial)
 
 
 def _in_index_3(layout: Mapping[str, Any], method: Method) -> bool:

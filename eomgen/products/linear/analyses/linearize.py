@@ -266,7 +266,7 @@ def linearize(
                 raise UsageError(Problem("linearize", fault, "one of them"))
             state = given_state(able, given, point)
             check_constraints(able, state)
-        elif at is None or isinstance(at, str):
+        elif not isinstance(at, EquilibriumState | SteadyMotion):
             state = found_state(able, at, initial, point, any_kind=any_kind, asked=model)
         else:
             state = as_found("steady motion" if isinstance(at, SteadyMotion) else "equilibrium", at, point)

@@ -198,7 +198,7 @@ def found_state(
 
     ``asked``: a model of the same scene with which the equilibrium may have been solved before.
     """
-    if at not in (None, "equilibrium", "steady", "initial"):
+    if at is not None and (not isinstance(at, str) or at not in ("equilibrium", "steady", "initial")):
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown [E0076]", hint))
     start = initial_state(model, initial, point.parameters)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -12,6 +12,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import key_of
 from eomgen.formula.nodes import Formula, Number, Vector
 from eomgen.products.waves.formula.fields import WaveField
+from eomgen.products.waves.section.level_water import level_gravity
 from eomgen.scene.forces.element import Attach, ForceElement
 from eomgen.scene.forces.element_section import ElementSection
 from eomgen.scene.formula.scope import PARAMETERS
@@ -20,6 +21,7 @@ from eomgen.scene.reading.key_metadata import Table, key, of_parameters
 from eomgen.scene.reading.kinds import Triple, Value
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.requirements import Row, above_zero, not_below_zero
+from eomgen.scene.section import Reading
 from eomgen.system.description import BASE, WORLD
 
 
@@ -169,7 +171,17 @@ _BOUNDS = {
     "axial_added_mass": not_below_zero("the added mass along the axis [E1759]"),
     "axial_drag": not_below_zero("the drag along the axis [E1760]"),
 }
-SECTION = ElementSection(
+
+
+class _Hulls(ElementSection):
+    def read(self, reading: Reading) -> Mapping[str, Any]:
+        document = reading.document
+        if document.section("hulls") and not document.section("waves"):  # which require it for both
+            level_gravity(reading)
+        return super().read(reading)
+
+
+SECTION = _Hulls(
     key="hulls",
     entry=HullEntry,
     model=Hull,

@@ -1,42 +1,20 @@
-"""The section of waves, and the requirement that gravity points along -z in scenes with water."""
+"""The section of waves."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from eomgen.base.arrays import Flags, Numbers
-from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
+from eomgen.products.waves.section.level_water import level_gravity
 from eomgen.products.waves.section.reading import no_waves, read_waves, variables_as_parameters
-from eomgen.scene.formula.scope import PARAMETERS
 from eomgen.scene.section import Entries, Reading, Section, UnusedEntries, fault_of_variables
 
 if TYPE_CHECKING:
     from eomgen.products.waves.section.schema import SeaWaves
-
-#: Share of gravity across z from which on water is not level.
-_LEVEL = 1e-9
-
-
-@dataclass(frozen=True)
-class LevelWater:
-    """Rule for the three components of gravity, m/s^2, in scenes with water: the surface at rest is level, of constant
-    z, with air above."""
-
-    stage: ClassVar[int] = 1
-
-    def broken(self, numbers: Sequence[Numbers]) -> Flags:
-        x, y, z = numbers
-        return np.logical_or(np.greater(np.hypot(x, y), np.multiply(_LEVEL, np.abs(z))), np.greater(z, 0.0))
-
-    def fault(self, numbers: Sequence[float]) -> tuple[str, str]:
-        x, y, z = numbers
-        fault = f"water at rest is level in z and below the air, and gravity is [{x:.6g}, {y:.6g}, {z:.6g}] [E1800]"
-        return fault, f"gravity = [0, 0, {-math.hypot(x, y, z):.6g}], and z upwards"
 
 
 class _Waves(Section):
@@ -56,17 +34,12 @@ class _Waves(Section):
 
     def read(self, reading: Reading) -> Mapping[str, Any]:
         document, values, fields = reading.document, reading.values, reading.tables["entries"]["waves"]
-        if document.section("waves") or document.section("hulls"):
-            # by a separate reader: problems, notes and requirements of the key follow when the base is read
-            aside = reading.aside().values
-            gravity = aside.vector("gravity", document.gravity, PARAMETERS)
-            down = [aside.value(part) for part in gravity]
-            values.require("gravity", LevelWater(), gravity)
-            tunable = any(reading.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part))
-            if document.section("waves") and tunable:
+        if document.section("waves"):
+            gravity, magnitude = level_gravity(reading)
+            if any(reading.names.parameters.get(symbol.name) for part in gravity for symbol in symbols(part)):
                 values.note(["waves have the gravity of the default parameters, even if a run has another"])
             for name, entry in document.section("waves").items():
-                fields[name] = read_waves(name, entry, math.hypot(*down), values)
+                fields[name] = read_waves(name, entry, magnitude, values)
                 reading.add_parameters(variables_as_parameters(fields[name]))
         fields |= {name: no_waves(name) for name in sorted(reading.refused["waves"])}
         return {name: fields[name] for name in document.section("waves")}
