@@ -7,7 +7,7 @@ import pytest
 import scipy.linalg
 from scipy.optimize import linear_sum_assignment
 
-from eomgen.products.linear.eigenvalues import decomposed
+from eomgen.products.linear.eigenvalues import decomposition
 from eomgen.products.linear.modes import Modes, modes
 
 
@@ -65,7 +65,7 @@ def test_parts_that_are_not_coupled_have_the_modes_of_the_whole_matrix() -> None
     parts = [*[spun] * 4, random.normal(size=(21, 21)), random.normal(size=(14, 14))]
     order = random.permutation(sum(map(len, parts)))
     A = scipy.linalg.block_diag(*parts)[np.ix_(order, order)]
-    values, vectors, cosines = decomposed(A)
+    values, vectors, cosines = decomposition(A)
     assert np.linalg.norm(A @ vectors - vectors * values) < 1e-13 * np.linalg.norm(A)
     whole = scipy.linalg.eigvals(A)
     distances = np.abs(values[:, np.newaxis] - whole)

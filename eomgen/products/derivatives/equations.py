@@ -86,7 +86,7 @@ def rows_of(blocks: Mapping[str, Array], rows: slice | int | NDArray[Any]) -> di
     return {name: array if name == "p" and array.ndim == 1 else array[rows] for name, array in blocks.items()}
 
 
-def bordered(M: Array, B: Array, across: Array | None = None) -> Array:
+def bordered_matrix(M: Array, B: Array, across: Array | None = None) -> Array:
     """Return M (..., nv, nv) with B below and ``across``, or the transposed B, to the right."""
     across = np.swapaxes(B, -1, -2) if across is None else across
     below = np.concatenate([B, np.zeros((*B.shape[:-1], B.shape[-2]))], axis=-1)
@@ -201,7 +201,7 @@ class Equations:
         return 3 * self.nv + self.nz + self.nl
 
     @property
-    def _of_outputs(self) -> dict[str, slice]:
+    def _output_columns(self) -> dict[str, slice]:
         """Columns of the partials of outputs in a record, by name of the block."""
         sizes = {"Yq": self.nv, "Yv": self.nv, "Ya": self.nv, "Yz": self.nz, "Ylam": self.nl}
         ends = np.cumsum(list(sizes.values())).tolist()
@@ -212,7 +212,7 @@ class Equations:
         (r,) = self.of("residual", values).values()
         return np.concatenate([r, -self.of("internal_rate", values)["zdot"]], axis=1) if self.nz else r
 
-    def accelerated(self, values: Mapping[str, Array]) -> dict[str, Array]:
+    def with_accelerations(self, values: Mapping[str, Array]) -> dict[str, Array]:
         """Return input blocks with the accelerations and the multipliers of their states; ``values`` have zeros."""
         if self.nl and len(values["t"]) == 1:  # without the bookkeeping of batches
             vdot, lam = (array[np.newaxis] for array in accelerations(self.model.functions, rows_of(values, 0)))
@@ -290,7 +290,7 @@ class Equations:
         count, rows = len(values["t"]), len(self.outputs)
         partials = self.of("output_partials", values)
         Y = np.zeros((count, rows, self.record_size))
-        for name, place in self._of_outputs.items():
+        for name, place in self._output_columns.items():
             if name in partials:
                 Y[:, :, place] = self._rows(partials[name])
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
@@ -315,7 +315,7 @@ class Equations:
         by_parameters = self.of("output_parameter_partials", values) if self.chosen else {}
         of_state = np.zeros((len(weights), self.record_size, weights.shape[2]))
         of_parameters = np.zeros((self.parameters, weights.shape[2]))
-        for name, place in self._of_outputs.items():
+        for name, place in self._output_columns.items():
             for one in used.tolist() if name in partials and place.stop > place.start else ():
                 row = partials[name][:, self.outputs[one], :, np.newaxis]
                 of_state[:, place] += row * weights[:, one, np.newaxis]

@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.compiled.functions import Functions
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import Equations, bordered
+from eomgen.products.derivatives.equations import Equations, bordered_matrix
 from eomgen.simulation.stepping.inputs import InputSignals
 
 #: An imaginary increment with a square below rounding.
@@ -157,7 +157,7 @@ class JumpPartials:
             C = np.concatenate([given["B"], C], axis=1)
             d = np.concatenate([np.zeros((len(d), nl)), d], axis=1)
         right = np.concatenate([np.zeros((len(d), nv)), d], axis=1)
-        pushed: Array = np.linalg.solve(bordered(given["M"], C), right[..., np.newaxis])[:, :nv, 0]
+        pushed: Array = np.linalg.solve(bordered_matrix(given["M"], C), right[..., np.newaxis])[:, :nv, 0]
         return pushed
 
     def _impulse(self, moved: Mapping[str, Array]) -> dict[str, Array]:

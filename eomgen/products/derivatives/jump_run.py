@@ -24,7 +24,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.lie import product
 from eomgen.products.derivatives.alpha_run import StartedRun, step_matrices
-from eomgen.products.derivatives.equations import EquationPartials, bordered, rows_of
+from eomgen.products.derivatives.equations import EquationPartials, bordered_matrix, rows_of
 from eomgen.products.derivatives.jump_motion import JumpMotion, JumpSegment, Stretch
 from eomgen.products.derivatives.jump_partials import EventPartials, JumpPartials
 from eomgen.products.derivatives.linear_run import DerivativeVariables, LinearPart, Start
@@ -434,7 +434,7 @@ class JumpRun(StartedRun[JumpPart]):
         dq, dv, dz, dp, dt = along
         values = self._blocks(states, p, at)
         still = np.zeros_like(states.v), np.zeros((len(states.t), nl))
-        values = e.accelerated({**values, "a": still[0], "lam": still[1]})
+        values = e.with_accelerations({**values, "a": still[0], "lam": still[1]})
         vdot, lam = values["a"], values["lam"]
         by_time, of_accelerations = self.jumps.by_time(values, self._rates(at)) if moving else (None, None)
         partials = self._with_time(e.partials(values), by_time)
@@ -449,7 +449,7 @@ class JumpRun(StartedRun[JumpPart]):
         below = by_state["Aq"] @ dq + by_state["Av"] @ dv + e.acceleration_parameters(values) @ dp
         if of_accelerations is not None:
             below = below + of_accelerations[..., np.newaxis] * dt
-        solution = np.linalg.solve(bordered(M, B), -np.concatenate([right[:, :nv], below], axis=1))
+        solution = np.linalg.solve(bordered_matrix(M, B), -np.concatenate([right[:, :nv], below], axis=1))
         return Accelerated(vdot, lam, partials, solution[:, :nv], solution[:, nv:], -right[:, nv : nv + nz])
 
     def _inertia(self, states: States, p: Array, along: tuple[Array, Array]) -> tuple[Array, Array]:

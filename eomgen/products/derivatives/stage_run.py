@@ -132,7 +132,7 @@ class StageRun(TransitionRun):
     def _slopes(self, theta: Moved, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs) -> Slopes:
         equations, factors = self.equations, self.equations.model.factors
         nv = equations.nv
-        values = equations.accelerated(self._blocks(place.value, v.value, z.value, t, given))
+        values = equations.with_accelerations(self._blocks(place.value, v.value, z.value, t, given))
         partials = equations.partials(values)
         forced = self.forced(values, partials)[:, :nv]
         state = self._state(place, v, z)

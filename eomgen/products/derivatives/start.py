@@ -31,7 +31,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.initial_state import InitialState
 from eomgen.errors import Problem, UsageError
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import EquationPartials, Equations, bordered
+from eomgen.products.derivatives.equations import EquationPartials, Equations, bordered_matrix
 from eomgen.simulation.stepping.states import PrescribedInputs, States
 from eomgen.solvers.regular_inertia import regular_inertia
 
@@ -181,7 +181,7 @@ class _Correction:
     def of(cls, partials: EquationPartials, B: Array, off: Array) -> _Correction:
         """Return the step by which the rows B change by ``off``."""
         nv = B.shape[1]
-        matrix = bordered(partials.Ja[0, :nv], B, -B.T)
+        matrix = bordered_matrix(partials.Ja[0, :nv], B, -B.T)
         solution = np.linalg.solve(matrix, np.concatenate([np.zeros(nv), off]))
         return cls(solution[:nv], solution[nv:], matrix)
 
@@ -407,7 +407,7 @@ class LinearizedStart:
         by_state = equations.of("acceleration_partials", values)
         below = by_state["Aq"][0] @ along.dq + by_state["Av"][0] @ along.dv
         below = below + equations.acceleration_parameters(values)[0] @ along.dp
-        matrix = bordered(M, B)
+        matrix = bordered_matrix(M, B)
         solution = np.linalg.solve(matrix, -np.concatenate([right[:nv], below]))
         of_constraints = by_state["Aq"][0], by_state["Av"][0]
         dvdot, dlam = solution[:nv], solution[nv:]
@@ -424,7 +424,7 @@ class LinearizedStart:
         times = np.array([self.t + share * self.step])
         states = States(times, q[None], v[None], *zeros, self.z[None])
         values = equations.values(states, self.prescribed_at(share), self.moved_inputs(times))
-        values = equations.accelerated(values)
+        values = equations.with_accelerations(values)
         return values, equations.partials(values)
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
-from eomgen.products.derivatives.equations import EquationPartials, bordered, solved
+from eomgen.products.derivatives.equations import EquationPartials, bordered_matrix, solved
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -114,7 +114,7 @@ class TransitionRun(LinearRun[TransitionPart]):
         below = np.concatenate(
             [by_state["Aq"], by_state["Av"], none, equations.acceleration_parameters(blocks)], axis=2
         )
-        matrix = bordered(e.Ja[:, :nv], e.Jv[:, -nl:])
+        matrix = bordered_matrix(e.Ja[:, :nv], e.Jv[:, -nl:])
         return solved(matrix, np.concatenate([right, below], axis=1), blocks["t"])
 
     def by_formulas(self) -> bool:

@@ -40,7 +40,7 @@ def restored(T: Array, vectors: Complex) -> Complex:
     return result
 
 
-def decomposed(A: Array) -> tuple[Complex, Complex, Array]:
+def decomposition(A: Array) -> tuple[Complex, Complex, Array]:
     """Return the eigenvalues (n,) of A, the right eigenvectors (n, n), and |y^H x| of the eigenvectors (n,).
 
     Parts of A that are not coupled are decomposed each, and equal ones once: bending in two planes, bodies that turn

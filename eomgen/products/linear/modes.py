@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, saved
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
-from eomgen.products.linear.eigenvalues import balance, decomposed, ordered, restored, uncertainties
+from eomgen.products.linear.eigenvalues import balance, decomposition, ordered, restored, uncertainties
 from eomgen.products.linear.freedom import times
 
 #: Damping ratios below this are rounding.
@@ -199,7 +199,7 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
             np.zeros(0, complex), np.zeros(0), empty, np.zeros((0, 0), complex), tuple(coordinates), weights
         )
     balanced, back = balance(A)
-    values, right, cosines = decomposed(balanced)
+    values, right, cosines = decomposition(balanced)
     uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
     kept = ordered(values, uncertainty)
     kept = kept[values[kept].imag >= 0.0]

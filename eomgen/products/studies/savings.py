@@ -31,7 +31,7 @@ from eomgen.pipeline.pipeline import (
     terms_of_step,
 )
 from eomgen.products.studies.defaults import SAVINGS_ROUNDS
-from eomgen.products.studies.work_precision.formulations import rebuilt
+from eomgen.products.studies.work_precision.formulations import rebuild
 from eomgen.scene.bodies.model import Base
 from eomgen.scene.rotations import Rotation
 from eomgen.scene.scene import Scene
@@ -132,7 +132,7 @@ def _tunable(scene: Scene) -> Scene:
         return Symbol("parameter", name)
 
     def fresh(owner: Any, names: Iterable[str]) -> dict[str, Any]:
-        return {name: rebuilt(getattr(owner, name), change) for name in names}
+        return {name: rebuild(getattr(owner, name), change) for name in names}
 
     bodies = tuple(
         body if body.beam is not None else replace(body, **fresh(body, ("mass", "center_of_mass", "inertia")))

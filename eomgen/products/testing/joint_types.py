@@ -10,11 +10,10 @@ import scipy.linalg
 
 from eomgen.compiled.coordinates import coordinate_units
 from eomgen.errors import DescriptionError
-from eomgen.lie.numeric import rotation_matrix
 from eomgen.mechanics.derive import derive
 from eomgen.mechanics.describe import describe
 from eomgen.products.testing.demands import PARTIALS, check_c, demand, partials_error
-from eomgen.products.testing.states import Array, random_states, tape_evaluator
+from eomgen.products.testing.states import Array, random_states, rotation_of, tape_evaluator
 from eomgen.scene.joint_types import JOINTS, Connection
 from eomgen.scene.joints.tree import displaced
 from eomgen.scene.load import load_toml
@@ -108,7 +107,7 @@ def check_poses(kind: str, rng: np.random.Generator) -> None:
     k = list(system.bodies).index("a")
     here, S = exponentials(scene, state["q"][0])
     R, p = placed(scene, here)
-    _demand_equal(kind, "the orientation of the child", rotation_matrix(pose[k, :4]), R, 1e-12)
+    _demand_equal(kind, "the orientation of the child", rotation_of(pose[k, :4]), R, 1e-12)
     _demand_equal(kind, "the place of the child", pose[k, 4:], p, 1e-12)
     _demand_equal(kind, "the velocity of the child", twist[k], S @ state["v"][0], 1e-8)
     item = scene.joints[-1]
@@ -137,7 +136,7 @@ def exponentials(scene: Scene, q: Array) -> tuple[Array, Array]:
         pose = np.eye(4)
         for motion in item.kind.chain:
             if motion.kind in ("ball", "free"):
-                pose[:3, :3] = pose[:3, :3] @ rotation_matrix(at[:4])
+                pose[:3, :3] = pose[:3, :3] @ rotation_of(at[:4])
                 pose[:3, 3] += at[4:7] if motion.kind == "free" else 0.0
                 pose = pose @ exponential(np.append(shift, np.zeros(3))[:6])
                 continue

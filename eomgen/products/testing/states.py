@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.compiled.coordinates import configuration_rate
-from eomgen.lie.numeric import unit
 from eomgen.lie.product import Factor
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.system.system import System
@@ -58,12 +56,17 @@ def relative_error(computed: Array, expected: Array, axes: int = 1, floor: float
 STEP = 1e-40
 
 
+def random_unit_quaternions(rng: np.random.Generator, count: int) -> Array:
+    quaternions = rng.normal(size=(count, 4))
+    return np.asarray(quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True))
+
+
 def random_states(system: System, count: int, rng: np.random.Generator) -> dict[str, Array]:
     """Return ``count`` states: q, v, a, u, t, and the default parameters; the base is left to ``on_base``."""
     q = rng.uniform(-2.5, 2.5, size=(count, system.nq))
     for factor in system.factors:
         if factor.group != "R":
-            q[:, factor.q_start : factor.q_start + 4] = unit(rng.normal(size=(count, 4)))
+            q[:, factor.q_start : factor.q_start + 4] = random_unit_quaternions(rng, count)
     state = {
         "q": q,
         "v": rng.uniform(-2.0, 2.0, size=(count, system.nv)),
@@ -80,6 +83,41 @@ def on_base(evaluate: Evaluate, state: Mapping[str, Array]) -> dict[str, Array]:
     return {**state, "base": evaluate("base", state)["base"]}
 
 
+def quaternion_product(p: Array, r: Array) -> Array:
+    w = p[..., 0] * r[..., 0] - np.sum(p[..., 1:] * r[..., 1:], axis=-1)
+    vector = p[..., :1] * r[..., 1:] + r[..., :1] * p[..., 1:] + np.cross(p[..., 1:], r[..., 1:])
+    return np.concatenate([w[..., np.newaxis], vector], axis=-1)
+
+
+def rotation_of(quaternion: Array) -> Array:
+    """Return the rotation matrices (..., 3, 3) of unit quaternions, from R x = x + 2 w (n x x) + 2 n x (n x x)."""
+    n = quaternion[..., 1:]
+    zero = np.zeros_like(n[..., 0])
+    cross = np.stack([zero, -n[..., 2], n[..., 1], n[..., 2], zero, -n[..., 0], -n[..., 1], n[..., 0], zero], axis=-1)
+    cross = cross.reshape(*n.shape[:-1], 3, 3)
+    return np.asarray(np.eye(3) + 2.0 * quaternion[..., :1, np.newaxis] * cross + 2.0 * cross @ cross)
+
+
+def displaced(factors: Sequence[Factor], q: Array, direction: Array) -> Array:
+    """Return q exp(direction) to first order in the direction, the part that an infinitesimal step keeps."""
+    shape = np.broadcast_shapes(q.shape[:-1], direction.shape[:-1])
+    q, direction = np.broadcast_to(q, (*shape, q.shape[-1])), np.broadcast_to(direction, (*shape, direction.shape[-1]))
+    moved = q.astype(np.result_type(q, direction))
+    for factor in factors:
+        here = slice(factor.q_start, factor.q_start + factor.q_size)
+        along = direction[..., factor.v_start : factor.v_start + factor.v_size]
+        if factor.group == "R":
+            moved[..., here] += along
+            continue
+        quaternion = q[..., factor.q_start : factor.q_start + 4]
+        half = np.concatenate([np.zeros_like(along[..., :1]), 0.5 * along[..., :3]], axis=-1)
+        moved[..., factor.q_start : factor.q_start + 4] += quaternion_product(quaternion, half)
+        if factor.group == "SE3":
+            shift = np.einsum("...ij,...j->...i", rotation_of(quaternion), along[..., 3:])
+            moved[..., factor.q_start + 4 : factor.q_start + 7] += shift
+    return moved
+
+
 def derivative(
     evaluate: Evaluate, factors: Sequence[Factor], function: str, state: Mapping[str, Array], rates: Mapping[str, Array]
 ) -> dict[str, Array]:
@@ -92,8 +130,9 @@ def derivative(
     """
     moved: dict[str, Array] = dict(state)
     for block, rate in rates.items():
-        change = configuration_rate(factors, state[block], rate) if block == "q" else rate
-        moved[block] = state[block] + 1j * STEP * change
+        moved[block] = (
+            displaced(factors, state[block], 1j * STEP * rate) if block == "q" else state[block] + 1j * STEP * rate
+        )
     if "t" in rates and "base" in state:
         moved["base"] = evaluate("base", moved)["base"]
     return {name: values.imag / STEP for name, values in evaluate(function, moved).items()}

@@ -10,7 +10,7 @@ from eomgen.formula.recording import record
 from eomgen.symbolic.scalar import Algebra, Scalar
 
 
-def recorded_at(key: str, algebra: Algebra, formula: Formula, known: Mapping[str, Scalar]) -> Scalar:
+def record_at(key: str, algebra: Algebra, formula: Formula, known: Mapping[str, Scalar]) -> Scalar:
     """Return a formula of known values as a scalar. Raises ModelError with the key."""
     try:
         return record(algebra, formula, lambda symbol: known[symbol.name])

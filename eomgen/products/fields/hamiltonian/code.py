@@ -19,7 +19,7 @@ from eomgen.formula.evaluate import symbols
 from eomgen.integrators.families.adaptive import AFTER_FAILURE, MOST_GROWTH, MOST_REDUCTION, MOST_STEPS, SAFETY
 from eomgen.lie.product import Factor
 from eomgen.products.fields.documents.document import DEPENDENCES, Hamiltonian, Parameter
-from eomgen.products.fields.documents.recording import recorded_at
+from eomgen.products.fields.documents.recording import record_at
 from eomgen.products.fields.hamiltonian.methods import Method, krylov
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
 from eomgen.symbolic.operations import InputSymbol, Op
@@ -59,7 +59,7 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     parts = dict.fromkeys(DEPENDENCES, algebra.zero)
     for term in document.terms:
         key = f"{document.name} (hamiltonian.{term.name})"
-        parts[term.dependence] += recorded_at(key, algebra, term.formula, known)
+        parts[term.dependence] += record_at(key, algebra, term.formula, known)
     whole = reduce(lambda left, right: left + right, parts.values())
     tape.lengths |= _divisors(tape, whole.ref)
     states = [item.ref for item in (*q, *v)]
@@ -83,7 +83,7 @@ def derive_hamiltonian(document: Hamiltonian) -> System:
     if document.outputs:
         keys = [f"{document.name} (outputs.{item.name})" for item in document.outputs]
         y = tuple(
-            recorded_at(key, algebra, item.formula, known).ref for key, item in zip(keys, document.outputs, strict=True)
+            record_at(key, algebra, item.formula, known).ref for key, item in zip(keys, document.outputs, strict=True)
         )
         functions.append(Function("observed", "outputs", STATE, (Block("y", (len(y),), y, "outputs"),)))
     if document.separable:

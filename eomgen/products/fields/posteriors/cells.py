@@ -24,7 +24,7 @@ from eomgen.codegen.targets.c.printer import Printer, folded, indented
 from eomgen.codegen.targets.c.templates import environment
 from eomgen.errors import DescriptionError, ModelError, Problem
 from eomgen.products.fields.documents.entries import cell_formula
-from eomgen.products.fields.documents.recording import recorded_at
+from eomgen.products.fields.documents.recording import record_at
 from eomgen.products.fields.posteriors.mesh import Complex, Reals, Spectrum
 from eomgen.scene.formula.definitions import named_expressions
 from eomgen.symbolic.calculus.partials import gradient, jacobian_vector
@@ -232,7 +232,7 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()
 
     def recorded(key: str, text: str) -> Scalar:
-        return recorded_at(key, algebra, cell_formula(key, text, known, defined, of_where), {**known, **of_where})
+        return record_at(key, algebra, cell_formula(key, text, known, defined, of_where), {**known, **of_where})
 
     for name, text in energy.where.items():
         of_where[name] = recorded(f"cell energy (where.{name})", text)

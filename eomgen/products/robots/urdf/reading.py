@@ -140,22 +140,22 @@ class _UrdfReader:
         self.kept = {name for element in (*joints, *loops, *constraints) if is_legal(name := element.get("name"))}
         self.kept |= {name for element in links if is_legal(name := element.get("name"))}
         self.tell_left_over(root, "")
-        for name, element in self.each_named(links, "link", self.link_names):
+        for name, element in self.named_elements(links, "link", self.link_names):
             link = self.link(name, element)
             self.out.links[link_key(name)] = replace(link, visuals=visuals.link(name, element))
         self.out.notes_of_visuals = visuals.notes()
         self.add_world(joints)
-        for name, element in self.each_named(joints, "joint", self.joint_names):
+        for name, element in self.named_elements(joints, "joint", self.joint_names):
             self.out.joints[name] = self.joint(name, element)
         self.used["loop_joint"] |= self.used["joint"]
-        for name, element in self.each_named(loops, "loop_joint", self.loop_names):
+        for name, element in self.named_elements(loops, "loop_joint", self.loop_names):
             self.out.loops[name] = self.loop(name, element)
         self.used["constraint"] |= self.used["loop_joint"]
-        for name, element in self.each_named(constraints, "constraint", self.loop_names):
+        for name, element in self.named_elements(constraints, "constraint", self.loop_names):
             self.out.loops[name] = self.loop(name, element)
         return self.out
 
-    def each_named(
+    def named_elements(
         self, elements: Iterable[Element], kind: str, taken: dict[str, str]
     ) -> Iterator[tuple[str, Element]]:
         """Yield elements with their legal names; after each keep its unread parts."""

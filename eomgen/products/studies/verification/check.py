@@ -79,7 +79,7 @@ def judged(
         return replace(report, remarks=remarks.texts)
     at = ClaimAtStates(claim, engine, tape, state, names)
     base = ("base",) if "base" in system.functions else ()
-    operations = NonSmoothOperations(system, (*claim.differentiated, *base))
+    operations = NonSmoothOperations(system, (*claim.smooth_functions, *base))
     value = claim.value(engine, state)
     finite = np.array(np.isfinite(value))
     value = np.where(finite, value, 0.0)

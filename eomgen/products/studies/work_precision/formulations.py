@@ -157,10 +157,10 @@ def _moved(scene: Scene, moved: _Moved) -> Scene:
         return Number(0.0) if index is None else replace(value, index=index)
 
     names = ("elements", "outputs", "inputs", "states", "controllers", "events")
-    return replace(scene, **{name: rebuilt(getattr(scene, name), change) for name in names})
+    return replace(scene, **{name: rebuild(getattr(scene, name), change) for name in names})
 
 
-def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
+def rebuild(value: Any, change: Callable[[Any], Any]) -> Any:
     """Return nested data of a scene with changed parts; the same object without changes.
 
     Parameters
@@ -171,16 +171,16 @@ def rebuilt(value: Any, change: Callable[[Any], Any]) -> Any:
     if changed is not NotImplemented:
         return changed
     if isinstance(value, tuple):
-        parts = [rebuilt(part, change) for part in value]
+        parts = [rebuild(part, change) for part in value]
         if all(new is old for new, old in zip(parts, value, strict=True)):
             return value
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     if isinstance(value, Mapping):
-        made = {key: rebuilt(part, change) for key, part in value.items()}
+        made = {key: rebuild(part, change) for key, part in value.items()}
         return made if any(made[key] is not value[key] for key in value) else value
     if dataclasses.is_dataclass(value) and not isinstance(value, type):
         fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value) if field.init}
-        new = {name: rebuilt(part, change) for name, part in fields.items()}
+        new = {name: rebuild(part, change) for name, part in fields.items()}
         return replace(value, **new) if any(new[name] is not fields[name] for name in fields) else value
     return value
 

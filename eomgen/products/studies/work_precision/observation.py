@@ -161,7 +161,7 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
         elif of.poses and reference.poses:
             result[Q] = _largest(_of_poses(of.poses, reference.poses, at))
             if of.twists and reference.twists:
-                result[V] = _largest(_of_twists(of.twists, reference.twists, at))
+                result[V] = _largest(_twist_errors(of.twists, reference.twists, at))
         if of.z.size and of.components.z_names == names.z_names:
             result[Z] = _greatest(shares({Z: np.abs(of.z - there[Z])}, size, (Z,)))
         if result:
@@ -245,7 +245,7 @@ def _of_poses(poses: Mapping[str, Array], reference: Mapping[str, Array], at: sl
     return parts
 
 
-def _of_twists(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
+def _twist_errors(twists: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
     parts: _Parts = {"rad": [], "m": []}
     for name, there in reference.items():
         for kind, part in (("rad", slice(0, 3)), ("m", slice(3, 6))):

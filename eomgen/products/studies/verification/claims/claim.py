@@ -212,18 +212,18 @@ class Output:
         return self._value(engine, state)
 
     def __getitem__(self, part: Any) -> Output:
-        return self._changed(lambda values: values[part])
+        return self._with_values(lambda values: values[part])
 
     def __matmul__(self, matrix: Array) -> Output:
-        return self._changed(lambda values: values @ matrix)
+        return self._with_values(lambda values: values @ matrix)
 
     def __rmul__(self, factor: float) -> Output:
-        return self._changed(lambda values: factor * values)
+        return self._with_values(lambda values: factor * values)
 
     @property
     def column(self) -> Output:
         """The output, a vector, as a matrix of one column."""
-        return self._changed(column)
+        return self._with_values(column)
 
     @property
     def flat(self) -> Output:
@@ -235,7 +235,7 @@ class Output:
 
         return Output(self.function, self.entry, value)
 
-    def _changed(self, change: Callable[[Array], Array]) -> Output:
+    def _with_values(self, change: Callable[[Array], Array]) -> Output:
         return Output(self.function, self.entry, lambda engine, state: change(self(engine, state)))
 
 
@@ -280,7 +280,7 @@ class Claim:
     family: str = ""
 
     @property
-    def differentiated(self) -> tuple[str, ...]:
+    def smooth_functions(self) -> tuple[str, ...]:
         """Functions whose operations decide whether the source is smooth."""
         return (self.source.function,) if not self.functions and isinstance(self.source, Output) else self.functions
 

@@ -45,13 +45,13 @@ def frame_claims(space: Space) -> list[Claim]:
         if space.has(names[0], "frame_poses"):
             claims.append(_jacobians(space, reference))
         if space.has(names[1]):
-            claims += _in_time(space, "J", *names, _named(space.system.frames, _TWIST))
+            claims += _in_time(space, "J", *names, _row_names(space.system.frames, _TWIST))
     if space.has("frame_mobilities", "frame_jacobians_aligned", "mass"):
         claims.append(_mobilities(space))
     return claims + _of_all(space)
 
 
-def _named(names: Sequence[str], parts: Sequence[str]) -> tuple[str, ...]:
+def _row_names(names: Sequence[str], parts: Sequence[str]) -> tuple[str, ...]:
     return tuple(f"{part} of {name}" for name in names for part in parts)
 
 
@@ -116,7 +116,7 @@ def _jacobians(space: Space, reference: str) -> Claim:
     """Return the claim that J w is the twist of the pose along w, the base held."""
     frames, count = space.system.frames, len(space.system.frames)
     W, J = space.along["q"].matrix, Output(f"frame_jacobians{REFERENCES[reference][0]}", "J")
-    factors = _poses_of(frames)
+    factors = _pose_space(frames)
 
     def value(engine: Engine, state: Blocks) -> Array:
         pose = engine("frame_poses", state)["frame_pose"][..., np.newaxis, :, :]
@@ -131,12 +131,12 @@ def _jacobians(space: Space, reference: str) -> Claim:
         value,
         source=Output("frame_poses", "frame_pose").flat,
         directions=fixed({"q": W.T}),
-        rows=_named(frames, _POSE),
+        rows=_row_names(frames, _POSE),
         columns=space.along["q"].names,
     )
 
 
-def _poses_of(names: Sequence[str]) -> tuple[Factor, ...]:
+def _pose_space(names: Sequence[str]) -> tuple[Factor, ...]:
     """Return the configuration space of poses."""
     return tuple(Factor("SE3", name, 7 * k, 7, 6 * k, 6) for k, name in enumerate(names))
 
@@ -163,7 +163,7 @@ def _mobilities(space: Space) -> Claim:
         Output("frame_mobilities", "mobility").flat.column,
         second=second,
         second_name="by M",
-        rows=_named(space.system.frames, [f"{left}, {right}" for left in _TWIST for right in _TWIST]),
+        rows=_row_names(space.system.frames, [f"{left}, {right}" for left in _TWIST for right in _TWIST]),
     )
 
 
@@ -263,7 +263,7 @@ def body_claims(space: Space) -> list[Claim]:
     if space.has("twists", "accelerations"):
         claims.append(_accelerations(space))
     if space.has("twists", "jacobians"):
-        rows = _named(space.system.bodies, _TWIST)
+        rows = _row_names(space.system.bodies, _TWIST)
         claims.append(jacobian(space, _body_jacobians, _BODY_TWIST, "v", rows, name="jacobians"))
     return claims
 
@@ -274,7 +274,7 @@ def _body_jacobians(engine: Engine, state: Blocks) -> Array:
 
 
 def _twists(space: Space) -> Claim:
-    factors = _poses_of(space.system.bodies)
+    factors = _pose_space(space.system.bodies)
     return Claim(
         "twists",
         "d pose / dt",
@@ -283,7 +283,7 @@ def _twists(space: Space) -> Claim:
         ),
         source=_BODY_POSE,
         directions=along_motion(space.engine, "q"),
-        rows=_named(space.system.bodies, _POSE),
+        rows=_row_names(space.system.bodies, _POSE),
     )
 
 
@@ -302,5 +302,5 @@ def _accelerations(space: Space) -> Claim:
         source=_BODY_TWIST,
         directions=along_motion(space.engine, "q", "v"),
         combine=combine,
-        rows=_named(space.system.bodies, _TWIST),
+        rows=_row_names(space.system.bodies, _TWIST),
     )

@@ -50,16 +50,16 @@ def linear_claims(space: Space) -> list[Claim]:
         claims += [
             _of_accelerations(space, "acceleration_partials", name, block)
             for name, block in (("Aq", "q"), ("Av", "v"))
-            if name in _named(space.system, "acceleration_partials")
+            if name in _output_names(space.system, "acceleration_partials")
         ]
     if space.has("joint_velocities"):
-        claims += _of_joints(space)
+        claims += _joint_velocities(space)
     if space.has("output_partials"):
         claims += _of_states(space, "output_partials") + _of_drives(space, "output_partials")
     return claims
 
 
-def _named(system: System, function: str) -> set[str]:
+def _output_names(system: System, function: str) -> set[str]:
     return {block.name for block in system.functions[function].outputs if block.refs}
 
 
@@ -71,7 +71,7 @@ def _rows(space: Space, function: str) -> tuple[str, ...]:
 
 
 def _of_states(space: Space, term: str) -> list[Claim]:
-    there = _named(space.system, term)
+    there = _output_names(space.system, term)
     return [
         jacobian(space, Output(term, name), source, block, _rows(space, source.function))
         for name, (source, block) in _STATES[term].items()
@@ -92,7 +92,7 @@ def _of_drives(space: Space, term: str) -> list[Claim]:
     disturbances |= {"base": accelerations} if of_base else {}
     rates = {"u": {"u": np.eye(nu)[free]} if free else {}, "w": disturbances}
     columns = {"u": description.driven, "w": description.disturbances}
-    there = _named(space.system, term)
+    there = _output_names(space.system, term)
     return [
         Claim(
             f"{term}.{name}",
@@ -108,12 +108,12 @@ def _of_drives(space: Space, term: str) -> list[Claim]:
     ]
 
 
-def _of_joints(space: Space) -> list[Claim]:
+def _joint_velocities(space: Space) -> list[Claim]:
     """Return the claims of the velocities of joints: partials, rates, and partials of rates."""
     term, joints = "joint_velocities", space.description.joints
     names = tuple(name for f in joints for name in component_names("", f.name, f.v_size))
     v, a = Output(term, "joint_v"), Output(term, "joint_a")
-    there = _named(space.system, term)
+    there = _output_names(space.system, term)
 
     def speed(_: Engine, state: Blocks) -> Array:
         """Return the rounding of partials that cancel, for any remainder."""
