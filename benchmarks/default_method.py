@@ -40,8 +40,8 @@ from eomgen.products.studies.work_precision.running import (
     TOO_LONG,
     Runner,
     ladder_grid,
+    measure_seconds,
     per_coarsest,
-    timed,
 )
 from eomgen.simulation.automatic_method import RESOLVED, automatic, largest_eigenvalue
 from eomgen.system.system import Facts
@@ -129,9 +129,9 @@ class Subject:
         error = seconds = math.inf
         if outcome.ended == REACHED and outcome.observation is not None and outcome.repeated is not None:
             error = self.reference.errors_of(outcome.observation)["state"].largest
-            first = timed(outcome.repeated, 1)
+            first = measure_seconds(outcome.repeated, 1)
             more = min(REPEATS - 1, int(SPENT / max(first[0], 1e-9)))
-            seconds = statistics.median([*first, *timed(outcome.repeated, more)])
+            seconds = statistics.median([*first, *measure_seconds(outcome.repeated, more)])
             error = error if math.isfinite(error) else math.inf
         return Point(self.name, candidate, resolution, given, by, outcome.ended, error, seconds, outcome.said[:200])
 

@@ -29,7 +29,7 @@ from eomgen.products.studies.tuning.judge import OWN, Condition, Demand, Judge, 
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
 from eomgen.products.studies.work_precision.result import Point
-from eomgen.products.studies.work_precision.running import MOST_TIMES, Runner, timed, tuning_grid
+from eomgen.products.studies.work_precision.running import MOST_TIMES, Runner, measure_seconds, tuning_grid
 from eomgen.simulation.timing import RepeatedRun
 
 EXAMPLES = Path(__file__).resolve().parent.parent / "examples"
@@ -182,7 +182,7 @@ class _Beside:
         times: list[list[float]] = [[] for _ in range(len(entered) + 1)]
         for _ in range(TURNS):
             for taken, repeated in zip(times, (chosen, *(r for _, r in entered)), strict=True):
-                taken.extend(timed(repeated, 1))
+                taken.extend(measure_seconds(repeated, 1))
         medians = [statistics.median(taken) for taken in times]
         least = min(range(len(entered)), key=lambda k: medians[k + 1])
         return medians[0] / medians[least + 1], entered[least][0]

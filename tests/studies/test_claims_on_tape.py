@@ -22,9 +22,9 @@ from eomgen.products.studies.verification.claims.claim import (
     Claim,
     Engine,
     Space,
+    base_block,
     directions,
     on_tape,
-    prescribed,
 )
 from eomgen.products.studies.verification.states import CheckedStates
 from eomgen.system.system import System
@@ -83,7 +83,7 @@ def _states(system: System, engine: Engine, parameters: Array, rng: np.random.Ge
     }
     for name in ("base", "base_rates"):
         if name in engine:
-            state[name] = prescribed(engine, name, state)
+            state[name] = base_block(engine, name, state)
     there = {name: block for name, block in state.items() if block.shape[-1]}
     return CheckedStates(there, tuple(f"state {k}" for k in range(STATES)), ())
 
@@ -110,7 +110,7 @@ def test_claims_agree_at_random_states(scene: str, rng: np.random.Generator) -> 
     engine = on_tape(system)
     chosen = [claim for claim in claims if claim.name.startswith(CHECKED[scene])]
     assert all(any(claim.name.startswith(name) for claim in chosen) for name in CHECKED[scene])
-    reports = [checking.judged(claim, engine, engine, system, states, rng) for claim in chosen]
+    reports = [checking.judge_claim(claim, engine, engine, system, states, rng) for claim in chosen]
     assert [(report.name, report.verdict, str(report.worst)) for report in reports if report.verdict != "agrees"] == []
     errors = [report.complex_step for report in reports if report.complex_step is not None]
     assert max(errors, default=0.0) < 1e-11
@@ -130,7 +130,7 @@ def test_a_wrong_entry_of_one_state_fails_each_claim(scene: str, rng: np.random.
     for claim in claims:
         if claim.name.startswith(CHECKED[scene]):
             wrong = replace(claim, value=_changed(claim.value))
-            report = checking.judged(wrong, engine, engine, system, states, rng)
+            report = checking.judge_claim(wrong, engine, engine, system, states, rng)
             assert (claim.name, report.verdict) == (claim.name, "FAILS")
             assert report.worst is not None and report.worst.state == "state 1"
 

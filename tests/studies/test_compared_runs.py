@@ -15,7 +15,7 @@ from eomgen.lie.product import Factor
 from eomgen.products.studies.ladders import register, study
 from eomgen.products.studies.work_precision.formulations import _apart
 from eomgen.products.studies.work_precision.observation import Observation, errors, known_errors, with_arrays
-from eomgen.products.studies.work_precision.reference import _extrapolated
+from eomgen.products.studies.work_precision.reference import _extrapolate
 from eomgen.simulation.accuracy.motion_size import Components
 from eomgen.simulation.judgement.invariants import _is_pulse
 
@@ -199,7 +199,7 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     q, v = rng.normal(size=9), rng.normal(size=8)
     subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, constrained=False)
     assert register._angles(subject) == [7] and register._has_angles(subject) == ""
-    turned = register._turned(subject, 100.0)
+    turned = register._turn_angles(subject, 100.0)
     assert (turned.q - q).tolist() == pytest.approx(
         [0.0] * 7 + [200.0 * np.pi, 0.0]
     ) and turned.v.tolist() == v.tolist()
@@ -258,11 +258,11 @@ def test_extrapolation_removes_the_leading_error(order: int, rng: np.random.Gene
         )
         for size in (1e-3, 1e-3 * 2.0**order)
     )  # fmt: skip
-    result = _extrapolated(fine, coarse, order)
+    result = _extrapolate(fine, coarse, order)
     assert (result.components, result.rows) == (NAMES, ("a", "b"))
     for name, array in result.arrays.items():
         np.testing.assert_allclose(array, true.arrays[name], atol=1e-12)
-    wrong = _extrapolated(fine, coarse, order + 1)
+    wrong = _extrapolate(fine, coarse, order + 1)
     for quaternion in (wrong.q[:, :4], *(pose[:, :4] for pose in wrong.poses.values())):
         np.testing.assert_allclose(np.linalg.norm(quaternion, axis=1), 1.0, rtol=1e-12)
     assert np.abs(wrong.q[:, 4:] - true.q[:, 4:]).max() > 1e-6

@@ -15,20 +15,20 @@ PLAIN = Configuration("joint", "rk4")
     ("configuration", "keys", "label"),
     [
         (PLAIN, {}, "rk4, joint"),
-        (PLAIN.varied(real="float"), {"real": "float"}, "rk4, joint, float"),
-        (PLAIN.varied(settings={"iterations": 3}), {"settings": {"iterations": 3}}, "rk4, joint"),
-        (PLAIN.varied(profile="another"), {}, "rk4, joint, another"),
-        (PLAIN.varied(policy="frozen"), {}, "rk4, joint, frozen"),
+        (PLAIN.vary(real="float"), {"real": "float"}, "rk4, joint, float"),
+        (PLAIN.vary(settings={"iterations": 3}), {"settings": {"iterations": 3}}, "rk4, joint"),
+        (PLAIN.vary(profile="another"), {}, "rk4, joint, another"),
+        (PLAIN.vary(policy="frozen"), {}, "rk4, joint, frozen"),
         (Configuration("", "alpha", {"rho": 0.5}), {"rho": 0.5}, "alpha rho 0.5"),
     ],
 )
 def test_values_that_differ_from_the_defaults_are_named(
     configuration: Configuration, keys: dict[str, object], label: str
 ) -> None:
-    assert (configuration.of_scene(), configuration.label) == (keys, label)
+    assert (configuration.simulation_keys(), configuration.label) == (keys, label)
 
 
 def test_no_two_configurations_have_one_key() -> None:
-    several = [PLAIN, PLAIN.varied(real="float"), PLAIN.varied(profile="another"), PLAIN.varied(settings={"a": 1.0})]
+    several = [PLAIN, PLAIN.vary(real="float"), PLAIN.vary(profile="another"), PLAIN.vary(settings={"a": 1.0})]
     assert len({one.key for one in several}) == len(several)
     assert all(json.loads(one.key)["method"] == "rk4" for one in several)

@@ -13,7 +13,7 @@ import pytest
 from eomgen.lie.product import Factor
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.verification import check as checking
-from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, moved
+from eomgen.products.studies.verification.claims.claim import Array, Blocks, Claim, Engine, column, move_state
 from eomgen.products.studies.verification.differences import (
     BARS,
     LADDER,
@@ -128,7 +128,7 @@ def test_turns_are_moved_by_the_exponential_and_to_first_order_alike(rng: np.ran
         complex_steps(at(form_of("q", 4), engine, state)),
     ):
         assert np.allclose(found[..., 1:], expected, atol=1e-9) and not found[..., 0].any()
-    turned = moved(engine, state, {"q": np.ones((4, 4))}, 0.7)["q"]
+    turned = move_state(engine, state, {"q": np.ones((4, 4))}, 0.7)["q"]
     assert np.allclose(np.linalg.norm(turned[:, 1:], axis=1), 1.0, atol=1e-15)
 
 

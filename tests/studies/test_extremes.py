@@ -34,7 +34,7 @@ from eomgen.products.studies.ladders.runs import (
     Request,
     RunEnding,
     RunnerProcess,
-    simulated,
+    run_ending,
 )
 from eomgen.products.studies.ladders.scaling import GRAVITY, LENGTH, MASS, ORIGIN, STIFFNESS, TIME, with_factors
 from eomgen.products.studies.ladders.study import difference, reference
@@ -130,31 +130,31 @@ def runner() -> Iterator[RunnerProcess]:
 
 def test_runs_that_hang_crash_and_raise_are_told_apart(runner: RunnerProcess, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("eomgen.products.studies.ladders.runs.GRACE", 1.0)
-    assert runner.ended(deaf, 0.2).how == HANG
-    assert runner.ended(slow, 0.2).how == UNFINISHED
-    crashed = runner.ended(killed, 20.0)
+    assert runner.execute(deaf, 0.2).how == HANG
+    assert runner.execute(slow, 0.2).how == UNFINISHED
+    crashed = runner.execute(killed, 20.0)
     assert crashed.how == CRASH and crashed.said == "killed by signal 11"
-    raised = runner.ended(wrong, 20.0)
+    raised = runner.execute(wrong, 20.0)
     assert raised.how == RAISED and raised.said == "ValueError: no"
-    expected, answer = right().arrays, runner.ended(right, 20.0)
+    expected, answer = right().arrays, runner.execute(right, 20.0)
     assert answer.arrays is not None and expected is not None and not answer.finite
     np.testing.assert_array_equal(answer.arrays["q"], expected["q"])
 
 
 def test_a_process_runs_one_thing_after_another_until_it_is_lost(runner: RunnerProcess) -> None:
-    first, used = runner.ended(right, 20.0), runner.used
-    assert not used and runner.ended(right, 20.0).said == first.said and runner.used
-    assert runner.ended(killed, 20.0).how == CRASH and runner.used
-    assert runner.ended(right, 20.0).said != first.said and not runner.used
+    first, used = runner.execute(right, 20.0), runner.used
+    assert not used and runner.execute(right, 20.0).said == first.said and runner.used
+    assert runner.execute(killed, 20.0).how == CRASH and runner.used
+    assert runner.execute(right, 20.0).said != first.said and not runner.used
 
 
 def test_the_time_limit_is_not_for_compiling() -> None:
     compiled = RunnerProcess(lambda _: time.sleep(0.8), lambda call: call())
-    assert compiled.ended(right, 0.7).how == REACHED
-    assert compiled.ended(late, 0.7).how == UNFINISHED
+    assert compiled.execute(right, 0.7).how == REACHED
+    assert compiled.execute(late, 0.7).how == UNFINISHED
     compiled.close()
     broken = RunnerProcess(lambda _: wrong(), lambda call: call())
-    assert broken.ended(right, 20.0) == RunEnding(RAISED, "ValueError: no")
+    assert broken.execute(right, 20.0) == RunEnding(RAISED, "ValueError: no")
     broken.close()
 
 
@@ -167,7 +167,7 @@ def test_a_fail_is_tried_again_in_a_process_of_its_own(monkeypatch: pytest.Monke
         runs.append(1.0)
         if len(runs) == 3:
             os.kill(os.getpid(), signal.SIGSEGV)
-        return simulated(*given, **more)
+        return run_ending(*given, **more)
 
     monkeypatch.setattr("eomgen.products.studies.ladders.study.simulated", fragile)
     found = eomgen.extremes(PENDULUM, cells=["length:1000:rk4", "length:0.001:rk4"])
@@ -180,10 +180,10 @@ def test_single_precision_is_held_against_double_precision(monkeypatch: pytest.M
 
     def noted(self: RunnerProcess, request: Any, limit: float) -> RunEnding:
         asked.append((request.conditions.model, request.method))
-        return simulated(subject.model(request.conditions.model), request.conditions, request.method, **request.more)
+        return run_ending(subject.model(request.conditions.model), request.conditions, request.method, **request.more)
 
     subject = Subject(PENDULUM, {})
-    monkeypatch.setattr(RunnerProcess, "ended", noted)
+    monkeypatch.setattr(RunnerProcess, "execute", noted)
     found = eomgen.extremes(PENDULUM, cells=["float:0.01:rk4"])
     assert [cell.verdict for cell in found.cells] == ["holds"]
     assert asked[0] == ("single", "rk4") and {model for model, _ in asked[1:]} == {"own"}
@@ -195,7 +195,7 @@ def test_notes_of_a_run_are_no_warnings() -> None:
     model, conditions = subject.model("own"), subject.conditions(step=1e-3, steps=200)
     plain = model.simulate(0.2, 1e-3, method="auto")
     assert [one.severity for one in plain.findings] == ["note"] and "; " in plain.message
-    assert simulated(model, conditions, "auto").said == ""
+    assert run_ending(model, conditions, "auto").said == ""
 
 
 @pytest.mark.slow
@@ -207,7 +207,7 @@ def test_runs_that_stand_still_by_rounding_are_no_reference() -> None:
     def ended(request: Request, limit: float) -> RunEnding:
         return RunEnding(REACHED, "", still)
 
-    near, far = (reference(subject, conditions.varied(q=np.array([turn])), ended) for turn in (0.5, 2e9 * np.pi))
+    near, far = (reference(subject, conditions.vary(q=np.array([turn])), ended) for turn in (0.5, 2e9 * np.pi))
     assert near.arrays is not None
     assert far.arrays is None
     assert "of the step: steps change the coordinates by their rounding only" in far.by

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import eomgen
-from eomgen.products.studies.work_precision.formulations import simplified
+from eomgen.products.studies.work_precision.formulations import simplify
 
 BEAM = Path(__file__).parents[2] / "examples" / "spin_up_beam" / "scene.toml"
 END = 1.0
@@ -27,7 +27,7 @@ def _tip(model: eomgen.Model, end: float = END, step: float = 0.01) -> Any:
 
 
 def test_what_there_is_less_of() -> None:
-    assert [what for what, _ in simplified(eomgen.load(BEAM))] == [
+    assert [what for what, _ in simplify(eomgen.load(BEAM))] == [
         "at most 2 modes",
         "at most 1 mode",
         "no stiffening",
@@ -35,7 +35,7 @@ def test_what_there_is_less_of() -> None:
     ]
     plain = {"format": 1, "name": "x", "bodies": {"rod": {"mass": 1.0}}, "joints": {}}
     plain["joints"] = {"pin": {"type": "prismatic", "parent": "base", "child": "rod", "axis": [0, 0, 1]}}
-    assert list(simplified(eomgen.load(plain))) == []
+    assert list(simplify(eomgen.load(plain))) == []
 
 
 @pytest.mark.slow
@@ -48,7 +48,7 @@ def test_a_simplified_scene_is_the_one_that_a_file_would_say(what: str) -> None:
     else:
         data["beams"]["blade"]["bending_y"]["modes"] = 1
         data["outputs"]["tip_deflection"]["formula"] = "q.blade[0]"
-    less = dict(simplified(eomgen.load(BEAM)))[what]
+    less = dict(simplify(eomgen.load(BEAM)))[what]
     np.testing.assert_array_equal(_tip(eomgen.build(less)), _tip(eomgen.build(data)))
 
 
@@ -69,7 +69,7 @@ def test_errors_are_against_the_full_scene(study: eomgen.Tradeoff) -> None:
     _, end, rows = study.span
     full = _tip(eomgen.build(BEAM), end, end / rows)
     floors = {}
-    for what, scene in simplified(eomgen.load(BEAM)):
+    for what, scene in simplify(eomgen.load(BEAM)):
         points = [p for p in study.usable if p.configuration.formulation == f"joint, {what}"]
         if what == "rigid":
             assert not points

@@ -277,7 +277,7 @@ def test_combinations_of_columns_are_read_from_the_left() -> None:
     J[:, 2] = 2.0 * J[:, 0] - 1e6 * J[:, 1] * 1e-6
     J[:, 4] = 0.0
     found = structure(J)
-    assert found.kept == (0, 1, 3) and found.others == (2, 4) and found.mixed == (0, 1)
+    assert found.kept == (0, 1, 3) and found.others == (2, 4) and found.mixed_columns == (0, 1)
     np.testing.assert_allclose(found.coefficients, [[2.0, 0.0], [-1.0, 0.0], [0.0, 0.0]], atol=1e-12)
 
 

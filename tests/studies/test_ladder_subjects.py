@@ -92,8 +92,8 @@ def test_scenes_at_another_place_have_the_same_accelerations() -> None:
     subject = subject_of()
     moved = subject.conditions(model=FACTORS, parameters={ORIGIN: 3.0}, q=np.array([3.5]))
     assert subject.not_movable(moved) == ""
-    assert subject.not_movable(moved.varied(q=np.array([3.5 + 1e-5]))).startswith("its forces are not the same at an")
-    assert subject.not_movable(moved.varied(q=np.array([3.5 + 1e-8]))) == ""
+    assert subject.not_movable(moved.vary(q=np.array([3.5 + 1e-5]))).startswith("its forces are not the same at an")
+    assert subject.not_movable(moved.vary(q=np.array([3.5 + 1e-8]))) == ""
     assert subject_of("refused").not_movable(moved) == "no such scene"
 
 

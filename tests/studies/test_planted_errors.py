@@ -415,7 +415,7 @@ def test_a_scene_with_states_left_out_agrees_where_defined() -> None:
 @pytest.mark.long
 @pytest.mark.usefixtures("derived_once")
 def test_a_second_derivation_without_numbers_is_no_agreement(monkeypatch: pytest.MonkeyPatch) -> None:
-    own, forms = checking.judged, []
+    own, forms = checking.judge_claim, []
 
     def judged(claim: Claim, *given: Any) -> FormReport:
         if (second := claim.second) is not None:
@@ -423,7 +423,7 @@ def test_a_second_derivation_without_numbers_is_no_agreement(monkeypatch: pytest
             forms.append(claim.name)
         return own(claim, *given)
 
-    monkeypatch.setattr(checking, "judged", judged)
+    monkeypatch.setattr(checking, "judge_claim", judged)
     report = check(drone(), states=2, profile="quick")
     failed = {form.name: str(form.worst) for form in report.forms if form.verdict == "FAILS"}
     assert forms and set(failed) == set(forms) and not report.passed

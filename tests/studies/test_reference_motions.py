@@ -11,7 +11,7 @@ import pytest
 from eomgen.errors import ModelError, NumericalError, UsageError
 from eomgen.lie.product import Factor
 from eomgen.products.studies.tuning import judge as under_test
-from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, under, verified
+from eomgen.products.studies.tuning.judge import Condition, Demand, Judge, under, verify
 from eomgen.products.studies.work_precision.observation import ErrorSize, Observation
 from eomgen.products.studies.work_precision.running import REACHED, ComparedRun
 from eomgen.simulation.accuracy.motion_size import Components
@@ -153,13 +153,13 @@ def test_demands_beyond_the_reference_and_unstable_motions_are_refused() -> None
 def test_verified_runs_start_at_the_reference() -> None:
     runner = Runner(a=lambda n: 0.01 / n**2, fast=lambda n: 0.25, broken=lambda n: None)
     judge, condition = judge_of(runner, method("a")), Condition("1: moved", {"initial": {"q": 3.0}, "later": 2})
-    run = verified(judge, {"configuration": "fast", "per_row": 2}, condition)
+    run = verify(judge, {"configuration": "fast", "per_row": 2}, condition)
     assert run is not None and run.error == pytest.approx(0.25, rel=1e-3) and run.what == "1: moved"
     assert run.uncertainty == judge.bar(condition) > 0.0 and run.by == judge.reference(condition).described
     assert runner.given["initial"]["q"].tolist() == [0.0] and runner.given["later"] == 2
-    failed = verified(judge, {"configuration": "broken", "per_row": 2}, condition)
+    failed = verify(judge, {"configuration": "broken", "per_row": 2}, condition)
     assert failed is not None and (failed.error, failed.uncertainty, failed.said) == (np.inf, 0.0, "broken stopped")
-    assert verified(judge_of(runner), {"configuration": "fast", "per_row": 2}, condition) is None
+    assert verify(judge_of(runner), {"configuration": "fast", "per_row": 2}, condition) is None
     under(judge, {"configuration": "fast", "per_row": 4})
     assert "initial" not in runner.given and runner.made[-1] == ("fast", 4)
 

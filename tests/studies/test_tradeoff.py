@@ -19,7 +19,7 @@ from eomgen.cli import main
 from eomgen.products.studies.work_precision import study as work_precision
 from eomgen.products.studies.work_precision.axes import AXES, Configuration, candidates
 from eomgen.products.studies.work_precision.formulations import formulations
-from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observed
+from eomgen.products.studies.work_precision.observation import ErrorSize, errors, observe
 from eomgen.products.studies.work_precision.reference import RunReference
 from eomgen.products.studies.work_precision.result import _groups
 from eomgen.products.studies.work_precision.running import Grid, Runner
@@ -98,7 +98,7 @@ def test_no_point_counts_as_more_accurate_than_the_reference_is_known(study: tup
 
 def test_the_reference_itself_counts_as_accurate_as_it_is_known() -> None:
     model = eomgen.build(SWING)
-    run = observed(model, model.simulate(0.2))
+    run = observe(model, model.simulate(0.2))
     known = {"angle": ErrorSize(1.6e-7, 1e-8, 2e-8)}
     held = RunReference(run, "a run", "another", known)
     assert held.errors_of(run)["angle"] == known["angle"]
@@ -272,7 +272,7 @@ def test_formulations_of_one_scene_have_one_motion() -> None:
     for name, scene in found.scenes.items():
         model = eomgen.build(scene)
         method = "rk4_partitioned" if model.multipliers else "rk4"
-        runs[name] = observed(model, model.simulate(0.64, 0.0025, method=method, record_every=16))
+        runs[name] = observe(model, model.simulate(0.64, 0.0025, method=method, record_every=16))
     for name in ("SE3", "R3xSO3"):
         apart = errors(runs[name], runs["joint"])
         assert apart["tip"].largest < 1e-7

@@ -99,7 +99,7 @@ def test_one_line_says_why(tuned: eomgen.Tuned) -> None:
 @pytest.mark.slow
 def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """rk4 wins, and is made to miss the conditions of the verification; then generalized_alpha does, with policies."""
-    trained, checked = race.Race._trained, tune.verified
+    trained, checked = race.Race._train, tune.verify
     missed = []
 
     def training(self: race.Race, contender: Contender, run: RaceRun) -> RaceRun:
@@ -114,8 +114,8 @@ def test_what_is_near_a_winner_of_the_verification_races_as_well(path: Path, mon
             return replace(check, error=1.0)
         return check
 
-    monkeypatch.setattr(race.Race, "_trained", training)
-    monkeypatch.setattr(tune, "verified", verifying)
+    monkeypatch.setattr(race.Race, "_train", training)
+    monkeypatch.setattr(tune, "verify", verifying)
     said: list[str] = []
     methods = ["generalized_alpha", "rk4"]
     found = eomgen.tune(path, 1e-4, output="angle", methods=methods, formulated=False, progress=said.append)
@@ -265,9 +265,9 @@ def test_methods_of_low_order_begin_with_as_many_steps_as_others() -> None:
 def test_contenders_expect_what_their_order_says() -> None:
     candidate = next(c for c in candidates("joint", eomgen.build(SWING), ["rk4"], {}))
     contender = Contender(candidate, candidate.configuration({}), "step", 4.0)
-    assert contender.wanted(1e-6) == 4.0
+    assert contender.predict_resolution(1e-6) == 4.0
     contender.add(RaceRun(4.0, 1e-3, 1e-3), 1e-6)
-    assert contender.wanted(MARGIN**-1 * 1e-3 / 16.0) == 8.0  # order 4: half the step
+    assert contender.predict_resolution(MARGIN**-1 * 1e-3 / 16.0) == 8.0  # order 4: half the step
     contender.add(RaceRun(8.0, 2.0**-2 * 1e-3, 2e-3), 1e-6)
     assert contender.order == pytest.approx(2.0)  # as low as is believed of 4
     assert contender.best(1e-6) is None
@@ -277,7 +277,9 @@ def test_contenders_expect_what_their_order_says() -> None:
     contender.reopen(5e-7)
     assert not contender.closed
     contender.add(RaceRun(128.0, 1e-9, 32e-3), 5e-7)
-    assert 64.0 < contender.wanted(5e-7) < 128.0  # between a run that misses and one that is better than demanded
+    assert (
+        64.0 < contender.predict_resolution(5e-7) < 128.0
+    )  # between a run that misses and one that is better than demanded
 
 
 def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_alone() -> None:
@@ -286,12 +288,14 @@ def test_a_tolerance_that_has_not_met_the_demand_is_dropped_by_measured_times_al
     contender = Contender(candidate, candidate.configuration({}), "tolerance", 1e3)
     demand = 1e-3
     contender.add(RaceRun(1e3, 0.19, 1e-4), demand)
-    assert contender.promised(demand) == 1e-4 < contender.expected(demand)
+    assert contender.least_seconds(demand) == 1e-4 < contender.predict_seconds(demand)
     contender.add(RaceRun(2e3, 0.15, 1.1e-4), demand)  # it hardly helps: by the model a tolerance of 1e-7 is wanted
-    assert contender.promised(demand) == 1.1e-4 and contender.expected(demand) > 2.0 * contender.promised(demand)
+    assert contender.least_seconds(demand) == 1.1e-4 and contender.predict_seconds(
+        demand
+    ) > 2.0 * contender.least_seconds(demand)
     contender.add(RaceRun(1e4, 9e-4, 1.2e-4), demand)
     assert contender.best(demand) == RaceRun(1e4, 9e-4, 1.2e-4)
-    assert contender.promised(demand) == contender.expected(demand)
+    assert contender.least_seconds(demand) == contender.predict_seconds(demand)
 
 
 def test_the_margin_is_not_bought_with_twice_the_steps() -> None:
@@ -300,13 +304,13 @@ def test_the_margin_is_not_bought_with_twice_the_steps() -> None:
     contender = Contender(candidate, candidate.configuration({}), "step", 0.125, 8)
     demand = 1e-8
     contender.add(RaceRun(0.125, 0.9 * 4.0**4 * demand, 1e-3), demand)
-    assert MARGIN < 0.9 and contender.wanted(demand) == 0.5
-    assert contender.expected(demand) == pytest.approx(4e-3)
+    assert MARGIN < 0.9 and contender.predict_resolution(demand) == 0.5
+    assert contender.predict_seconds(demand) == pytest.approx(4e-3)
     contender.add(RaceRun(0.5, 1.01 * demand, 4e-3), demand)  # it misses
-    assert contender.wanted(demand) == 1.0
+    assert contender.predict_resolution(demand) == 1.0
     fine = Contender(candidate, candidate.configuration({}), "step", 8.0)
     fine.add(RaceRun(8.0, 0.9 * 2.0**4 * demand, 1e-3), demand)
-    assert fine.wanted(demand) == 17.0  # whole steps are near, and the margin is cheap
+    assert fine.predict_resolution(demand) == 17.0  # whole steps are near, and the margin is cheap
 
 
 #: A pushed pendulum: its length may be tuned, a constant force and one over time push it.
@@ -414,7 +418,7 @@ def _halved_in_single(repeated: RepeatedRun, count: int) -> list[float]:
 def test_single_precision_is_chosen_where_it_suffices(
     error: float, real: str, path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(race, "timed", _halved_in_single)
+    monkeypatch.setattr(race, "measure_seconds", _halved_in_single)
     monkeypatch.setattr(race, "SINGLE", 0.0)  # it races for every demand, and floors of its error decide
     tuned = eomgen.tune(path, error, output="angle", methods=["rk4"], axes=["resolution", "arithmetic"])
     assert isinstance(tuned, eomgen.Tuned)

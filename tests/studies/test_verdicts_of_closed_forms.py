@@ -20,10 +20,11 @@ MISALIGNED = Path(__file__).parents[2] / "examples" / "misaligned_four_bar" / "s
 
 def test_entries_are_named_by_row_and_column() -> None:
     assert (
-        check._named(CLAIM, (1, 2)) == "lift along q.c" and check._named(CLAIM, np.array([0, 0])) == "force along q.a"
+        check._entry_name(CLAIM, (1, 2)) == "lift along q.c"
+        and check._entry_name(CLAIM, np.array([0, 0])) == "force along q.a"
     )
-    assert check._named(CLAIM, (2, 1)) == "row 2 along q.b"
-    assert check._named(cast(Any, SimpleNamespace(rows=("force",), columns=())), (0, 0)) == "force"
+    assert check._entry_name(CLAIM, (2, 1)) == "row 2 along q.b"
+    assert check._entry_name(cast(Any, SimpleNamespace(rows=("force",), columns=())), (0, 0)) == "force"
 
 
 def test_the_worst_entry_is_the_one_farthest_beyond_its_tolerance() -> None:

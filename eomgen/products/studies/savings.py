@@ -90,14 +90,14 @@ def variants(scene: Scene, of_step: tuple[str, ...], absolute: Scene | str | Non
     ]
     everything = absolute if isinstance(absolute, Scene) else scene
     for name, (description, change) in _CHANGES.items():
-        made.append(Variant(name, description, _named(change(scene), name)))
+        made.append(Variant(name, description, _with_name(change(scene), name)))
         everything = change(everything)
     description = "absolute coordinates, joints as constraints"
     if isinstance(absolute, Scene):
         made.append(Variant("absolute", description, absolute))
     elif absolute is not None:
         made.append(Variant("absolute", description, None, problem=absolute))
-    whole = _named(everything, "everything")
+    whole = _with_name(everything, "everything")
     return (*made, Variant("everything", "all of that together, as far as it can be", whole, ALL_TERMS))
 
 
@@ -113,7 +113,7 @@ ALL_TERMS = tuple(
 )
 
 
-def _named(scene: Scene, name: str) -> Scene:
+def _with_name(scene: Scene, name: str) -> Scene:
     """Return a scene whose content contains the name of the variant, so that caches distinguish the variant from the
     scene."""
     return replace(scene, content=scene.content + b"\0" + name.encode())
@@ -403,13 +403,13 @@ def savings(
             for variant in wanted:
                 if progress is not None:
                     progress(len(measured), len(wanted), variant.name)
-                measured.append(_built(variant, chosen, Path(folder), profile))
+                measured.append(_build_variant(variant, chosen, Path(folder), profile))
         except KeyboardInterrupt:
             if not measured:
                 raise
         left = wanted[len(measured) :]
         measured += [(VariantCost(one.name, one.description, problem=_INTERRUPTED), None) for one in left]
-        costs = _timed(measured, step, document.simulation.duration, rounds)
+        costs = _measure_steps(measured, step, document.simulation.duration, rounds)
         doubt = "" if costs[0].problem or measured[0][1] is None else _doubt(measured[0][1], document)
     if costs[0].problem:
         raise UsageError(
@@ -440,7 +440,7 @@ def _absolute(given: Described, scene: Scene, options: Mapping[str, Any]) -> Sce
         return str(error)
 
 
-def _built(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
+def _build_variant(variant: Variant, method: str, folder: Path, profile: str) -> tuple[VariantCost, Model | None]:
     cost = VariantCost(variant.name, variant.description)
     if variant.scene is None:
         return replace(cost, problem=variant.problem), None
@@ -523,7 +523,7 @@ class _Rounds:
         )
 
 
-def _timed(
+def _measure_steps(
     measured: Sequence[tuple[VariantCost, Model | None]], step: float, duration: float, rounds: int
 ) -> list[VariantCost]:
     """Return the costs with the times of steps, from runs in turns."""

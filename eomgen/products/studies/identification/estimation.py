@@ -63,7 +63,7 @@ class DependentColumns:
     coefficients: Array
 
     @property
-    def mixed(self) -> tuple[int, ...]:
+    def mixed_columns(self) -> tuple[int, ...]:
         """Kept columns on which other columns depend."""
         return tuple(k for k, row in zip(self.kept, self.coefficients, strict=True) if np.any(row))
 
@@ -253,7 +253,7 @@ class LeastSquares:
         sigma = ranges_of(self.data, self.columns) if self.deviations is None else self.deviations
         kept = self._independent(first[1], sigma)
         for _ in range(_STRUCTURES):
-            result = self._weighed(x, sigma, kept)
+            result = self._fit_with_deviations(x, sigma, kept)
             x, sigma, before = result.x, result.deviations, kept
             kept = self._independent(result.J, sigma)
             if kept == before:
@@ -263,33 +263,33 @@ class LeastSquares:
     def _independent(self, J: Array, sigma: Array) -> list[int]:
         return list(structure(J / sigma[self.columns][:, np.newaxis]).kept)
 
-    def _weighed(self, x: Array, sigma: Array, kept: Sequence[int]) -> Fit:
+    def _fit_with_deviations(self, x: Array, sigma: Array, kept: Sequence[int]) -> Fit:
         """Return the fit of the kept unknowns, with deviations that match the residuals if no deviations are given."""
         count, given = len(sigma), self.deviations is not None
         sizes = np.array([np.count_nonzero(self.columns == k) for k in range(count)])
         share = max(1.0 - len(kept) / len(self.data), 1.0 / len(self.data))
         for number in range(1 if given or count == 1 else _PASSES):
-            x, converged, text = self._searched(x, sigma[self.columns], kept)
+            x, converged, text = self._search(x, sigma[self.columns], kept)
             if given:
                 break
-            left = self._found(x)[0] - self.data
+            left = self._values_and_jacobian(x)[0] - self.data
             squares = np.array([float(left[self.columns == k] @ left[self.columns == k]) for k in range(count)])
             estimated = np.maximum(np.sqrt(squares / (sizes * share)), _LEAST * ranges_of(self.data, self.columns))
             change = float(np.max(np.abs(estimated / sigma - 1.0)))
             sigma = estimated
             if number and change < _SAME:
                 break
-        values, J = self._found(x)
+        values, J = self._values_and_jacobian(x)
         return Fit(x, values, J, sigma, converged, text)
 
-    def _found(self, x: Array) -> tuple[Array, Array]:
+    def _values_and_jacobian(self, x: Array) -> tuple[Array, Array]:
         result = self.predict(x)
         if result is None:
             fault = f"the run fails: {self.predict.failures[-1]} [E1054]"
             raise NumericalError(Problem("identify", fault, "a smaller step"))
         return result
 
-    def _searched(self, x: Array, sigma: Array, kept: Sequence[int]) -> tuple[Array, bool, str]:
+    def _search(self, x: Array, sigma: Array, kept: Sequence[int]) -> tuple[Array, bool, str]:
         """Return the unknowns at the least sum of squares over the kept unknowns, and the end of the search."""
         nothing, chosen = np.full(len(self.data), np.inf), list(kept)
 
@@ -303,7 +303,7 @@ class LeastSquares:
             return nothing if result is None else (result[0] - self.data) / sigma
 
         def jacobian(part: Array) -> Array:
-            return self._found(whole(part))[1][:, chosen] / sigma[:, np.newaxis]
+            return self._values_and_jacobian(whole(part))[1][:, chosen] / sigma[:, np.newaxis]
 
         low, high = self.bounds
         result = least_squares(

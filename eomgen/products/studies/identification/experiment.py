@@ -120,7 +120,7 @@ class Experiment:
         self._labels = tuple(data.outputs)
         self.present = np.stack([np.isfinite(values) for values in data.outputs.values()])
         self._options = dict(options)
-        self._options["inputs"] = {**(self._options.get("inputs") or {}), **self._driven()} or None
+        self._options["inputs"] = {**(self._options.get("inputs") or {}), **self._interpolate_inputs()} or None
         tight = newton_settings(model, self._options.get("method"))
         self._options["settings"] = {**tight, **(self._options.get("settings") or {})} or None
 
@@ -218,7 +218,7 @@ class Experiment:
                 places |= set(components)
         return [known[place] for place in sorted(places)]
 
-    def _driven(self) -> dict[str, Array]:
+    def _interpolate_inputs(self) -> dict[str, Array]:
         """Return measured inputs on the grid of the steps, linear between samples."""
         times = self._start + self.step * np.arange(self._rows.steps + 1)
         return {name: np.interp(times, self.data.t, values) for name, values in self.data.inputs.items()}

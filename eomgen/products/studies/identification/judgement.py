@@ -78,7 +78,7 @@ class Judgement:
         spread[kept] = np.sqrt(np.diag(cov))
         bias = np.zeros(count)
         bias[kept] = self._bias(weighted[:, kept], sigma)
-        decided = [k for k in kept if k not in parts.mixed]
+        decided = [k for k in kept if k not in parts.mixed_columns]
         times = interval(self.confidence, freedom, given=self.given)
         states = [
             "determined" if k in decided else "on its bound" if on_bound[k] else "undetermined" for k in range(count)
@@ -127,7 +127,7 @@ class Judgement:
     def _combinations(
         self, parts: DependentColumns, weighted: Array, spread: Array, times: float
     ) -> tuple[Combination, ...]:
-        if not parts.mixed:
+        if not parts.mixed_columns:
             return ()
         x, names = self.fit.x, self.unknowns.names
         sigma = self.fit.deviations[self.unknowns.columns]
@@ -138,7 +138,7 @@ class Judgement:
 
         forms = {other: form_of(parts, other, x, weighted, change) for other in parts.others}
         combinations = []
-        for k in parts.mixed:
+        for k in parts.mixed_columns:
             row = parts.coefficients[parts.kept.index(k)]
             others = [other for other, c in zip(parts.others, row, strict=True) if c]
             kinds = {forms[other] for other in others}

@@ -100,7 +100,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
     name, columns = columns_of(data, number)
     t = times_of(name, columns)
     known = _components(model)
-    wanted = None if chosen is None else _wanted(chosen, known)
+    wanted = None if chosen is None else _choose_components(chosen, known)
     outputs, inputs, ignored = dict[str, Array](), dict[str, Array](), list[str]()
     for column, values in columns.items():
         short = column.removeprefix("output.")
@@ -111,7 +111,7 @@ def measurements(model: Model, data: Data, number: int, chosen: Sequence[str] | 
             outputs[short] = values
         elif driven in model.inputs:
             inputs[driven] = values
-        elif wanted is not None or short in known or _of_solution(model, column):
+        elif wanted is not None or short in known or _belongs_to_solution(model, column):
             ignored.append(column)
         else:
             hint = _near(column, [*known, *model.inputs]) or '[outputs.angle] formula = "q.hinge" in the scene'
@@ -167,7 +167,7 @@ def _components(model: Model) -> list[str]:
     return [label for item in layout for label in component_names("", str(item["name"]), int(item["size"]))]
 
 
-def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
+def _choose_components(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     """Return the components of outputs that are chosen. Raises UsageError for one that is none."""
     if isinstance(chosen, str):
         raise UsageError(
@@ -185,7 +185,7 @@ def _wanted(chosen: Sequence[str], known: Sequence[str]) -> list[str]:
     return result
 
 
-def _of_solution(model: Model, column: str) -> bool:
+def _belongs_to_solution(model: Model, column: str) -> bool:
     """Return whether a column of a solution is not an output but a state, an energy, a multiplier."""
     states = (*model.q_names, *model.v_names, *model.z_names, *(f"a{name[1:]}" for name in model.v_names))
     return column in (*states, *model.multipliers) or column.startswith(("energy.", "multipliers"))

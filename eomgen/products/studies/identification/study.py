@@ -139,13 +139,13 @@ def identify(
     if by == "torque":
         of_runs = {"states": states or None, "bounds": bounds, "initial": initial, "outputs": outputs}
         _check_unused({**of_runs, "step": step, "t_start": t_start, **options})
-        of_values = _held(model, values)
+        of_values = _parameter_values(model, values)
         return identified_by_torque(
             model, _several(data), parameters, of_values, deviations, missing, _share(confidence)
         )
     for name in parameters:
         check_name("parameter", name, list(model.parameters), list(model.evaluator.fixed_parameters))
-    held = {name: float(value) for name, value in _held(model, values).items()}
+    held = {name: float(value) for name, value in _parameter_values(model, values).items()}
     share = _share(confidence)
     runs = _named_apart([measurements(model, one, k, outputs, missing) for k, one in enumerate(_several(data))])
     size = model.description.simulation.step if step is None else number_of("step", step)
@@ -224,7 +224,7 @@ def _check_lists(**lists: object) -> None:
             raise UsageError(Problem(name, "a name is given twice [E0589]", "each of them once"))
 
 
-def _held(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
+def _parameter_values(model: Model, values: Mapping[str, Any] | None) -> dict[str, float]:
     """Return values of tunable parameters, with texts converted to the units of parameters. Raises UsageError."""
     if not (values is None or isinstance(values, Mapping)):
         fault = f"values by name are needed, not {shown(values)} [E1036]"

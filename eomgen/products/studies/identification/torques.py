@@ -101,10 +101,10 @@ def identified_by_torque(
     if right.size < len(names):
         fault = f"there are {right.size} samples for {len(names)} unknowns [E1083]"
         raise UsageError(Problem("data", fault, "more samples, or fewer unknowns"))
-    solution = _solved(A, right, start, sigma)
+    solution = _solve(A, right, start, sigma)
     times = interval(confidence, solution.freedom, given=sigma is not None)
     estimates, combinations, correlations = _estimates(solution, names, start, units, times)
-    columns, records = _fitted(model, motions, right - A @ solution.x, solution.deviations)
+    columns, records = _measurements(model, motions, right - A @ solution.x, solution.deviations)
     return Identification(
         model.name,
         tuple(estimates),
@@ -150,7 +150,7 @@ def _unknowns(
     return list(parameters), np.array([pi[name] for name in parameters]), units, np.eye(len(columns))[:, places]
 
 
-def _solved(A: Array, right: Array, start: Array, given: Array | None) -> _Solution:
+def _solve(A: Array, right: Array, start: Array, given: Array | None) -> _Solution:
     """Return the solution of A x = right, (n, nv, unknowns) and (n, nv); unknowns that are combinations of other
     unknowns keep the start values."""
     rows, count, unknowns = A.shape
@@ -182,14 +182,14 @@ def _estimates(
     x, parts = solution.x, solution.parts
     kept, spread = list(parts.kept), np.full(len(names), np.inf)
     spread[kept] = np.sqrt(np.diag(solution.covariance))
-    decided = [k for k in kept if k not in parts.mixed]
+    decided = [k for k in kept if k not in parts.mixed_columns]
     estimates, combinations = [], []
     for k, name in enumerate(names):
         deviation, state = (float(spread[k]), "determined") if k in decided else (np.inf, "undetermined")
         value, reach = float(x[k]), times * deviation
         ends = value - reach, value + reach
         estimates.append(Estimate(name, units[k], value, deviation, *ends, 0.0, float(start[k]), state))
-    for k in parts.mixed:
+    for k in parts.mixed_columns:
         text, value = words(parts, k, names, x, "sum")
         row = parts.coefficients[parts.kept.index(k)]
         members = (names[k], *(names[other] for other, c in zip(parts.others, row, strict=True) if c))
@@ -198,7 +198,7 @@ def _estimates(
     return estimates, combinations, correlation(solution.covariance, kept, decided, len(names))
 
 
-def _fitted(
+def _measurements(
     model: Model, motions: Sequence[MeasuredMotion], left: Array, deviations: Array
 ) -> tuple[tuple[Column, ...], tuple[Record, ...]]:
     """Return measurements, and efforts of each motion with the efforts at the estimates; left: (n, nv) residuals."""

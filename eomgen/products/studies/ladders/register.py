@@ -103,7 +103,7 @@ def _at_origin(subject: Subject, value: float) -> RunConditions:
             shift[factor.q_start + (4 if factor.q_size == 7 else 0)] = value
     conditions = subject.conditions(model=FACTORS, parameters={ORIGIN: value}, shift=shift)
     assert conditions.q is not None  # for mypy: conditions() sets it
-    return conditions.varied(q=conditions.q + shift)
+    return conditions.vary(q=conditions.q + shift)
 
 
 def _movable(subject: Subject) -> str:
@@ -131,7 +131,9 @@ def _spins(subject: Subject) -> str:
     turns = _angular(subject)
     if not np.any(turns):
         return "nothing in it turns by a velocity of its own"
-    return "it is held by constraints at rest" if subject.constrained and not np.any(subject.start[1][turns]) else ""
+    return (
+        "it is held by constraints at rest" if subject.has_constraints and not np.any(subject.start[1][turns]) else ""
+    )
 
 
 def _angular(subject: Subject) -> Array:
@@ -144,7 +146,7 @@ def _spin(subject: Subject, value: float) -> RunConditions:
     fastest = float(np.max(np.abs(v[turns])))
     conditions = subject.conditions(steps=2 * ROWS)
     v = v * (value / conditions.step / fastest) if fastest else np.where(turns, value / conditions.step, v)
-    return conditions.varied(q=q, v=v)
+    return conditions.vary(q=q, v=v)
 
 
 def _angles(subject: Subject) -> list[int]:
@@ -162,7 +164,7 @@ def _has_angles(subject: Subject) -> str:
     return "" if _angles(subject) else "it has no angles as coordinates"
 
 
-def _turned(subject: Subject, value: float) -> RunConditions:
+def _turn_angles(subject: Subject, value: float) -> RunConditions:
     q, v = (np.array(x) for x in subject.start)
     q[_angles(subject)] += 2.0 * np.pi * value
     return subject.conditions(q=q, v=v)
@@ -217,7 +219,7 @@ LADDERS: tuple[Ladder, ...] = (
     Ladder("ratio", "inertia of the first body, times", _FACTORS, _factor(RATIO), _with(RATIO)),
     Ladder("ratio_last", "inertia of the last body, times", _FACTORS, _factor(RATIO_LAST), _with(RATIO_LAST)),
     Ladder("spin", "turn within a step, rad", _SPINS, _spin, _spins),
-    Ladder("turns", "angles, turns more", (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9), _turned, _has_angles),
+    Ladder("turns", "angles, turns more", (0.4999999, 0.5, 1.0, 1e3, 1e6, 1e9), _turn_angles, _has_angles),
     Ladder("right_angles", "all angles, turns", (0.0, 0.25, 0.5, 0.75), _right_angles, _has_angles),
     Ladder("rho_inf", "spectral radius at infinity", (0.0, 0.2, 0.5, 0.8, 0.95, 1.0), _rho, _always, OTHER, DAMPED),
     Ladder("start", "start of the run, s", _STARTS, _late, _always),

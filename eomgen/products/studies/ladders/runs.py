@@ -60,7 +60,7 @@ class RunConditions:
     shift: Array | None = None
     given: Mapping[str, float] = field(default_factory=dict)
 
-    def varied(self, **changes: Any) -> RunConditions:
+    def vary(self, **changes: Any) -> RunConditions:
         return replace(self, **changes)
 
 
@@ -100,7 +100,7 @@ def compile_stepper(model: Model, method: str) -> None:
             model.stepper(name)
 
 
-def simulated(model: Model, conditions: RunConditions, method: str, **more: Any) -> RunEnding:
+def run_ending(model: Model, conditions: RunConditions, method: str, **more: Any) -> RunEnding:
     """Return the end of a run under these conditions."""
     initial = None
     if conditions.q is not None and conditions.v is not None:
@@ -165,7 +165,7 @@ class RunnerProcess:
         self._pipe: Connection | None = None
         self.used, self.compiling = False, 0.0
 
-    def ended(self, request: Any, limit: float) -> RunEnding:
+    def execute(self, request: Any, limit: float) -> RunEnding:
         """Return the end of a request.
 
         Parameters
@@ -178,7 +178,7 @@ class RunnerProcess:
             began = time.perf_counter()
             pipe.send(request)
             if not pipe.poll(COMPILING):
-                return self._lost(RunEnding(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
+                return self._close_with(RunEnding(HANG, f"more than {COMPILING:g} s to compile", seconds=COMPILING))
             raised: RunEnding | None = pipe.recv()
             self.compiling += time.perf_counter() - began
             if raised is not None:
@@ -189,14 +189,14 @@ class RunnerProcess:
                 return replace(answer, seconds=time.perf_counter() - began)
             os.kill(process.pid or 0, signal.SIGINT)
             if not pipe.poll(GRACE):
-                return self._lost(
+                return self._close_with(
                     RunEnding(HANG, f"more than {limit:g} s, and no answer to an interrupt", seconds=limit)
                 )
             answer = pipe.recv()
-            return self._lost(replace(answer, seconds=time.perf_counter() - began))
+            return self._close_with(replace(answer, seconds=time.perf_counter() - began))
         except (EOFError, OSError):
             process.join()
-            return self._lost(RunEnding(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
+            return self._close_with(RunEnding(CRASH, f"killed by signal {-(process.exitcode or 0)}"))
 
     def close(self) -> None:
         """End the process; the next request gets a new one."""
@@ -218,7 +218,7 @@ class RunnerProcess:
             self.used = True
         return self._pipe, self._process
 
-    def _lost(self, ended: RunEnding) -> RunEnding:
+    def _close_with(self, ended: RunEnding) -> RunEnding:
         self.close()
         return ended
 

@@ -78,7 +78,7 @@ def with_factors(data: Data, wanted: Sequence[str]) -> dict[str, Any]:
     for quantity in quantities(plain, _UNCHANGED):
         *owner, last = quantity.path
         table = reduce(getitem, owner, cast(Any, scaled))
-        table[last] = factors_of.scaled(quantity)
+        table[last] = factors_of.scale(quantity)
     if ORIGIN in wanted:
         _move_origin(scaled)
     if RATIO in wanted:
@@ -119,7 +119,7 @@ class _Factors:
             if isinstance(entry, Mapping)
         }
 
-    def scaled(self, quantity: Quantity) -> Any:
+    def scale(self, quantity: Quantity) -> Any:
         """Return the value of a quantity with factors."""
         value = quantity.value
         if isinstance(value, str):

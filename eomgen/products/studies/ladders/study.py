@@ -32,7 +32,7 @@ from eomgen.products.studies.ladders.runs import (
     RunEnding,
     RunnerProcess,
     compile_stepper,
-    simulated,
+    run_ending,
 )
 from eomgen.products.studies.ladders.subject import FACTORS, OWN, SINGLE, StructuralZeros, Subject
 
@@ -86,7 +86,7 @@ def reference(
         if other.how != REACHED or other.arrays is None or not other.finite:
             tried.append(f"{name}: {other.how}")
             continue
-        if not (_resolved(subject, first, one.arrays) and _resolved(subject, second, other.arrays)):
+        if not (_resolves_motion(subject, first, one.arrays) and _resolves_motion(subject, second, other.arrays)):
             tried.append(f"{name}: steps change the coordinates by their rounding only")
             continue
         apart = difference(subject, other.arrays, one.arrays, AGREED).worst
@@ -96,7 +96,7 @@ def reference(
     return ExpectedResult("; ".join(tried))
 
 
-def _resolved(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
+def _resolves_motion(subject: Subject, request: Request, arrays: Mapping[str, Array]) -> bool:
     """Return whether steps change the moving coordinates by many times their rounding.
 
     Otherwise finer steps lose more of the motion: two references may agree on a standstill.
@@ -160,15 +160,15 @@ def difference(
     sizes = {kind: max(motion, least.get(kind, 0.0)) or 1.0 for kind, motion in moved.items()}
     position = max((error / sizes[kind] for kind, error in wrong.items()), default=0.0)
     if "z" in of and "z" in held:
-        position = max(position, _of_states(model, of["z"], held["z"], rounding))
+        position = max(position, _state_error(model, of["z"], held["z"], rounding))
 
     rates = {f"{kind}/s": size for kind, size in scale.items()}
-    velocity = _of_velocities(model, of["v"], held["v"], rates, rounding, turned / span)
+    velocity = _velocity_error(model, of["v"], held["v"], rates, rounding, turned / span)
     result = Errors(position, velocity)
     return result if np.all(np.isfinite(result)) else Errors(float("inf"), float("inf"))
 
 
-def _of_velocities(
+def _velocity_error(
     model: Model, of: Array, held: Array, rates: Mapping[str, float], rounding: float, mean_rate: float
 ) -> float:
     """Return the largest error of velocities (n, nv), each divided by the largest velocity of the same unit.
@@ -190,7 +190,7 @@ def _of_velocities(
     return velocity
 
 
-def _of_states(model: Model, of: Array, held: Array, rounding: float) -> float:
+def _state_error(model: Model, of: Array, held: Array, rounding: float) -> float:
     """Return the largest error of internal states (n, nz), each relative to the range of the state, or to a thousandth
     of the largest range of the same unit."""
     errors, motions = np.abs(of - held).max(axis=0, initial=0.0), np.ptp(held, axis=0)
@@ -225,7 +225,7 @@ def _angle(one: Array, two: Array) -> float:
 
 
 def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, Request, Request]]:
-    free = conditions.varied(given={})
+    free = conditions.vary(given={})
     span = conditions.step * conditions.steps
     # Steps that resolve the fastest motion of the scene without factors.
     fine = subject.fine * conditions.parameters.get("unit_time", 1.0)
@@ -233,10 +233,10 @@ def _pairs(subject: Subject, conditions: RunConditions) -> Iterator[tuple[str, R
 
     def finer(method: str, times: int, **more: float) -> Request:
         steps = own * times
-        return Request(free.varied(step=span / steps, steps=steps), method, {"error_estimate": False, **more})
+        return Request(free.vary(step=span / steps, steps=steps), method, {"error_estimate": False, **more})
 
     def tight(method: str) -> Request:
-        changed = free.varied(step=span / ROWS, steps=ROWS)
+        changed = free.vary(step=span / ROWS, steps=ROWS)
         return Request(changed, method, {"error_estimate": False, "tolerance": 1e-14})
 
     times = max(1, min(4 * int(np.ceil(span / own / fine)), MOST_STEPS // (4 * own)))
@@ -363,7 +363,7 @@ class _LadderStudy:
         self.references: dict[str, ExpectedResult] = {}
         self.runner = RunnerProcess(
             lambda request: compile_stepper(subject.model(request.conditions.model), request.method),
-            lambda request: simulated(
+            lambda request: run_ending(
                 subject.model(request.conditions.model), request.conditions, request.method, **request.more
             ),
         )
@@ -418,16 +418,16 @@ class _LadderStudy:
         conditions = ladder.conditions(self.subject, value)
         self.subject.model(conditions.model)  # a model that cannot be built raises here
         request = Request(conditions, method)
-        ended = self.runner.ended(request, self.limit)
+        ended = self.runner.execute(request, self.limit)
         used = self.runner.used
-        result = self._judged(ladder, value, method, conditions, ended)
+        result = self._judge(ladder, value, method, conditions, ended)
         if result.verdict == FAILS and used:  # earlier runs of the process must not be the reason
             self.runner.close()
-            ended = self.runner.ended(request, self.limit)
-            result = self._judged(ladder, value, method, conditions, ended)
+            ended = self.runner.execute(request, self.limit)
+            result = self._judge(ladder, value, method, conditions, ended)
         return result
 
-    def _judged(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: RunEnding) -> Cell:
+    def _judge(self, ladder: Ladder, value: float, method: str, conditions: RunConditions, ended: RunEnding) -> Cell:
         error, by = None, ""
         if ended.how == REACHED and ended.finite and ended.arrays is not None:
             held = self._reference(ladder, conditions, method)
@@ -442,7 +442,7 @@ class _LadderStudy:
     def _equations(self, ladder: Ladder, value: float, method: str) -> Cell:
         structure = self.structure
         began = time.perf_counter()
-        ended, excess = structure.moved(value)
+        ended, excess = structure.verdict_after_change(value)
         said = "" if excess <= 1.0 else ended.said
         error = excess * ladder.bound if ended.how == REACHED else None
         # other equations are not a matter of degree
@@ -457,15 +457,15 @@ class _LadderStudy:
             key = f"same {method}"
             if key not in self.references:
                 own = self.subject.conditions(model=FACTORS)
-                ended = self.runner.ended(Request(own, method, {"error_estimate": False}), self.limit)
+                ended = self.runner.execute(Request(own, method, {"error_estimate": False}), self.limit)
                 arrays = dict(ended.arrays) if ended.how == REACHED and ended.arrays is not None else None
                 self.references[key] = ExpectedResult(f"{method}, the scene as it is", arrays, 0.0)
             return self.references[key]
         if conditions.model == SINGLE:  # A reference in single precision would count its rounding as exact
-            conditions = conditions.varied(model=OWN)
-        key = _key(conditions.varied(given={}))
+            conditions = conditions.vary(model=OWN)
+        key = _key(conditions.vary(given={}))
         if key not in self.references:
-            self.references[key] = reference(self.subject, conditions, self.runner.ended)
+            self.references[key] = reference(self.subject, conditions, self.runner.execute)
         return self.references[key]
 
 

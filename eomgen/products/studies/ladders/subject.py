@@ -84,10 +84,10 @@ class Subject:
         if which not in self._models:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
-                self._models[which] = self._built(which)
+                self._models[which] = self._build(which)
         return self._models[which]
 
-    def _built(self, which: str) -> Model:
+    def _build(self, which: str) -> Model:
         if which != FACTORS:
             return pipeline.build(self.scene, real="float" if which == SINGLE else "double")
         scene, self.factors = self._with_factors()
@@ -146,7 +146,7 @@ class Subject:
         world."""
         z = np.array(self.model(OWN).initial_z)
         faulty = "its forces are not the same at another place: its formulas take places in the world"
-        return self._differs((*self.start, z), conditions.varied(z=z), np.ones(1), 1e-9, faulty)
+        return self._differs((*self.start, z), conditions.vary(z=z), np.ones(1), 1e-9, faulty)
 
     def _differs(
         self, own: tuple[Array, Array, Array], conditions: RunConditions, scale: Array, least: float, faulty: str
@@ -163,7 +163,7 @@ class Subject:
         return "" if np.all(same) else faulty
 
     @property
-    def constrained(self) -> bool:
+    def has_constraints(self) -> bool:
         return bool(self.model(OWN).multipliers)
 
     def runs(self, method: str) -> bool:
@@ -178,7 +178,7 @@ class Subject:
     def methods(self, *, ladders: Ladders | None = None, fine_by: FineBy = "") -> list[str]:
         """Return the methods of a kind of ladders, or the methods for references, that can step the scene; only methods
         with abilities that no earlier method has."""
-        has = {"constraints": self.constrained, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
+        has = {"constraints": self.has_constraints, "rotations": any(f.group != "R" for f in self.model(OWN).factors)}
         rows = (row for family in (*BUILT_IN, *families_of_others()) for row in family.names())
         able = (row for row in rows if all(has[fact] for fact in row.differs))
         facts = ((row.name, facts_of(row.name)) for row in able)
@@ -247,7 +247,7 @@ class Subject:
         model = self.model(OWN)
         q_sizes, v_sizes = (np.array([units.size(unit) for unit in own]) for own in (model.q_units, model.v_units))
         assert conditions.q is not None and conditions.v is not None  # for mypy: conditions() sets them
-        return conditions.varied(
+        return conditions.vary(
             model=FACTORS,
             step=conditions.step * units.time,
             q=conditions.q * q_sizes,
@@ -292,21 +292,21 @@ class StructuralZeros:
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
-        self.values = self._computed(0.0)
+        self.values = self._values_after_change(0.0)
         self.condition = {name: max(_largest(block), 0.01) for name, block in self.values.items()}
         try:
-            far, further = self._computed(_NEARBY), self._computed(_NEARBY + _STEP)
+            far, further = self._values_after_change(_NEARBY), self._values_after_change(_NEARBY + _STEP)
         except EomgenError:  # loops that close with these numbers alone
             return
         for name, least in self.condition.items():
             if name in far and name in further and far[name].shape == further[name].shape:
                 self.condition[name] = max(_largest(further[name] - far[name]) / _STEP, least)
 
-    def moved(self, amount: float) -> tuple[RunEnding, float]:
+    def verdict_after_change(self, amount: float) -> tuple[RunEnding, float]:
         """Return the verdict on the equations of a scene moved by an amount, and the ratio of the change to the limit:
         above 1 the equations differ."""
         try:
-            values = self._computed(amount)
+            values = self._values_after_change(amount)
         except EomgenError as error:
             return RunEnding(REFUSED, str(error)), 0.0
         worst, name = 0.0, ""
@@ -318,7 +318,7 @@ class StructuralZeros:
             worst, name = max((worst, name), (excess, block))
         return RunEnding(REACHED, f"{name} changes most" if worst > 1.0 else ""), worst
 
-    def _computed(self, amount: float) -> dict[str, Array]:
+    def _values_after_change(self, amount: float) -> dict[str, Array]:
         assert self.subject.data is not None  # for mypy: scenes without data are sorted out before
         data = copy.deepcopy(dict(self.subject.data))
         rng = np.random.default_rng(3)
@@ -326,10 +326,10 @@ class StructuralZeros:
             sign = float(rng.choice([-1.0, 1.0]))
             holder[key] = holder[key] + sign * amount * (1.0 if kind in _AXES else max(abs(holder[key]), 0.1))
         system = pipeline.derive(self.subject.read(data), terms=_TERMS)
-        return _evaluated(system, self.subject)
+        return _evaluate_terms(system, self.subject)
 
 
-def _evaluated(system: System, subject: Subject) -> dict[str, Array]:
+def _evaluate_terms(system: System, subject: Subject) -> dict[str, Array]:
     model, rng = subject.model(OWN), np.random.default_rng(5)
     q = update(model.factors, np.array(model.initial_q), 0.3 * rng.normal(size=model.nv) * _reach(model.v_units))
     blocks: dict[str, Any] = {

@@ -131,24 +131,24 @@ def _inputs(model: Model, runner: Runner, rng: np.random.Generator) -> dict[str,
     """Return the caller's inputs and the scene's constant inputs, each multiplied by a factor."""
     given = runner.inputs or {}
     result: dict[str, Any] = {}
-    sampled = _sampled(model, runner)
+    sampled = _sample_inputs(model, runner)
     for column, name in enumerate(model.inputs):
         factor = 1.0 + INPUTS * float(rng.choice([-1.0, 1.0]))
         if name in given:
-            result[name] = _multiplied(given[name], factor)
+            result[name] = _multiply(given[name], factor)
         elif sampled is not None and np.ptp(sampled[:, column]) == 0.0 and sampled[0, column]:
             result[name] = factor * float(sampled[0, column])
     return result
 
 
-def _multiplied(signal: Any, factor: float) -> Any:
+def _multiply(signal: Any, factor: float) -> Any:
     if not callable(signal):
         return factor * np.asarray(signal, dtype=float)
     original: Callable[[float], float] = signal
     return lambda t: factor * original(t)
 
 
-def _sampled(model: Model, runner: Runner) -> Array | None:
+def _sample_inputs(model: Model, runner: Runner) -> Array | None:
     """Return the scene's inputs at some times of the run, (n, nu); None for a scene without inputs."""
     if not model.inputs or "inputs" not in model.functions:
         return None
@@ -161,7 +161,7 @@ def _sampled(model: Model, runner: Runner) -> Array | None:
 
 def _over_time(model: Model, runner: Runner) -> bool:
     """Return whether the scene has a prescribed law of time: an input, a drive, the motion of its base, a force."""
-    sampled = _sampled(model, runner)
+    sampled = _sample_inputs(model, runner)
     moves = sampled is not None and bool(np.any(np.ptp(sampled, axis=0) > 0.0))
     prescribed = (*(law.formula for law in model.description.laws), *model.description.formulas)
     return moves or any(not constant(formula) for formula in prescribed)
@@ -247,7 +247,7 @@ class Judge:
         apart = 0
         for candidate in self._order():
             self.say(f"reference: {candidate.row.name}{', ' * bool(condition.label)}{condition.label}")
-            known = self._known(candidate, condition)
+            known = self._uncertain_motion(candidate, condition)
             if known is not None and (best is None or known.error < best.error):
                 best = known
             if best is not None and best.error <= KNOWN * self.demand.error:
@@ -283,7 +283,7 @@ class Judge:
             order = [self._served[0], *(c for c in order if c is not self._served[0])]
         return [c for c in order if c.row.name not in self.tried]
 
-    def _known(self, candidate: Candidate, condition: Condition) -> _UncertainMotion | None:
+    def _uncertain_motion(self, candidate: Candidate, condition: Condition) -> _UncertainMotion | None:
         """Return the motion by one method, None if the method fails."""
         configuration = candidate.configuration({})
         try:
@@ -365,7 +365,7 @@ class VerificationRun:
     said: str = ""
 
 
-def verified(judge: Judge, run: Mapping[str, Any], condition: Condition) -> VerificationRun | None:
+def verify(judge: Judge, run: Mapping[str, Any], condition: Condition) -> VerificationRun | None:
     """Return the error of a configuration under a condition; None if there is no reference.
 
     Parameters

@@ -23,7 +23,14 @@ from eomgen.products.studies.work_precision.axes import (
     one_of_each,
     reason,
 )
-from eomgen.products.studies.work_precision.running import REACHED, REFUSED, Runner, fraction_of, timed, whole_steps
+from eomgen.products.studies.work_precision.running import (
+    REACHED,
+    REFUSED,
+    Runner,
+    fraction_of,
+    measure_seconds,
+    whole_steps,
+)
 from eomgen.simulation.timing import RepeatedRun
 from eomgen.system.description import Simulation
 
@@ -109,7 +116,7 @@ class Contender:
     @property
     def order(self) -> float:
         """Decades of error per decade of resolution, by the last two meaningful runs, else the declared order."""
-        declared = self._declared
+        declared = self._declared_order
         told = self._meaningful_pair
         if len(told) < 2 or told[1].resolution < 1.3 * told[0].resolution:
             return declared
@@ -117,7 +124,7 @@ class Contender:
         return min(max(seen, LEAST_ORDER * declared), 1.6 * declared)
 
     @property
-    def _declared(self) -> float:
+    def _declared_order(self) -> float:
         return 1.0 if self.kind == TOLERANCE else float(self.candidate.method.order)
 
     @property
@@ -126,7 +133,7 @@ class Contender:
         told = (run for run in self.runs if 1e-14 < run.error < COARSE)
         return sorted(told, key=lambda run: run.resolution)[-2:]
 
-    def wanted(self, demand: float) -> float:
+    def predict_resolution(self, demand: float) -> float:
         """Return the resolution at which a demand is met, by the model; steps end on rows of the grid."""
         if not self.runs:
             return self.start
@@ -160,7 +167,7 @@ class Contender:
     def _steps(self, resolution: float) -> float:
         return whole_steps(resolution, self.coarsest)
 
-    def promised(self, demand: float) -> float:
+    def least_seconds(self, demand: float) -> float:
         """Return the least seconds in which the contender may meet a demand.
 
         Errors follow tolerances only roughly. An adaptive method that has not met the demand yet promises the measured
@@ -168,16 +175,16 @@ class Contender:
         """
         if self.kind == TOLERANCE and self.runs and self.best(demand) is None:
             return max(self.runs, key=lambda run: run.resolution).seconds
-        return self.expected(demand)
+        return self.predict_seconds(demand)
 
-    def expected(self, demand: float) -> float:
+    def predict_seconds(self, demand: float) -> float:
         """Return the seconds needed to meet a demand, by the model; 0 if there is none yet."""
         if not self.runs:
             return 0.0
-        wanted = self.wanted(demand)
+        wanted = self.predict_resolution(demand)
         if len(self._meaningful_pair) == len(self.runs) == 1 and (error := self.runs[0].error) < MARGIN * demand:
             # corners may lower the order, and then still coarser runs do
-            coarser = (max(error, 1e-14) / (MARGIN * demand)) ** (1.0 / (LEAST_ORDER * self._declared))
+            coarser = (max(error, 1e-14) / (MARGIN * demand)) ** (1.0 / (LEAST_ORDER * self._declared_order))
             wanted = min(wanted, coarser * self.runs[0].resolution)
         runs = sorted(self.runs, key=lambda run: run.resolution)
         last = min(runs, key=lambda run: abs(math.log(run.resolution / wanted)))
@@ -207,9 +214,9 @@ class Contender:
         if self.taken >= MOST_RUNS:
             self.closed, self.why = True, "enough runs"
         elif best is not None:
-            wanted = self.wanted(demand)
+            wanted = self.predict_resolution(demand)
             tried = any(abs(math.log(wanted / other.resolution)) < 0.05 for other in self.runs)
-            if tried or self.expected(demand) > (1.0 - GAIN) * best.seconds:
+            if tried or self.predict_seconds(demand) > (1.0 - GAIN) * best.seconds:
                 self.closed, self.why = True, "met"
 
 
@@ -257,12 +264,12 @@ class Race:
             self.prepare(contender)
         while True:
             best = min(best, self._least(contenders))
-            opened = [c for c in contenders if not c.closed and c.promised(self.demand) < PROMISE * best]
+            opened = [c for c in contenders if not c.closed and c.least_seconds(self.demand) < PROMISE * best]
             if not opened:
                 break
-            first = min(opened, key=lambda c: c.promised(self.demand))
+            first = min(opened, key=lambda c: c.least_seconds(self.demand))
             self.say(first.configuration.label)
-            first.add(self._tried(first, first.wanted(self.demand), best), self.demand)
+            first.add(self._try_resolution(first, first.predict_resolution(self.demand), best), self.demand)
         able = [c for c in contenders if c.best(self.demand)]
         return min(able, key=lambda c: c.seconds(self.demand), default=None)
 
@@ -289,7 +296,7 @@ class Race:
                 entered += [(contender, run, outcome.repeated, [])] if outcome.repeated is not None else []
         for _ in range(MORE_REPEATS if able[0].seconds(self.demand) < SHORT else REPEATS):
             for *_, repeated, taken in entered:
-                taken.extend(timed(repeated, 1))
+                taken.extend(measure_seconds(repeated, 1))
         for contender, run, _, taken in entered:
             contender.runs[contender.runs.index(run)] = replace(run, seconds=statistics.median(taken))
 
@@ -303,10 +310,10 @@ class Race:
             run = first.best(self.demand)
             if run is None or run.conditions == len(self.training):
                 return min(able)[0]
-            first.runs[first.runs.index(run)] = self._trained(first, run)
+            first.runs[first.runs.index(run)] = self._train(first, run)
             first.reopen(self.demand)
 
-    def _trained(self, contender: Contender, run: RaceRun) -> RaceRun:
+    def _train(self, contender: Contender, run: RaceRun) -> RaceRun:
         """Return a run with the largest error after runs under the remaining conditions of the training."""
         error, done = run.error, run.conditions
         for condition in self.training[done:]:
@@ -318,7 +325,7 @@ class Race:
                 break
         return replace(run, error=error, conditions=done)
 
-    def _tried(self, contender: Contender, resolution: float, best: float) -> RaceRun:
+    def _try_resolution(self, contender: Contender, resolution: float, best: float) -> RaceRun:
         """Return a run of a contender; of infinite error without reaching the end."""
         self.runs += 1
         tried = RaceRun(resolution, math.inf, 1e-3)
@@ -330,14 +337,16 @@ class Race:
         steps = outcome.stats.get("own_steps", outcome.stats.get("steps", 0.0))
         error = self.judge.error(outcome.observation)
         try:
-            taken = timed(outcome.repeated, 1)
+            taken = measure_seconds(outcome.repeated, 1)
             if taken[0] < SHORT:  # the first of these was with cold caches
-                taken = timed(outcome.repeated, REPEATS)
+                taken = measure_seconds(outcome.repeated, REPEATS)
             run = RaceRun(resolution, error, statistics.median(taken), error, steps)
             if error <= self.demand and run.seconds < FAR * best:
-                run = self._trained(contender, run)
+                run = self._train(contender, run)
                 if run.error <= self.demand:
-                    taken += timed(outcome.repeated, (MORE_REPEATS if run.seconds < SHORT else REPEATS) - len(taken))
+                    taken += measure_seconds(
+                        outcome.repeated, (MORE_REPEATS if run.seconds < SHORT else REPEATS) - len(taken)
+                    )
         except NumericalError:
             return replace(tried, seconds=outcome.seconds)
         return replace(run, seconds=statistics.median(taken))
@@ -379,13 +388,13 @@ class RaceEntries:
     defaults: Simulation
     say: Callable[[str], None]
 
-    def raced(self) -> list[Contender]:
+    def run_race(self) -> list[Contender]:
         """Return all contenders after the race."""
         usual = {"rho_inf": self.defaults.rho_inf}
         contenders = [self._contender(c, c.configuration(usual)) for c in one_of_each(self.own)]
-        best = self.varied(contenders, self.race.run(contenders))
+        best = self.race_with_neighbours(contenders, self.race.run(contenders))
         for name in self.others:
-            best = self._also(contenders, best, self._formulated(name, best))
+            best = self._also(contenders, best, self._contenders_on(name, best))
             if name in self.race.runner.formulations.simplified:
                 continue
             if best is not None and any(self._dearer(c, best) for c in contenders if c.candidate.formulation == name):
@@ -395,7 +404,7 @@ class RaceEntries:
                 break
         return contenders
 
-    def varied(self, contenders: list[Contender], best: Contender | None) -> Contender | None:
+    def race_with_neighbours(self, contenders: list[Contender], best: Contender | None) -> Contender | None:
         """Return the best contender after a race with its neighbours: first relatives, then settings; entries that have
         raced are left out."""
         for near in (self._relatives, self._settings):
@@ -451,12 +460,12 @@ class RaceEntries:
         policies = facts_of(best.configuration.method).policies
         varied = []
         if "policy" in self.axes:
-            varied += [best.configuration.varied(policy=name, settings=s) for name, s in policies.items()]
+            varied += [best.configuration.vary(policy=name, settings=s) for name, s in policies.items()]
         if "arithmetic" in self.axes and self.race.demand >= SINGLE:
-            varied.append(best.configuration.varied(real="float"))
+            varied.append(best.configuration.vary(real="float"))
         return [self._near(best, best.candidate, configuration) for configuration in varied]
 
-    def _formulated(self, name: str, best: Contender | None) -> list[Contender]:
+    def _contenders_on(self, name: str, best: Contender | None) -> list[Contender]:
         """Return contenders on another formulation: the winner's family if it runs there, else one contender of each
         family."""
         self.say(f"building: {name}")

@@ -15,13 +15,20 @@ from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, field
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.studies.defaults import MEASURE, OUTPUT, TUNE_BUDGET
-from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verified
+from eomgen.products.studies.tuning.judge import RUNS, Condition, Demand, Judge, VerificationRun, conditions, verify
 from eomgen.products.studies.tuning.race import Contender, Race, RaceEntries, RaceRun
 from eomgen.products.studies.tuning.result import RacedMethod, Tuned
 from eomgen.products.studies.work_precision.axes import TOLERANCE, candidates, checked_axes
 from eomgen.products.studies.work_precision.formulations import JOINT, Formulations, formulations
 from eomgen.products.studies.work_precision.observation import check_measure, check_output
-from eomgen.products.studies.work_precision.running import MOST_TIMES, REACHED, Runner, machine, timed, tuning_grid
+from eomgen.products.studies.work_precision.running import (
+    MOST_TIMES,
+    REACHED,
+    Runner,
+    machine,
+    measure_seconds,
+    tuning_grid,
+)
 from eomgen.system.description import Simulation
 
 #: Rounds of verification: conditions missed in one are tuned on in the next.
@@ -158,9 +165,9 @@ class _Tuning:
         race = Race(judge, demand.error, self.say, [next(near)], left_out=self.left_out)
         entries = RaceEntries(race, own, self._others(), self.axes, self.methods, self.defaults, self.say)
         try:
-            contenders = entries.raced()
+            contenders = entries.run_race()
             self._enough(contenders)
-            winner, checks = self._verified(entries, contenders, near)
+            winner, checks = self._verify_winner(entries, contenders, near)
         except KeyboardInterrupt as stop:
             best = min(race.entered, key=lambda c: c.seconds(demand.error), default=None)
             if best is not None and (met := best.best(demand.error)) is not None:
@@ -173,7 +180,7 @@ class _Tuning:
         assert run is not None  # checked by ``_enough``
         own_settings = self._own_settings(judge)
         spent = time.process_time() - began - self.runner.building, race.runs
-        return self._described(contenders, winner, run, checks, own_settings, spent, source)
+        return self._result(contenders, winner, run, checks, own_settings, spent, source)
 
     def _others(self) -> list[str]:
         """Return the names of formulations other than the scene's own that may win."""
@@ -191,7 +198,7 @@ class _Tuning:
             fault = f"nothing meets {demand.error:g} within the budget: the least error is {closest:.2g} [E1129]"
             raise NumericalError(Problem("error", fault, "a larger demand, a larger budget, or other methods"))
 
-    def _verified(
+    def _verify_winner(
         self, entries: RaceEntries, contenders: list[Contender], near: Iterator[Condition]
     ) -> tuple[Contender, tuple[VerificationRun, ...]]:
         """Return the winner and the runs of its verification.
@@ -210,7 +217,7 @@ class _Tuning:
             checks: list[VerificationRun] = []
             for condition in tried:
                 self.say(f"verifying: {condition.label}")
-                check = verified(race.judge, winner.how(run), condition)
+                check = verify(race.judge, winner.how(run), condition)
                 checks += [] if check is None else [check]
             missed = {check.what for check in checks if not check.error <= race.demand}
             if not missed or not left:
@@ -220,10 +227,10 @@ class _Tuning:
                 contender.reopen(race.demand)
             best = race.run(contenders)
             if best is not winner:
-                entries.varied(contenders, best)
+                entries.race_with_neighbours(contenders, best)
         return winner, tuple(checks)
 
-    def _described(
+    def _result(
         self,
         contenders: Sequence[Contender],
         winner: Contender,
@@ -279,7 +286,7 @@ class _Tuning:
         outcome = self.runner.run(configuration, per_row, estimated=False)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return words, math.inf, math.inf
-        return words, judge.error(outcome.observation), timed(outcome.repeated, 1)[0]
+        return words, judge.error(outcome.observation), measure_seconds(outcome.repeated, 1)[0]
 
     def _simulation(self, winner: Contender, value: float) -> dict[str, Any]:
         """Return the keys of a scene's section ``simulation``."""
@@ -290,7 +297,7 @@ class _Tuning:
             settings |= {"tolerance": value, "step": grid.row * grid.recorded, "record_every": 1}
         else:
             settings |= {"step": _shortest(value), "record_every": max(1, round(interval / value))}
-        return settings | winner.configuration.of_scene()
+        return settings | winner.configuration.simulation_keys()
 
 
 def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -> tuple[RacedMethod, ...]:
@@ -302,7 +309,7 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
         if key == (winner.configuration.method, winner.configuration.formulation) or not told:
             continue
         measured = contender.best(demand) is not None
-        seconds = contender.seconds(demand) if measured else contender.expected(demand)
+        seconds = contender.seconds(demand) if measured else contender.predict_seconds(demand)
         rival = RacedMethod(contender.configuration.label, seconds, measured)
         if key not in best or rival.seconds < best[key].seconds:
             best[key] = rival
@@ -310,7 +317,7 @@ def _rivals(contenders: Sequence[Contender], winner: Contender, demand: float) -
 
 
 def _next_digit(contenders: Sequence[Contender], run: RaceRun, demand: float) -> float:
-    expected = [c.expected(0.1 * demand) for c in contenders if c.runs and any(r.error < 0.2 for r in c.runs)]
+    expected = [c.predict_seconds(0.1 * demand) for c in contenders if c.runs and any(r.error < 0.2 for r in c.runs)]
     return max(min(expected, default=0.0) / run.seconds, 1.0) if expected else 0.0
 
 

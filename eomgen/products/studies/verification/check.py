@@ -18,7 +18,7 @@ from eomgen.errors import Problem, UsageError
 from eomgen.pipeline import pipeline
 from eomgen.products.studies.defaults import CHECK_SEED, CHECK_STATES
 from eomgen.products.studies.verification.claims.beams import beam_claims, section_claims
-from eomgen.products.studies.verification.claims.claim import Array, Claim, Engine, Space, compiled, on_tape
+from eomgen.products.studies.verification.claims.claim import Array, Claim, Engine, Space, compiled_engine, on_tape
 from eomgen.products.studies.verification.claims.frames import body_claims, frame_claims
 from eomgen.products.studies.verification.claims.linear_models import linear_claims, parameter_claims
 from eomgen.products.studies.verification.claims.motion import motion_claims
@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from eomgen.system.system import System
 
 
-def judged(
+def judge_claim(
     claim: Claim, engine: Engine, tape: Engine, system: System, states: CheckedStates, rng: np.random.Generator
 ) -> FormReport:
     """Return the report of a claim at states.
@@ -152,7 +152,7 @@ def _not_numbers(
         for remark in remarked:
             remarks.add(name, "unbounded derivative", remark)
         if not remarked:
-            entry = _named(at.claim, np.argwhere(~finite[k])[0])
+            entry = _entry_name(at.claim, np.argwhere(~finite[k])[0])
             text = f"{entry}: not a number by {by}, at {name}" if by else ""
             known = "any other way a finite number"
             failures.append(Disagreement(name, entry, float("nan"), 0.0, known, float("inf"), text))
@@ -170,10 +170,10 @@ def _worst(
     state, *entry = place = np.unravel_index(int(np.argmax(off)), off.shape)
     bar = float(np.broadcast_to(allowed, off.shape)[place])
     values = float(value[place]), float(expected[place])
-    return [Disagreement(at.names[int(state)], _named(at.claim, entry), *values, by, bar)]
+    return [Disagreement(at.names[int(state)], _entry_name(at.claim, entry), *values, by, bar)]
 
 
-def _named(claim: Claim, place: object) -> str:
+def _entry_name(claim: Claim, place: object) -> str:
     row, column = (int(number) for number in np.asarray(place).tolist())
     of_row = claim.rows[row] if row < len(claim.rows) else f"row {row}"
     if not claim.columns:
@@ -275,7 +275,7 @@ def check(
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)
     model = pipeline.build(described, terms, profile=profile, real="double")
-    engine, tape = compiled(model, system), on_tape(system)
+    engine, tape = compiled_engine(model, system), on_tape(system)
     rng = np.random.default_rng(seed)
     result, space = draw(model, system, engine, states, rng)
     claims = _chosen(_claims(space), only)
@@ -284,7 +284,7 @@ def check(
         for claim in claims:
             if progress is not None:
                 progress(len(reports), len(claims), claim.name)
-            reports.append(_explained(judged(claim, engine, tape, system, result, rng), model, result))
+            reports.append(_explain_inertia(judge_claim(claim, engine, tape, system, result, rng), model, result))
     except KeyboardInterrupt:
         if not reports:
             raise
@@ -295,7 +295,7 @@ def check(
     return CheckReport(model.name, result.names, seed, tuple(reports), result.notes, tuple(corners), unchecked)
 
 
-def _explained(report: FormReport, model: Model, states: CheckedStates) -> FormReport:
+def _explain_inertia(report: FormReport, model: Model, states: CheckedStates) -> FormReport:
     """Return the report of a claim, with a warning if the inertia matrix is not positive definite."""
     if report.name != "mass.M, definite" or report.worst is None:
         return report

@@ -29,7 +29,15 @@ from typing import Any, SupportsIndex
 import numpy as np
 
 from eomgen.base.data import dataclass, replace
-from eomgen.products.studies.verification.claims.claim import COMPLEX_STEP, Array, Blocks, Claim, Engine, moved, spread
+from eomgen.products.studies.verification.claims.claim import (
+    COMPLEX_STEP,
+    Array,
+    Blocks,
+    Claim,
+    Engine,
+    move_state,
+    spread,
+)
 from eomgen.symbolic.evaluate import evaluate
 from eomgen.symbolic.external import Call
 from eomgen.symbolic.operations import Op
@@ -77,7 +85,7 @@ class ClaimAtStates:
         """Return the blocks of one state."""
         return {name: array[number] for name, array in self.state.items()}
 
-    def combined(self, by_direction: Array) -> Array:
+    def combine(self, by_direction: Array) -> Array:
         """Return derivatives (..., count, n) in the form of the claim, (..., R, C)."""
         derivatives = np.swapaxes(by_direction, -1, -2)
         return self.claim.combine(self.engine, self.state, derivatives) if self.claim.combine else derivatives
@@ -107,7 +115,7 @@ class Differences:
 
 def differences(at: ClaimAtStates) -> Differences:
     """Return finite differences of the source of a claim."""
-    parts = [_of_states(part) for part in _in_parts(at)]
+    parts = [_difference_quotients(part) for part in _in_parts(at)]
     central, sided = (np.concatenate(values, axis=1) for values in zip(*parts, strict=True))
     floor = _last_place(at)
     with np.errstate(all="ignore"):
@@ -172,17 +180,17 @@ def _in_parts(at: ClaimAtStates) -> Iterator[ClaimAtStates]:
         yield replace(at, state={name: array[start : start + part] for name, array in at.state.items()})
 
 
-def _of_states(at: ClaimAtStates) -> tuple[Array, Array]:
+def _difference_quotients(at: ClaimAtStates) -> tuple[Array, Array]:
     """Return central differences (K, S, R, C), and one-sided differences (2, K, S, R, C)."""
     rates, around = at.rates, spread(at.state)
     here = at.source(at.state)[..., np.newaxis, :]
     central, backward, forward = [], [], []
     with np.errstate(all="ignore"):
         for step in LADDER.tolist():
-            above, below = (at.source(moved(at.engine, around, rates, by)) for by in (step, -step))
-            central.append(at.combined((above - below) / (2.0 * step)))
-            backward.append(at.combined((here - below) / step))
-            forward.append(at.combined((above - here) / step))
+            above, below = (at.source(move_state(at.engine, around, rates, by)) for by in (step, -step))
+            central.append(at.combine((above - below) / (2.0 * step)))
+            backward.append(at.combine((here - below) / step))
+            forward.append(at.combine((above - here) / step))
     return np.stack(central), np.stack([np.stack(backward), np.stack(forward)])
 
 
@@ -191,8 +199,8 @@ def complex_steps(at: ClaimAtStates, *, offset: float = 0.0) -> Array:
     states."""
     on_tape = replace(at, engine=at.tape)
     with np.errstate(all="ignore"):
-        values = on_tape.source(moved(at.tape, spread(at.state), at.rates, offset + 1j * COMPLEX_STEP))
-        return at.combined(values.imag / COMPLEX_STEP)
+        values = on_tape.source(move_state(at.tape, spread(at.state), at.rates, offset + 1j * COMPLEX_STEP))
+        return at.combine(values.imag / COMPLEX_STEP)
 
 
 def between_sides(at: ClaimAtStates, value: Array, sizes: EntrySizes) -> Array:
@@ -250,8 +258,8 @@ def sizes_of(at: ClaimAtStates, value: Array, rng: np.random.Generator) -> Entry
         entry = np.minimum(rows[:, np.newaxis], columns)[np.newaxis]
     else:
         entry = whole
-    source = _of_source(at)
-    near = _rounded(at, lambda one: one.claim.value(one.engine, one.state), rng)
+    source = _source_size(at)
+    near = _perturbed_values(at, lambda one: one.claim.value(one.engine, one.state), rng)
     return EntrySizes(entry, whole, source, _effect_of_rounding(near, value, np.maximum(whole, source)))
 
 
@@ -260,7 +268,7 @@ def with_rounding_of_complex_steps(
 ) -> EntrySizes:
     """Return the sizes with the rounding of complex steps, whose terms may cancel to a closed form without terms."""
     whole = np.maximum(sizes.state, sizes.source)
-    condition = _effect_of_rounding(_rounded(at, complex_steps, rng), exact, whole)
+    condition = _effect_of_rounding(_perturbed_values(at, complex_steps, rng), exact, whole)
     return replace(sizes, condition=np.maximum(sizes.condition, condition))
 
 
@@ -274,7 +282,7 @@ def _effect_of_rounding(near: Iterable[Array], here: Array, whole: Array) -> Arr
     return np.where(effect < _BRANCH * whole, effect, 0.0)
 
 
-def _of_source(at: ClaimAtStates) -> Array:
+def _source_size(at: ClaimAtStates) -> Array:
     """Return the size of the differentiated function in each state, (S, 1, 1)."""
     if at.claim.source is None or at.claim.combine is not None:
         return np.zeros(1)
@@ -283,7 +291,9 @@ def _of_source(at: ClaimAtStates) -> Array:
     return largest[:, np.newaxis, np.newaxis]
 
 
-def _rounded(at: ClaimAtStates, value: Callable[[ClaimAtStates], Array], rng: np.random.Generator) -> Iterator[Array]:
+def _perturbed_values(
+    at: ClaimAtStates, value: Callable[[ClaimAtStates], Array], rng: np.random.Generator
+) -> Iterator[Array]:
     """Yield values at the states with all numbers changed by possible rounding."""
     reach = np.ones(at.state["v"].shape)
     for factor in at.engine.factors:
@@ -295,7 +305,7 @@ def _rounded(at: ClaimAtStates, value: Callable[[ClaimAtStates], Array], rng: np
             for name, array in at.state.items()
             if name != "q"
         }
-        turned = moved(at.engine, at.state, {"q": reach * rng.uniform(-1.0, 1.0, reach.shape)}, _ROUNDING)
+        turned = move_state(at.engine, at.state, {"q": reach * rng.uniform(-1.0, 1.0, reach.shape)}, _ROUNDING)
         yield value(replace(at, state={**turned, **relative}))
 
 
@@ -362,7 +372,7 @@ def non_smooth_entries(
             decided: list[str] = []
             for direction in [int(column)] if at.claim.combine is None else range(count):
                 if (direction, step) not in seen and len(seen) < _LOOKED_AT:
-                    seen[direction, step] = _decided(at, operations, rates, k, direction, step)
+                    seen[direction, step] = _changed_branches(at, operations, rates, k, direction, step)
                 decided += seen.get((direction, step), [])
             non_smooth[place] = bool(decided)
             for operation in decided:
@@ -372,14 +382,14 @@ def non_smooth_entries(
     return non_smooth
 
 
-def _decided(
+def _changed_branches(
     at: ClaimAtStates, operations: NonSmoothOperations, rates: Blocks, k: SupportsIndex, direction: int, step: float
 ) -> list[str]:
     """Return the operations that take another branch a step before or after state number ``k``."""
     here = at.one(k)
     of_state = {name: rate[k] if rate.ndim == 3 else rate for name, rate in rates.items()}
     along = {name: rate[min(direction, len(rate) - 1)] for name, rate in of_state.items()}
-    before, after = (moved(at.engine, here, along, by) for by in (-step, step))
+    before, after = (move_state(at.engine, here, along, by) for by in (-step, step))
     return operations.decisions([before, here, after])
 
 
@@ -419,7 +429,9 @@ class NonSmoothOperations:
         for number, (node, op) in enumerate(nodes):
             taken = {self._decision(node, op, operands[number]) for operands in values}
             if len(taken) > 1:
-                result.append(self._named(f"curve {self._curve(node).name}" if op is Op.CURVE else _KINKS[op], node))
+                result.append(
+                    self._operation_name(f"curve {self._curve(node).name}" if op is Op.CURVE else _KINKS[op], node)
+                )
         return list(dict.fromkeys(result))
 
     def step_of_laws(self) -> float:
@@ -438,7 +450,7 @@ class NonSmoothOperations:
         with an unbounded derivative there."""
         nodes = [(node, op) for node, op in self._live() if op in _KINKS and op is not Op.SELECT]
         result = [
-            ("not smooth", self._named(_KINKS[op], node))
+            ("not smooth", self._operation_name(_KINKS[op], node))
             for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True)
             if self._decision(node, op, operands) == 0.0
         ]
@@ -446,7 +458,7 @@ class NonSmoothOperations:
 
     def kinks_and_jumps(self) -> list[str]:
         """Return the operations that have a kink or jump somewhere, near a state or not, as text; without curves."""
-        return list(dict.fromkeys(self._named(_KINKS[op], node) for node, op in self._live() if op in _KINKS))
+        return list(dict.fromkeys(self._operation_name(_KINKS[op], node) for node, op in self._live() if op in _KINKS))
 
     def singular(self, state: Blocks) -> list[str]:
         """Return the functions with an unbounded derivative at the argument, as text."""
@@ -455,10 +467,10 @@ class NonSmoothOperations:
         for (node, op), operands in zip(nodes, self._operands(nodes, state), strict=True):
             name, distance = _UNBOUNDED[op]
             if not float(distance(operands[0], operands[-1])) > 1e-12:
-                result.append(self._named(name, node))
+                result.append(self._operation_name(name, node))
         return list(dict.fromkeys(result))
 
-    def _named(self, operation: str, node: int) -> str:
+    def _operation_name(self, operation: str, node: int) -> str:
         return f"{operation} in {self.system.tape.label(node) or 'the scene'}"
 
     def _live(self) -> Iterator[tuple[int, Op]]:

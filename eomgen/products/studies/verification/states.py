@@ -43,7 +43,7 @@ def draw(
     notes: list[str] = []
     motion, names = _motion(model, max(1, count // 2), notes)
     scales = _scales(model, motion, _length(model))
-    completed = [_completed(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
+    completed = [_complete_state(model, state, rng, scales, 0.0 if len(model.multipliers) else 0.3) for state in motion]
     kept = [(name, state) for name, state in zip(names, completed, strict=True) if state is not None]
     outside = [name for name, state in zip(names, completed, strict=True) if state is None]
     if outside:
@@ -131,13 +131,13 @@ def _random(
                 guess |= {"q": consistent.q, "v": consistent.v}
         except EomgenError:
             continue
-        state = _completed(model, guess, rng, scales, part)
+        state = _complete_state(model, guess, rng, scales, part)
         if state is not None:
             return state
     return None
 
 
-def _completed(
+def _complete_state(
     model: Model, state: dict[str, Array], rng: np.random.Generator, scales: dict[str, Array], part: float
 ) -> dict[str, Array] | None:
     """Return a state with all blocks, or None if the residual is not finite: inputs near the values of formulas, random

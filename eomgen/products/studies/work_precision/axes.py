@@ -56,10 +56,10 @@ class Configuration:
         """A text that no other configuration has."""
         return json.dumps(self.to_dict(), sort_keys=True)
 
-    def varied(self, **changes: Any) -> Configuration:
+    def vary(self, **changes: Any) -> Configuration:
         return replace(self, **changes)
 
-    def of_scene(self) -> dict[str, Any]:
+    def simulation_keys(self) -> dict[str, Any]:
         """Return the keys of a scene's section ``simulation`` besides the method that differ from the defaults."""
         settings = {"settings": dict(self.settings)} if self.settings else {}
         return {**self.parameters, **settings, **({"real": self.real} if self.real != "double" else {})}

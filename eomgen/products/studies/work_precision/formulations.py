@@ -95,7 +95,7 @@ _COORDINATES = ("q", "v", "a")
 _Moved = Mapping[tuple[str, int], int | None]
 
 
-def simplified(scene: Scene) -> Iterator[tuple[str, Scene]]:
+def simplify(scene: Scene) -> Iterator[tuple[str, Scene]]:
     """Yield scenes of less fidelity with descriptions; none for a scene without beams."""
     beams = {body.name: body.beam for body in scene.bodies if body.beam is not None}
     modal = [item.modes for beam in beams.values() for item in beam.deformations if not item.nodal]
@@ -135,16 +135,16 @@ def _with_modes(scene: Scene, most: int) -> Scene:
             position, velocity = item.initial_position[:count], item.initial_velocity[:count]
             kept.append(replace(item, modes=count, initial_position=position, initial_velocity=velocity))
         bodies.append(replace(body, beam=replace(body.beam, deformations=tuple(kept))))
-    return replace(_moved(scene, moved), bodies=tuple(bodies))
+    return replace(_renumber_coordinates(scene, moved), bodies=tuple(bodies))
 
 
 def _rigid(scene: Scene) -> Scene:
     moved = {(body.name, k): None for body in scene.bodies if body.beam for k in range(body.beam.size)}
     bodies = tuple(replace(body, beam=None) for body in scene.bodies)
-    return replace(_moved(scene, moved), bodies=bodies)
+    return replace(_renumber_coordinates(scene, moved), bodies=bodies)
 
 
-def _moved(scene: Scene, moved: _Moved) -> Scene:
+def _renumber_coordinates(scene: Scene, moved: _Moved) -> Scene:
     """Return a scene with new places of the coordinates of beams in formulas."""
 
     def change(value: Any) -> Any:
@@ -248,7 +248,7 @@ def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fi
             continue
         for changed in [scene] if coordinates == "joint" else [_on_group(scene, group) for group in GROUPS]:
             result.setdefault(_name_of(changed), changed)
-    less = {f"{_name_of(own)}, {change}": scene for change, scene in simplified(own)} if fidelity else {}
+    less = {f"{_name_of(own)}, {change}": scene for change, scene in simplify(own)} if fidelity else {}
     return Formulations({**result, **less}, refused, tuple(less))
 
 

@@ -83,7 +83,7 @@ class Observation:
 def with_arrays(arrays: Mapping[str, Array], components: Components, rows: tuple[str, ...]) -> Observation:
     """Return the observation that has these arrays, by the names of ``Observation.arrays``."""
 
-    def named(kind: str) -> dict[str, Array]:
+    def arrays_by_name(kind: str) -> dict[str, Array]:
         return {key.partition(".")[2]: array for key, array in arrays.items() if key.startswith(f"{kind}.")}
 
     states = {name: arrays[name] for name in ("t", *_STATES)}
@@ -91,13 +91,13 @@ def with_arrays(arrays: Mapping[str, Array], components: Components, rows: tuple
         **states,
         components=components,
         rows=rows,
-        poses=named("poses"),
-        twists=named("twists"),
-        outputs=named("outputs"),
+        poses=arrays_by_name("poses"),
+        twists=arrays_by_name("twists"),
+        outputs=arrays_by_name("outputs"),
     )
 
 
-def observed(model: Model, solution: Solution) -> Observation:
+def observe(model: Model, solution: Solution) -> Observation:
     """Return the observation of a run."""
     there = "poses" in model.terms
     poses = {name: np.asarray(array) for name, array in solution.poses.items() if name != "base"} if there else {}
@@ -159,7 +159,7 @@ def errors(of: Observation, reference: Observation) -> dict[str, ErrorSize]:
             result[Q] = _greatest(shares({"increment": apart}, size, ("increment",)))
             result[V] = _relative(of.v - there[V], reference.v, _kinds(of))
         elif of.poses and reference.poses:
-            result[Q] = _largest(_of_poses(of.poses, reference.poses, at))
+            result[Q] = _largest(_pose_differences(of.poses, reference.poses, at))
             if of.twists and reference.twists:
                 result[V] = _largest(_twist_errors(of.twists, reference.twists, at))
         if of.z.size and of.components.z_names == names.z_names:
@@ -236,7 +236,7 @@ def _relative(difference: Array, reference: Array, kinds: Sequence[Sequence[int]
 _Parts = dict[str, list[tuple[Array, Array]]]
 
 
-def _of_poses(poses: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
+def _pose_differences(poses: Mapping[str, Array], reference: Mapping[str, Array], at: slice) -> _Parts:
     parts: _Parts = {"rad": [], "m": []}
     for name, there in reference.items():
         here = poses[name]

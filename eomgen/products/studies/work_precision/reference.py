@@ -139,7 +139,7 @@ def reference(
         known = {name: ErrorSize(*(first.settled,) * 3) for name in errors(first.observation, first.observation)}
         return RunReference(first.observation, first.described, "itself at half its accuracy", known)
     apart = errors(solved[1].observation, first.observation)
-    hold(f"{first.described} and {solved[1].described}", _of_motion(apart))
+    hold(f"{first.described} and {solved[1].described}", _largest_error(apart))
     return RunReference(first.observation, first.described, solved[1].described, apart)
 
 
@@ -194,7 +194,7 @@ class _Search:
     def best(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
         """Return a candidate's best run, or why there is none."""
         if not candidate.method.chooses_steps:
-            return self._halved(candidate)
+            return self._halve_steps(candidate)
         known = {x for x in (*TIGHT, *candidate.tolerances) if possible(candidate.row.name, {TOLERANCE: x})}
         tolerances = sorted(known)[:2]
         runs = [self._run(candidate, tolerance=tolerance) for tolerance in tolerances]
@@ -209,7 +209,7 @@ class _Search:
         configuration, more = candidate.configuration({}), self.conditions
         return self.runner.run(configuration, **resolution, dense=True, timed=False, estimated=False, **more)
 
-    def _halved(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
+    def _halve_steps(self, candidate: Candidate) -> tuple[ReferenceSolution | None, str]:
         """Return the run at which halving the step has ended, extrapolated to step zero for methods of low order."""
         try:
             self.runner.prepare(candidate.configuration({}))  # building takes none of the effort
@@ -237,7 +237,7 @@ class _Search:
                 change = apart
                 step, order = self.runner.grid.row / per_row, candidate.method.order
                 words = f"{candidate.row.name}, {candidate.formulation}, step {step:.3g} s"
-                better = _extrapolated(here, before, order) if order < LOW_ORDER else here
+                better = _extrapolate(here, before, order) if order < LOW_ORDER else here
                 words += ", extrapolated" if order < LOW_ORDER else ""
                 best = ReferenceSolution(better, words, candidate.family, apart)
                 if apart < self.settled:
@@ -255,15 +255,15 @@ def took_longer(seconds: float) -> str:
 
 
 def _difference(first: Observation, second: Observation) -> float:
-    return _of_motion(errors(first, second))
+    return _largest_error(errors(first, second))
 
 
-def _of_motion(apart: Mapping[str, ErrorSize]) -> float:
+def _largest_error(apart: Mapping[str, ErrorSize]) -> float:
     """Return the largest error of the state, or of the outputs if runs have no coordinates in common."""
     return apart[STATE].largest if STATE in apart else max((size.largest for size in apart.values()), default=0.0)
 
 
-def _extrapolated(fine: Observation, coarse: Observation, order: int) -> Observation:
+def _extrapolate(fine: Observation, coarse: Observation, order: int) -> Observation:
     """Return the extrapolation to step zero from half the step and the step, quaternions brought to unit length."""
     weight = 1.0 / (2.0**order - 1.0)
     arrays = {name: fine.arrays[name] + weight * (fine.arrays[name] - coarse.arrays[name]) for name in fine.arrays}

@@ -24,7 +24,7 @@ from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
 from eomgen.products.studies.work_precision.axes import Configuration
 from eomgen.products.studies.work_precision.formulations import Formulations, same_start
-from eomgen.products.studies.work_precision.observation import Observation, observed
+from eomgen.products.studies.work_precision.observation import Observation, observe
 from eomgen.results.finding import WARNING
 from eomgen.simulation.automatic_method import method_of
 from eomgen.simulation.timing import RepeatedRun, one_core
@@ -227,7 +227,7 @@ class Runner:
         if key not in self._starts:
             own, other = self.model(name), self.model(formulation)
             if formulation in self.formulations.simplified:
-                return None if initial is None else _shortened(own, other, initial)
+                return None if initial is None else _shorten_state(own, other, initial)
             able = "poses" in own.functions and "twists" in own.functions
             h = 1e-6 * self.grid.row
             first = own.simulate(
@@ -303,7 +303,7 @@ class Runner:
             took = time.perf_counter() - began
             if not solution.success:
                 return ComparedRun(STOPPED, solution.message, stats=counts(solution.stats), seconds=took)
-            observation = observed(model, solution)
+            observation = observe(model, solution)
             if len(solution.t) != recorded + 1 or not np.all(np.isfinite(observation.q)):
                 return ComparedRun(STOPPED, "its rows are not at the times of the grid, or not finite", seconds=took)
             repeated = RepeatedRun(model, solution, self.method(configuration, tolerance), inputs) if timed else None
@@ -318,7 +318,7 @@ class Runner:
             return ComparedRun(REFUSED, str(error))
 
 
-def _shortened(own: Model, other: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
+def _shorten_state(own: Model, other: Model, initial: Mapping[str, Any]) -> dict[str, Any]:
     """Return an initial state with the components that a scene of less fidelity has: the first of each factor."""
     q, v = np.array(other.initial_q, dtype=float), np.zeros(other.nv)
     places = {factor.name: factor for factor in own.factors}
@@ -334,7 +334,7 @@ def counts(stats: Mapping[str, Any]) -> dict[str, float]:
     return {name: value for name, value in stats.items() if name != "wall_time" and isinstance(value, int | float)}
 
 
-def timed(repeated: RepeatedRun, repeats: int) -> list[float]:
+def measure_seconds(repeated: RepeatedRun, repeats: int) -> list[float]:
     """Return the processor's seconds for all steps of a run, measured ``repeats`` times on one core."""
     with one_core():
         return [repeated.seconds() for _ in range(repeats)]

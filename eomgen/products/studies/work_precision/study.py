@@ -50,8 +50,8 @@ from eomgen.products.studies.work_precision.running import (
     Runner,
     ladder_grid,
     machine,
+    measure_seconds,
     per_coarsest,
-    timed,
 )
 from eomgen.simulation.accuracy.motion_size import Components
 from eomgen.system.description import Simulation
@@ -427,11 +427,11 @@ class _WorkPrecisionStudy:
             policies = facts_of(configuration.method).policies
             varied = []
             if "policy" in self.axes:
-                varied += [configuration.varied(policy=name, settings=s) for name, s in policies.items()]
+                varied += [configuration.vary(policy=name, settings=s) for name, s in policies.items()]
             if "arithmetic" in self.axes:
-                varied.append(configuration.varied(real="float"))
+                varied.append(configuration.vary(real="float"))
             if "profile" in self.axes:
-                varied += [configuration.varied(profile=name) for name in ("reproducible", "quick")]
+                varied += [configuration.vary(profile=name) for name in ("reproducible", "quick")]
             kind = members[0].kind
             values = [p.value if kind == TOLERANCE else round(self.coarsest / p.value) for p in members]
             values = sorted(values, reverse=kind == TOLERANCE)
@@ -441,7 +441,7 @@ class _WorkPrecisionStudy:
     def _sweep(self, ladders: Sequence[_Ladder]) -> None:
         """Run ladders side by side, one point of each at a time, so that a budget that ends leaves none out."""
         for ladder in ladders:
-            if not self._prepared(ladder):
+            if not self._prepare(ladder):
                 ladder.end()
         while True:
             opened = [ladder for ladder in ladders if ladder.open]
@@ -451,7 +451,7 @@ class _WorkPrecisionStudy:
                 self._take(ladder)
                 self._say(ladder.configuration.label, sum(len(one.values) - one.next for one in ladders))
 
-    def _prepared(self, ladder: _Ladder) -> bool:
+    def _prepare(self, ladder: _Ladder) -> bool:
         self._say(f"building: {ladder.configuration.label}")
         built = sum(self.runner.compiled.values())
         name = self.runner.build_name(ladder.configuration)
@@ -505,7 +505,7 @@ class _WorkPrecisionStudy:
             return kept
         began = time.process_time()
         outcome = self._run(ladder.configuration, ladder.kind, shown_value)
-        point = self._measured(ladder, shown_value, outcome)
+        point = self._measure(ladder, shown_value, outcome)
         took = time.process_time() - began
         self.spent += took
         self.points[key] = point = replace(point, took=took)
@@ -518,14 +518,14 @@ class _WorkPrecisionStudy:
         in_coarsest = max(1, round(self.coarsest / value))
         return self.runner.run(configuration, Fraction(in_coarsest, self.runner.grid.coarsest))
 
-    def _measured(self, ladder: _Ladder, value: float, outcome: ComparedRun) -> Point:
+    def _measure(self, ladder: _Ladder, value: float, outcome: ComparedRun) -> Point:
         point = Point(ladder.configuration, ladder.kind, value, outcome.ended, outcome.said, order=ladder.order)
         if outcome.ended != REACHED or outcome.observation is None or outcome.repeated is None:
             return replace(point, stats=outcome.stats)
         try:
-            taken = timed(outcome.repeated, 1)
+            taken = measure_seconds(outcome.repeated, 1)
             more = math.ceil(FIRST_SECONDS / max(taken[0], 1e-9))
-            taken += timed(outcome.repeated, min(self.repeats, max(LEAST_REPEATS, more)) - 1)
+            taken += measure_seconds(outcome.repeated, min(self.repeats, max(LEAST_REPEATS, more)) - 1)
         except NumericalError as error:
             return replace(point, said=str(error), stats=outcome.stats)
         return replace(
@@ -549,7 +549,7 @@ class _WorkPrecisionStudy:
                 continue
             began = time.process_time()
             outcome = self._run(point.configuration, point.kind, point.value)
-            taken = [] if outcome.repeated is None else timed(outcome.repeated, self.repeats)
+            taken = [] if outcome.repeated is None else measure_seconds(outcome.repeated, self.repeats)
             took = time.process_time() - began
             self.spent += took
             if taken:

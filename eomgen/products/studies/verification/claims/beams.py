@@ -29,7 +29,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Space,
     Value,
     column,
-    moved,
+    move_state,
     on_tape,
     spread,
 )
@@ -52,7 +52,7 @@ class _Change:
 
     def along(self, state: Blocks, block: str, rates: Array) -> Array:
         """Return the differences of the derivatives of tau along rates (count, nv) of a block, (..., nv, count)."""
-        stepped = moved(self.own, spread(state), {block: rates}, 1j * COMPLEX_STEP)
+        stepped = move_state(self.own, spread(state), {block: rates}, 1j * COMPLEX_STEP)
         by_rate = [engine("inverse_dynamics", stepped)["tau"].imag / COMPLEX_STEP for engine in (self.own, self.other)]
         return np.asarray(np.swapaxes(by_rate[0] - by_rate[1], -1, -2))
 
@@ -68,7 +68,7 @@ def beam_claims(space: Space) -> list[Claim]:
         return []
     beams = {body.name for body in scene.bodies if body.beam is not None}
     own, factors = on_tape(space.system), [factor for factor in space.system.factors if factor.name in beams]
-    soft = _Change(own, _with(scene, _softened), "equations without stiffness")
+    soft = _Change(own, _with(scene, _soften), "equations without stiffness")
     elements = tuple(item for item in scene.elements if item.section != "distributed_loads")
     bare = replace(scene, elements=elements)
     unforced = own if len(elements) == len(scene.elements) else _with(bare, lambda beam: beam)
@@ -82,7 +82,7 @@ def beam_claims(space: Space) -> list[Claim]:
     ]
 
 
-def _softened(beam: Beam) -> Beam:
+def _soften(beam: Beam) -> Beam:
     return replace(beam, deformations=tuple(replace(item, stiffness=Number(0.0)) for item in beam.deformations))
 
 
@@ -201,7 +201,7 @@ class _BeamElements:
         return numeric.log(SE3, numeric.compose(SE3, numeric.inverse(SE3, first), second))
 
 
-def _moved(twist: Array, load: Array) -> Array:
+def _transform_wrench(twist: Array, load: Array) -> Array:
     """Return a wrench, (..., 6), at the frame exp(twist), given at the reference frame: Ad^T(exp(twist)) load."""
     adjoint = numeric.adjoint(SE3, numeric.exp(SE3, twist))
     return np.asarray(np.einsum("...ji,...j->...i", adjoint, load))
@@ -224,7 +224,7 @@ def _balance(beams: _BeamElements) -> Claim:
         "section_loads.load_at_ends",
         "equilibrium of each element",
         lambda engine, state: _flat(_SECOND(engine, state)),
-        second=lambda engine, state: _flat(_moved(beams.twists(engine, state), _FIRST(engine, state))),
+        second=lambda engine, state: _flat(_transform_wrench(beams.twists(engine, state), _FIRST(engine, state))),
         second_name="poses",
         size=_largest_load,
         rows=beams.rows(_LOADS),
@@ -234,7 +234,9 @@ def _balance(beams: _BeamElements) -> Claim:
 def _mean(beams: _BeamElements) -> Claim:
     def second(engine: Engine, state: Blocks) -> Array:
         twists, first = beams.twists(engine, state), _FIRST(engine, state)
-        along = [weight * _moved(place * twists, first) for place, weight in zip(_PLACES, _WEIGHTS, strict=True)]
+        along = [
+            weight * _transform_wrench(place * twists, first) for place, weight in zip(_PLACES, _WEIGHTS, strict=True)
+        ]
         return _flat(np.sum(along, axis=0))
 
     return Claim(

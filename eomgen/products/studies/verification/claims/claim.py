@@ -48,7 +48,7 @@ class Engine:
         return function in self.functions
 
 
-def compiled(model: Model, system: System) -> Engine:
+def compiled_engine(model: Model, system: System) -> Engine:
     """Return the functions of a compiled model."""
     functions = model.functions
 
@@ -91,7 +91,7 @@ def on_tape(system: System) -> Engine:
     return Engine(system.factors, {name: function.inputs for name, function in system.functions.items()}, call)
 
 
-def moved(engine: Engine, state: Blocks, direction: Blocks, step: complex) -> dict[str, Array]:
+def move_state(engine: Engine, state: Blocks, direction: Blocks, step: complex) -> dict[str, Array]:
     """Return the state moved along a direction; a moving base follows time and parameters, given inputs the parameters.
 
     Parameters
@@ -115,11 +115,11 @@ def moved(engine: Engine, state: Blocks, direction: Blocks, step: complex) -> di
         laws = (engine("inputs", of)["u"] for of in (state, result))
         result["u"] = result["u"] - next(laws) + next(laws)
     if "t" in direction or "p" in direction:
-        result |= {name: prescribed(engine, name, result) for name in ("base", "base_rates") if name in state}
+        result |= {name: base_block(engine, name, result) for name in ("base", "base_rates") if name in state}
     return result
 
 
-def prescribed(engine: Engine, name: str, state: Blocks) -> Array:
+def base_block(engine: Engine, name: str, state: Blocks) -> Array:
     """Return the base's state or further rates as a block, (..., size), at the time of the state."""
     values = engine(name, state)[name]
     return values.reshape(*values.shape[:-2], -1) if name == "base_rates" else values
@@ -313,7 +313,7 @@ def jacobian(
         meaning or (f"d {source.entry} / d{block}" if isinstance(source, Output) else ""),
         along_directions(value),
         source=source,
-        directions=fixed({block: along.matrix.T}),
+        directions=constant_directions({block: along.matrix.T}),
         second=None if second is None else along_directions(second),
         second_name=second_name,
         rows=tuple(rows),
@@ -339,6 +339,6 @@ def along_motion(engine: Engine, *blocks: str) -> Rates:
     return directions
 
 
-def fixed(rates: dict[str, Array]) -> Rates:
+def constant_directions(rates: dict[str, Array]) -> Rates:
     """Return directions that are the same at all states."""
     return lambda _: rates

@@ -22,7 +22,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Space,
     along_motion,
     column,
-    fixed,
+    constant_directions,
     jacobian,
 )
 from eomgen.scene.scene import Scene
@@ -48,7 +48,7 @@ def frame_claims(space: Space) -> list[Claim]:
             claims += _in_time(space, "J", *names, _row_names(space.system.frames, _TWIST))
     if space.has("frame_mobilities", "frame_jacobians_aligned", "mass"):
         claims.append(_mobilities(space))
-    return claims + _of_all(space)
+    return claims + _center_of_mass_claims(space)
 
 
 def _row_names(names: Sequence[str], parts: Sequence[str]) -> tuple[str, ...]:
@@ -59,7 +59,7 @@ def _row_names(names: Sequence[str], parts: Sequence[str]) -> tuple[str, ...]:
 _CENTER, _CENTER_JACOBIAN = Output("center_of_mass", "c"), Output("center_of_mass_jacobian", "J")
 
 
-def _of_all(space: Space) -> list[Claim]:
+def _center_of_mass_claims(space: Space) -> list[Claim]:
     """Return the claims of the centre of mass and of the momentum."""
     claims = []
     if space.has("center_of_mass", "center_of_mass_jacobian"):
@@ -130,7 +130,7 @@ def _jacobians(space: Space, reference: str) -> Claim:
         "d pose / dq",
         value,
         source=Output("frame_poses", "frame_pose").flat,
-        directions=fixed({"q": W.T}),
+        directions=constant_directions({"q": W.T}),
         rows=_row_names(frames, _POSE),
         columns=space.along["q"].names,
     )

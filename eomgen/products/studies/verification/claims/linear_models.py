@@ -16,7 +16,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Space,
     along_motion,
     column,
-    fixed,
+    constant_directions,
     jacobian,
 )
 from eomgen.system.description import component_names
@@ -45,17 +45,17 @@ def linear_claims(space: Space) -> list[Claim]:
     """Return the claims of the terms that the model has."""
     claims: list[Claim] = []
     if space.has("linearization"):
-        claims += _of_states(space, "linearization") + _of_drives(space, "linearization")
+        claims += _state_claims(space, "linearization") + _input_claims(space, "linearization")
     if space.has("acceleration_partials"):
         claims += [
-            _of_accelerations(space, "acceleration_partials", name, block)
+            _acceleration_claim(space, "acceleration_partials", name, block)
             for name, block in (("Aq", "q"), ("Av", "v"))
             if name in _output_names(space.system, "acceleration_partials")
         ]
     if space.has("joint_velocities"):
         claims += _joint_velocities(space)
     if space.has("output_partials"):
-        claims += _of_states(space, "output_partials") + _of_drives(space, "output_partials")
+        claims += _state_claims(space, "output_partials") + _input_claims(space, "output_partials")
     return claims
 
 
@@ -70,7 +70,7 @@ def _rows(space: Space, function: str) -> tuple[str, ...]:
     return space.rows["z" if function == "internal_rate" else "v"]
 
 
-def _of_states(space: Space, term: str) -> list[Claim]:
+def _state_claims(space: Space, term: str) -> list[Claim]:
     there = _output_names(space.system, term)
     return [
         jacobian(space, Output(term, name), source, block, _rows(space, source.function))
@@ -79,7 +79,7 @@ def _of_states(space: Space, term: str) -> list[Claim]:
     ]
 
 
-def _of_drives(space: Space, term: str) -> list[Claim]:
+def _input_claims(space: Space, term: str) -> list[Claim]:
     """Return the claims about partials in inputs: free inputs, and disturbances (given inputs, base accelerations)."""
     description, nu = space.description, space.system.nu
     given = [number for number, item in enumerate(description.inputs) if item.given]
@@ -99,7 +99,7 @@ def _of_drives(space: Space, term: str) -> list[Claim]:
             f"{'-' if sign < 0 else ''}d {source.entry} / d{kind}",
             Output(term, name),
             source=sign * source,
-            directions=fixed(rates[kind]),
+            directions=constant_directions(rates[kind]),
             rows=_rows(space, source.function),
             columns=columns[kind],
         )
@@ -154,7 +154,7 @@ def parameter_claims(space: Space) -> list[Claim]:
         )
         for name in (block.name for block in system.functions[term].outputs):
             claims.append(
-                _of_accelerations(space, term, name, "p")
+                _acceleration_claim(space, term, name, "p")
                 if name == "Ap"
                 else jacobian(space, Output(term, name), sources[name][0], "p", sources[name][1])
             )
@@ -174,7 +174,7 @@ def parameter_claims(space: Space) -> list[Claim]:
     if space.has("input_derivatives"):
         claims.append(_input_jacobian(space))
     if space.has("regressor", "regressor_parameters"):
-        claims.append(_of_regressor(rows["v"]))
+        claims.append(_regressor_claim(rows["v"]))
         if not space.has("base"):
             claims.append(_power(space))
     if space.has("output_parameter_partials"):
@@ -183,7 +183,7 @@ def parameter_claims(space: Space) -> list[Claim]:
     return claims
 
 
-def _of_regressor(rows: tuple[str, ...]) -> Claim:
+def _regressor_claim(rows: tuple[str, ...]) -> Claim:
     def tau(engine: Engine, state: Blocks) -> Array:
         result, pi = engine("regressor", state), engine("regressor_parameters", state)["pi"]
         return np.asarray(result["Y"] @ pi[..., np.newaxis] + column(result["tau0"]))
@@ -270,7 +270,7 @@ def _constraint_forces(engine: Engine, state: Blocks) -> Array:
     return np.asarray((np.swapaxes(B, -1, -2) @ state["lam"][..., np.newaxis])[..., 0])
 
 
-def _of_accelerations(space: Space, term: str, name: str, block: str) -> Claim:
+def _acceleration_claim(space: Space, term: str, name: str, block: str) -> Claim:
     """Return the claim of partials of B a + g."""
     return jacobian(
         space,

@@ -20,7 +20,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Value,
     along_motion,
     column,
-    fixed,
+    constant_directions,
     spread,
 )
 from eomgen.scene.scene import Scene
@@ -94,7 +94,7 @@ def _mass(space: Space) -> Claim:
         "d2 T / dv2",
         projection(Output("mass", "M")),
         source=lambda engine, state: momentum(engine, state, few.T),
-        directions=fixed({"v": few.T}),
+        directions=constant_directions({"v": few.T}),
         second=projection(Output("partials", "M")) if also else None,
         second_name="partials" if also else "",
         rows=space.few.names,
@@ -315,7 +315,7 @@ def _momentum(space: Space) -> Claim:
         "dT / dv",
         (Output("momenta", "momentum") @ along.matrix)[..., np.newaxis, :],
         source=_KINETIC,
-        directions=fixed({"v": along.matrix.T}),
+        directions=constant_directions({"v": along.matrix.T}),
         rows=("T",),
         columns=along.names,
     )
@@ -328,7 +328,7 @@ def _momentum_rate(space: Space) -> Claim:
         "dT / dq + Q",
         lambda engine, state: (rate(engine, state) - force(engine, state))[..., np.newaxis, :] @ along.matrix,
         source=_KINETIC,
-        directions=fixed({"q": along.matrix.T}),
+        directions=constant_directions({"q": along.matrix.T}),
         size=lambda engine, state: _largest([rate(engine, state), force(engine, state)]),
         rows=("T",),
         columns=along.names,
@@ -352,6 +352,6 @@ def _base() -> Claim:
         "d pose, d twist / dt",
         value,
         source=Output("base", "base")[..., :13],
-        directions=fixed({"t": np.ones((1, 1))}),
+        directions=constant_directions({"t": np.ones((1, 1))}),
         rows=tuple(names),
     )

@@ -17,9 +17,9 @@ from eomgen.products.studies.verification.claims.claim import (
     Space,
     Value,
     along_motion,
-    fixed,
+    constant_directions,
     jacobian,
-    moved,
+    move_state,
 )
 from eomgen.symbolic.calculus.configuration import configuration_seeds
 from eomgen.symbolic.calculus.partials import forward_partials
@@ -43,7 +43,7 @@ def partial_claims(space: Space) -> list[Claim]:
     rows = space.rows["v"]
     claims: list[Claim] = []
     if space.has("partials"):
-        by_tape = _differentiated(space.system)
+        by_tape = _tape_matrices(space.system)
         claims += [
             jacobian(
                 space,
@@ -76,10 +76,10 @@ def constraint_claims(space: Space) -> list[Claim]:
     def beside(state: Blocks) -> dict[str, Array]:
         return _violating(space, state, "v")
 
-    def pushed(state: Blocks) -> dict[str, Array]:
+    def violate_accelerations(state: Blocks) -> dict[str, Array]:
         return _violating(space, state, "a")
 
-    def of_reactions(engine: Engine, state: Blocks) -> Array:
+    def reaction_partials(engine: Engine, state: Blocks) -> Array:
         return np.swapaxes(_by_multipliers(engine, state), -1, -2)
 
     claims = []
@@ -105,7 +105,7 @@ def constraint_claims(space: Space) -> list[Claim]:
             "v",
             rows,
             name="constraint_jacobian.B by w",
-            second=of_reactions,
+            second=reaction_partials,
             second_name="d residual / d lam",
         ),
         Claim(
@@ -123,12 +123,14 @@ def constraint_claims(space: Space) -> list[Claim]:
             Claim(
                 "constraint_acceleration.w_dot",
                 "d w / dt",
-                lambda engine, state: Output("constraint_acceleration", "w_dot").column(engine, pushed(state)),
+                lambda engine, state: Output("constraint_acceleration", "w_dot").column(
+                    engine, violate_accelerations(state)
+                ),
                 source=w,
-                directions=lambda state: at_acceleration(pushed(state)),
+                directions=lambda state: at_acceleration(violate_accelerations(state)),
                 rows=rows,
                 size=lambda engine, state: _before_cancelling(
-                    engine, pushed(state), of_velocities, ("constraint_jacobian", "B", "a")
+                    engine, violate_accelerations(state), of_velocities, ("constraint_jacobian", "B", "a")
                 ),
             )
         )
@@ -194,14 +196,14 @@ def packed_claims(space: Space) -> list[Claim]:
     if space.has("iteration"):
         blocks = [block.name for block in system.functions["iteration"].outputs]
         if "X" in blocks:
-            claims += _eliminated(space)
+            claims += _elimination_claims(space)
         else:
             sources = {name: _OF_MATRICES[name] for name in blocks}
-            claims += [_unpacked("iteration", name, of, system) for name, of in sources.items() if space.has(of)]
+            claims += [_nonzeros_claim("iteration", name, of, system) for name, of in sources.items() if space.has(of)]
     if space.has("jacobian_values"):
-        claims.append(_unpacked("jacobian_values", "B", "constraint_jacobian", system))
+        claims.append(_nonzeros_claim("jacobian_values", "B", "constraint_jacobian", system))
     if space.has("mass_values"):
-        claims.append(_unpacked("mass_values", "M", "mass", system, "M_values"))
+        claims.append(_nonzeros_claim("mass_values", "M", "mass", system, "M_values"))
     return claims
 
 
@@ -209,7 +211,7 @@ def _same(space: Space, entry: str, other: str, rows: str) -> Claim:
     """Return the claim of rows that two functions give, compared off the motion, unless the rows vanish there."""
 
     def beside(engine: Engine, state: Blocks) -> dict[str, Array]:
-        away = moved(engine, state, {"q": np.broadcast_to(_scale(space, "q"), state["v"].shape)}, 0.1)
+        away = move_state(engine, state, {"q": np.broadcast_to(_scale(space, "q"), state["v"].shape)}, 0.1)
         for block in ("v", "a", "lam"):
             away = _violating(space, away, block) if block in state else away
         return away
@@ -222,7 +224,7 @@ def _same(space: Space, entry: str, other: str, rows: str) -> Claim:
     )
 
 
-def _unpacked(function: str, name: str, other: str, system: System, packed: str = "") -> Claim:
+def _nonzeros_claim(function: str, name: str, other: str, system: System, packed: str = "") -> Claim:
     """Return the claim of nonzeros, the output ``packed`` of a function, against a matrix of another function."""
     packed = packed or name
     shape = next(block.shape for block in system.functions[other].outputs if block.name == name)
@@ -242,7 +244,7 @@ def _dense(values: Array, places: Sequence[tuple[int, int]], shape: Sequence[int
     return full
 
 
-def _eliminated(space: Space) -> list[Claim]:
+def _elimination_claims(space: Space) -> list[Claim]:
     """Return K, C and M of a long tree's extended system, with inner unknowns eliminated."""
     from scipy.sparse import csc_array  # noqa: PLC0415  # slow to import, and only long trees need it
     from scipy.sparse.linalg import splu  # noqa: PLC0415
@@ -272,7 +274,7 @@ def _eliminated(space: Space) -> list[Claim]:
             f"d residual / d{block}",
             one(name, space.along[block].matrix),
             source=_RESIDUAL,
-            directions=fixed({block: space.along[block].matrix.T}),
+            directions=constant_directions({block: space.along[block].matrix.T}),
             second=Output("partials", name) @ space.along[block].matrix if also else None,
             second_name="partials" if also else "",
             rows=space.rows["v"],
@@ -282,7 +284,7 @@ def _eliminated(space: Space) -> list[Claim]:
     ]
 
 
-def _differentiated(system: System) -> dict[str, Value]:
+def _tape_matrices(system: System) -> dict[str, Value]:
     """Return K, C and M by forward differentiation of the residual's operations, unless that would be too much."""
     tape, nv = system.tape, system.nv
     residual = system.functions["residual"]
@@ -431,7 +433,7 @@ def _argument_claims(
             f"d {term} / d arguments",
             lambda engine, state: np.asarray(jacobian_of(engine, state) @ whole),
             source=values,
-            directions=fixed(rates),
+            directions=constant_directions(rates),
             functions=(term,),
         ),
         Claim(
@@ -439,7 +441,7 @@ def _argument_claims(
             "d gradient / d arguments",
             changes,
             source=gradient,
-            directions=fixed(rates),
+            directions=constant_directions(rates),
             functions=(names[0],),
             sided=True,
         ),

@@ -17,7 +17,7 @@ from eomgen.products.studies.verification.claims.claim import (
     Space,
     Value,
     along_motion,
-    fixed,
+    constant_directions,
     jacobian,
 )
 
@@ -73,7 +73,7 @@ def rate_claims(space: Space) -> list[Claim]:
                     source=source.flat,
                     directions=_along_motion(space.engine, source.function, free=term == "forward_rates"),
                     rows=_entries(space, name) if term in _OF_COMPONENTS else (),
-                    size=_rounding_of(function, entry, order, *_of_mass(space, term, order)),
+                    size=_rounding_of(function, entry, order, *_mass_terms(space, term, order)),
                     second=Output(other, name).flat.column if also else None,
                     second_name=other if also else "",
                 )
@@ -81,7 +81,7 @@ def rate_claims(space: Space) -> list[Claim]:
             source = Output(term, name)
     for term, name, other, of in _SAME:
         if space.has(term, other):
-            more = _of_mass(space, "rates", of[2]) if of is not None and of[1] == "tau" else []
+            more = _mass_terms(space, "rates", of[2]) if of is not None and of[1] == "tau" else []
             claims.append(
                 Claim(
                     f"{term}.{name}",
@@ -105,7 +105,7 @@ def _coriolis(space: Space) -> list[Claim]:
             _times_velocity(term),
             second=Output("coupling", "h").flat.column,
             second_name="coupling",
-            size=_rounding_of(term, "C", 1, *_of_mass(space, "rates", 0)),
+            size=_rounding_of(term, "C", 1, *_mass_terms(space, "rates", 0)),
             rows=space.rows["v"],
         )
         for term in ("coriolis", "coriolis_skew")
@@ -121,13 +121,15 @@ def _coriolis(space: Space) -> list[Claim]:
                 second_name="mass_rates",
                 rows=space.rows["v"],
                 columns=space.rows["v"],
-                size=_rounding_of("coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_of_mass(space, "coriolis", 0)),
+                size=_rounding_of(
+                    "coriolis_skew", "C", 0, ("mass_rates", "M_dot", 0), *_mass_terms(space, "coriolis", 0)
+                ),
             )
         )
     return claims
 
 
-def _of_mass(space: Space, term: str, order: int) -> list[tuple[str, str, int]]:
+def _mass_terms(space: Space, term: str, order: int) -> list[tuple[str, str, int]]:
     """Return M, with which tau goes as the square of the rate, and Coriolis matrices as the rate; none for other
     terms."""
     more = {"rates": 2, "coupling_rates": 2, "base_motion_rates": 2}.get(term, 1 if term.startswith("coriolis") else 0)
@@ -187,10 +189,10 @@ def _entries(space: Space, name: str) -> tuple[str, ...]:
 def _drivers(space: Space) -> list[Claim]:
     """Return the claims of derivatives of prescribed laws, functions of time alone."""
     claims = []
-    in_time = fixed({"t": np.ones((1, 1))})
+    in_time = constant_directions({"t": np.ones((1, 1))})
     if space.has("base_rates"):
 
-        def of_base(engine: Engine, state: Blocks) -> Array:
+        def base_drivers(engine: Engine, state: Blocks) -> Array:
             twist_rates = engine("base", state)["base"][..., 13:]
             rows = engine("base_rates", state)["base_rates"]
             return np.concatenate([twist_rates, rows.reshape(*rows.shape[:-2], -1)[..., :-6]], axis=-1)
@@ -200,7 +202,7 @@ def _drivers(space: Space) -> list[Claim]:
                 "base_rates",
                 "each row from the one before",
                 Output("base_rates", "base_rates").flat.column,
-                source=of_base,
+                source=base_drivers,
                 directions=in_time,
                 functions=("base", "base_rates"),
             )
