@@ -7,7 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
-from eomgen.products.linear.eigenvalues import balance, restored
+from eomgen.products.linear.eigenvalues import balance, unbalance
 from eomgen.products.linear.modes import modes
 
 
@@ -18,7 +18,7 @@ def test_it_is_the_matrix_in_other_units(permute: bool, rng: np.random.Generator
     B, T = balance(A, permute=permute)
     np.testing.assert_allclose(T @ B, A @ T, rtol=1e-12, atol=1e-12 * np.abs(A @ T).max())
     vectors = rng.normal(size=(6, 4)) + 1j * rng.normal(size=(6, 4))
-    assert np.array_equal(restored(T, vectors), T @ vectors)
+    assert np.array_equal(unbalance(T, vectors), T @ vectors)
 
 
 def test_scales_beyond_whole_numbers_are_no_warning() -> None:

@@ -20,7 +20,7 @@ import eomgen
 from eomgen.errors import NumericalError, Problem, UsageError
 from eomgen.products.linear.analyses import parameter_sweeps as campbell_module
 from eomgen.products.linear.campbell_plot import CampbellView, plot_campbell
-from eomgen.products.linear.campbell_search import _Oscillations, _tracked, campbell
+from eomgen.products.linear.campbell_search import _Oscillations, _tracks_modes, campbell
 from eomgen.products.linear.linearization import Linearization
 from tests.models.cache import shared_cache
 
@@ -539,11 +539,11 @@ def test_modes_that_cannot_be_mistaken_are_followed_without_a_value_between(
     turned = shapes.copy()
     turned[:2, :2] = [[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]
     now = _oscillations(after, turned)
-    assert _tracked(_oscillations([1.5, 10.0, 40.0], shapes), now) == expected
+    assert _tracks_modes(_oscillations([1.5, 10.0, 40.0], shapes), now) == expected
 
 
 def test_a_mode_that_ends_is_not_followed_by_one_that_begins() -> None:
     before = _oscillations([1.0, 10.0], np.eye(3)[:, :2])
-    assert not _tracked(before, _oscillations([10.0, 40.0], np.eye(3)[:, 1:]))
-    assert _tracked(before, _oscillations([10.0], np.eye(3)[:, 1:2]))
-    assert _tracked(_oscillations([], np.zeros((3, 0))), before)
+    assert not _tracks_modes(before, _oscillations([10.0, 40.0], np.eye(3)[:, 1:]))
+    assert _tracks_modes(before, _oscillations([10.0], np.eye(3)[:, 1:2]))
+    assert _tracks_modes(_oscillations([], np.zeros((3, 0))), before)

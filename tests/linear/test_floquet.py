@@ -321,8 +321,8 @@ def test_progress_is_told(mathieu: eomgen.Model) -> None:
 def test_a_search_that_does_not_come_nearer_ends_early(monkeypatch: pytest.MonkeyPatch) -> None:
     """The forced wheel runs away from each start; all corrections would take four times as long."""
     tried: list[int] = []
-    corrected = _Orbit.corrected
-    monkeypatch.setattr(_Orbit, "corrected", lambda *given: tried.append(1) or corrected(*given))
+    corrected = _Orbit.correct
+    monkeypatch.setattr(_Orbit, "correct", lambda *given: tried.append(1) or corrected(*given))
     builder = eomgen.SceneBuilder("wheel", gravity=[0, 0, 0]).body("wheel", 1.0, inertia=[1, 1, 1])
     builder.joint("spin", "revolute", "base", "wheel", axis=[0, 1, 0], initial={"velocity": 6.5})
     builder.effort("push", "spin", "1 + 0.1 * sin(q.spin)")

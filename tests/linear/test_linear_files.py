@@ -91,7 +91,7 @@ def test_modes_are_rows_with_real_and_imaginary_parts_of_each_coordinate(tmp_pat
 
 
 def test_json_data_of_a_linear_model_hold_its_numbers() -> None:
-    data = linear_files.described(linear_model(), "car")
+    data = linear_files.to_json_data(linear_model(), "car")
     assert json.loads(json.dumps(data)) == data
     assert (data["scene"], data["about"], data["t"], data["stability"]) == ("car", "equilibrium", 2.5, "unstable")
     assert [data[name] for name in "qvz"] == [[21.0], [22.0], [24.0]]

@@ -14,7 +14,7 @@ import pytest
 
 import eomgen
 from eomgen import ModelError, NumericalError, UsageError
-from eomgen.products.linear.state_space import _solved
+from eomgen.products.linear.state_space import _solve
 from tests.linear.test_closed_forms import motor, slider_crank
 from tests.linear.test_neighbouring_motions import disc
 from tests.mechanics.test_linearization import drone
@@ -289,10 +289,10 @@ def test_an_inertia_matrix_without_inertia_along_coordinates_names_them() -> Non
     for null, named in (([0.0, 1.0, 0.0], "b"), ([1.0, 0.2, 0.05], "a, b"), ([1.0, 0.12, 0.09], "a, b")):
         unit = np.array(null) / np.linalg.norm(null)
         with pytest.raises(ModelError, match=f"the inertia matrix is singular along {named}, so there is no"):
-            _solved(3.0 * (np.eye(3) - np.outer(unit, unit)), np.eye(3), ["a", "b", "c"])
+            _solve(3.0 * (np.eye(3) - np.outer(unit, unit)), np.eye(3), ["a", "b", "c"])
     M = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.25], [0.0, 0.25, 4.0]])
-    np.testing.assert_allclose(M @ _solved(M, M @ M, ["a", "b", "c"]), M @ M, atol=1e-14)
-    assert _solved(np.zeros((0, 0)), np.zeros((0, 2)), []).shape == (0, 2)
+    np.testing.assert_allclose(M @ _solve(M, M @ M, ["a", "b", "c"]), M @ M, atol=1e-14)
+    assert _solve(np.zeros((0, 0)), np.zeros((0, 2)), []).shape == (0, 2)
 
 
 @pytest.mark.slow

@@ -14,7 +14,7 @@ import pytest
 
 import eomgen
 from eomgen.control import OutputFeedback, discretized, kalman, lqr, place
-from eomgen.products.linear.state_space import StateSpace, spelled
+from eomgen.products.linear.state_space import StateSpace, linear_model_name
 from eomgen.spectra import Road, RoadExcitation
 from tests.failures.mistakes import arm, pushed, slider
 from tests.models.cache import shared_cache
@@ -128,9 +128,9 @@ def test_names_of_states_are_taken_as_solutions_spell_them() -> None:
     as_written = lqr(space, {"q.x": 2.0, "v.x": 1.0}, {"u": 1.0})
     np.testing.assert_array_equal(as_written.gains, linear.gains)
     np.testing.assert_allclose(linear.gains, [[np.sqrt(2.0), np.sqrt(1.0 + 2.0 * np.sqrt(2.0))]])
-    assert spelled("ff", ("heave", "v.heave", "z.ff")) == "z.ff"
-    assert spelled("heave", ("heave", "q.heave")) == "heave"
-    assert spelled("q.hight", ("heave",)) == "q.hight"
+    assert linear_model_name("ff", ("heave", "v.heave", "z.ff")) == "z.ff"
+    assert linear_model_name("heave", ("heave", "q.heave")) == "heave"
+    assert linear_model_name("q.hight", ("heave",)) == "q.hight"
     with pytest.raises(eomgen.UsageError, match="there is no output or state"):
         lqr(space, {"q.y": 1.0}, {"u": 1.0})
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from scipy.integrate import quad
 
 from eomgen.errors import UsageError
-from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _followed
+from eomgen.products.linear.eigenvalue_loci import Campbell, Crossing, RootLocus, _continue_roots
 from eomgen.products.linear.spectra import PowerSpectrum, RideTable, weighted_signal
 from eomgen.products.linear.spectra.power_spectrum import _integrals, _partial_fractions, _weighting, weighting_response
 
@@ -120,6 +120,6 @@ def test_campbell_diagrams_have_rows_in_hertz_and_turns_per_minute() -> None:
 
 def test_roots_are_followed_by_the_least_sum_of_distances() -> None:
     last = np.array([1.0 + 0.0j, 2.0, 3.0])
-    assert _followed(last, np.array([3.1 + 0.0j, 1.1, 2.2])).tolist() == [1.1, 2.2, 3.1]
+    assert _continue_roots(last, np.array([3.1 + 0.0j, 1.1, 2.2])).tolist() == [1.1, 2.2, 3.1]
     locus = RootLocus("c", np.array([0.0, 1.0]), np.zeros((2, 3), complex), ("stable", "stable"))
     assert repr(locus) == "<RootLocus: 3 roots at 2 values of c, 0 to 1; stable>"

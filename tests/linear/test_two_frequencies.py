@@ -56,7 +56,7 @@ def test_names_of_frequencies_in_files_and_pictures(tmp_path: Path) -> None:
     assert table["damped frequency [Hz]"] == pytest.approx([DAMPED])
     table = columns(linear_files.write_campbell(diagram, tmp_path / "campbell.csv"))
     assert table["mode1 damped frequency [Hz]"][0] == pytest.approx(DAMPED)
-    described = linear_files.described(model.linearize(), "slide")
+    described = linear_files.to_json_data(model.linearize(), "slide")
     (mode,) = json.loads(json.dumps(described))["modes"]
     assert (mode["undamped_frequency"], mode["damped_frequency"]) == pytest.approx((UNDAMPED, DAMPED))
 

@@ -64,8 +64,8 @@ def driven_by(space: StateSpace, source: StateSpace) -> StateSpace:
     if again:
         fault = f"both models have a state {listed(again)} [E0368]"
         raise UsageError(Problem("driven_by", fault, "other names in one of them"))
-    inputs = _united([name for name in space.inputs if name not in driven], source.inputs)
-    disturbances = _united([name for name in space.disturbances if name not in driven], source.disturbances)
+    inputs = _unite([name for name in space.inputs if name not in driven], source.inputs)
+    disturbances = _unite([name for name in space.disturbances if name not in driven], source.disturbances)
     disturbances = [name for name in disturbances if name not in inputs]
     left = (*inputs, *disturbances)
     new = [k for k, name in enumerate(source.outputs) if name not in space.outputs]
@@ -242,7 +242,7 @@ def _how(space: StateSpace) -> str:
     return "in continuous time" if space.sample is None else f"sampled every {space.sample:.6g} s"
 
 
-def _united(first: Sequence[str], second: Sequence[str]) -> list[str]:
+def _unite(first: Sequence[str], second: Sequence[str]) -> list[str]:
     return [*first, *(name for name in second if name not in first)]
 
 

@@ -95,7 +95,7 @@ _MISSING = 1e-8
 _BALANCED = 1e-6
 
 
-def calibrated(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
+def calibrate(scene: Scene, build: Callable[[Scene, list[str]], Model]) -> Scene:
     """Return a scene whose gains have calibrated values as defaults, and a note on each controller.
 
     Parameters
@@ -119,7 +119,7 @@ def gains(
     scene: Scene, parameters: Mapping[str, float], build: Callable[[Scene, list[str]], Model]
 ) -> tuple[dict[str, float], list[str]]:
     """Return calibrated gains and references by name of parameter, at other values of tunable parameters, and notes."""
-    opened = _opened(scene)
+    opened = _open_loops(scene)
     model = build(opened.scene, [*PURPOSES["linearization"], "outputs"])
     # these are zero by default
     values = {name: value for name, value in parameters.items() if name not in opened.calibrated}
@@ -155,7 +155,7 @@ class _OpenLoopScene:
     rows: Mapping[str, slice]
 
 
-def _opened(scene: Scene) -> _OpenLoopScene:
+def _open_loops(scene: Scene) -> _OpenLoopScene:
     fed_back = [item for item in scene.feedback if item.calibration is not None]
     acting = [output for item in fed_back for output in item.outputs]
     controllers = tuple(
@@ -165,7 +165,7 @@ def _opened(scene: Scene) -> _OpenLoopScene:
     outputs = list(scene.outputs)
     for item in fed_back:
         outputs.append(Output(f"{item.name}.signals", item.signals))
-        for kind, weights in _of_joints(item.calibration) if item.calibration else ():
+        for kind, weights in _joint_weights(item.calibration) if item.calibration else ():
             outputs += [Output(f"{item.name}.{kind}.{joint}", (Symbol(kind, joint),)) for joint in weights]
     rows, start = {}, 0
     for output in outputs:
@@ -177,7 +177,7 @@ def _opened(scene: Scene) -> _OpenLoopScene:
     return _OpenLoopScene(opened, tuple(name for item in fed_back for name in item.calibrated), rows)
 
 
-def _of_joints(calibration: Calibration) -> tuple[tuple[str, Mapping[str, float]], ...]:
+def _joint_weights(calibration: Calibration) -> tuple[tuple[str, Mapping[str, float]], ...]:
     """Return the weights of joints by the letter of their quantity."""
     return ("q", calibration.position_weights), ("v", calibration.velocity_weights)
 
@@ -213,7 +213,7 @@ def _one(
     rows = opened.rows[f"{item.name}.signals"]
     of_signals = _by_signals(state, item, G, C[rows], D[rows])
     result = {
-        name: _rounded(value)
+        name: _round(value)
         for names_of_output, values_of_output in zip(item.gains, of_signals, strict=True)
         for name, value in zip(names_of_output, values_of_output, strict=True)
     }
@@ -223,7 +223,7 @@ def _one(
         given: dict[str, Any] = {"z": there.z, "parameters": values, "base": base}
         outputs = model.evaluate("outputs", there.q, there.v, there.a, there.t, there.u, **given)
         signals = next(iter(outputs.values()))[rows]
-        result |= {name: _rounded(value) for name, value in zip(item.references, signals, strict=True) if name}
+        result |= {name: _round(value) for name, value in zip(item.references, signals, strict=True) if name}
     cautions = [] if rest is None else rest.warnings(any_kind=True)
     summary = f"controllers.{item.name}: gains by {calibration.method} about the {linear.reference.what}; {description}"
     return result, "; ".join((summary, *cautions))
@@ -313,7 +313,7 @@ def _weights(
 ) -> Weights:
     """Return a cost plus the cost of coordinates, velocities, signals and outputs."""
     weighted: list[tuple[int, float]] = []
-    for kind, table in _of_joints(calibration):
+    for kind, table in _joint_weights(calibration):
         weighted += [(opened.rows[f"{item.name}.{kind}.{joint}"].start, weight) for joint, weight in table.items()]
     first = opened.rows[f"{item.name}.signals"].start
     weighted += [(first + item.labels.index(name), weight) for name, weight in calibration.signal_weights.items()]
@@ -353,8 +353,8 @@ def _by_signals(state: _State, item: StateFeedback, G: Array, Y: Array, Y_u: Arr
     return np.asarray(result / sizes)
 
 
-def _rounded(value: float) -> float:
+def _round(value: float) -> float:
     return float(f"{value:.{_DIGITS}g}") + 0.0
 
 
-CALIBRATION = Preparation("calibration", calibrated, gains)
+CALIBRATION = Preparation("calibration", calibrate, gains)

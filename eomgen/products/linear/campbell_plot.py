@@ -263,7 +263,7 @@ class _Drawing:
             else:
                 groups.append([(place, mode)])
         number = self.diagram.number
-        modes = [_Label(group[0][0], _numbered([number(mode) for _, mode in group]), "#111111") for group in groups]
+        modes = [_Label(group[0][0], _mode_label([number(mode) for _, mode in group]), "#111111") for group in groups]
         gap = _HEIGHT / self.size[1]
         both = sorted([*rays, *modes])
         labels = both if len(both) * gap <= 1.0 else rays if len(rays) * gap <= 1.0 else []
@@ -360,7 +360,7 @@ def _number(speed: float) -> str:
     return f"{speed:.0f}" if abs(speed) >= 1e3 else f"{speed:.4g}"
 
 
-def _numbered(numbers: Sequence[int]) -> str:
+def _mode_label(numbers: Sequence[int]) -> str:
     """Return the label of modes that end together: ``mode 2``, ``modes 2-4``."""
     if len(numbers) == 1:
         return f"mode {numbers[0]}"

@@ -97,7 +97,7 @@ def campbell(
             if report is not None:
                 report(number, all_steps)
     except KeyboardInterrupt:
-        if search.wanted < _FEWEST:
+        if search.wanted_count < _FEWEST:
             raise
         interrupted = True
     search.check_failures(stacklevel=5)
@@ -133,7 +133,7 @@ def _numbers(curves: _FollowedModes, search: _Search, value: float, model: Linea
         return ()
     node = search.node(value, model, wanted=False)
     path = [near, *search.between(near, node), node]
-    first, *_, last = _followed(path)[0]
+    first, *_, last = _mode_columns(path)[0]
     modes = model.modes()
     of_model = dict(zip(last, (np.flatnonzero(modes.oscillating) + 1).tolist(), strict=True))
     known = {curves.modes[row][k]: of_model[mode] for k, mode in enumerate(first) if mode in of_model}
@@ -158,7 +158,7 @@ class _Search:
         self.failures: dict[float, ModelError | NumericalError] = {}
 
     @property
-    def wanted(self) -> int:
+    def wanted_count(self) -> int:
         """Number of values of the caller that have a linear model."""
         return sum(node.wanted for node in self.nodes)
 
@@ -183,7 +183,7 @@ class _Search:
     def between(self, low: _Node, high: _Node, depth: int = _DEPTH) -> list[_Node]:
         """Return the nodes between two nodes by which modes can be tracked; none if the two nodes are near enough, or
         without a linear model in between."""
-        if depth == 0 or _tracked(low.oscillations, high.oscillations):
+        if depth == 0 or _tracks_modes(low.oscillations, high.oscillations):
             return []
         middle = 0.5 * (low.value + high.value)
         try:
@@ -195,7 +195,7 @@ class _Search:
 
     def check_failures(self, stacklevel: int) -> None:
         """Raise the first failure if too few values have a linear model, else warn of the values without one."""
-        if self.failures and self.wanted < _FEWEST:
+        if self.failures and self.wanted_count < _FEWEST:
             raise next(iter(self.failures.values()))
         kinds: dict[str, list[str]] = {}  # of failures that differ in numbers alone
         for text in map(str, self.failures.values()):
@@ -244,7 +244,7 @@ class _FollowedModes:
     @classmethod
     def through(cls, nodes: Sequence[_Node]) -> _FollowedModes:
         """Return the curves through nodes."""
-        columns, count = _followed(nodes)
+        columns, count = _mode_columns(nodes)
         eigenvalues = np.full((len(nodes), count), complex(np.nan, np.nan))
         whirl, circular = np.zeros((len(nodes), count), dtype=int), np.zeros((len(nodes), count))
         for row, (node, numbers) in enumerate(zip(nodes, columns, strict=True)):
@@ -356,7 +356,7 @@ def _costs(before: _Oscillations, now: _Oscillations) -> Array:
     return np.asarray(_unlike_shapes(before, now) + 4.0 * distance / sizes + opposite)
 
 
-def _tracked(before: _Oscillations, now: _Oscillations) -> bool:
+def _tracks_modes(before: _Oscillations, now: _Oscillations) -> bool:
     """Return whether each mode is like its own continuation, or cannot be taken for the continuation of another."""
     costs = _costs(before, now)
     pairs = linear_sum_assignment(costs)
@@ -369,7 +369,7 @@ def _tracked(before: _Oscillations, now: _Oscillations) -> bool:
     return bool(np.all((own < _UNLIKE) | clear))
 
 
-def _followed(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
+def _mode_columns(nodes: Sequence[_Node]) -> tuple[list[list[int]], int]:
     """Return the columns of the modes of each node, and how many columns there are."""
     columns: list[list[int]] = []
     more = itertools.count()

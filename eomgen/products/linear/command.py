@@ -254,7 +254,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     if folder is None and sweep is not None:  # names are checked before files are
         request.model.parameter_array({sweep[0]: sweep[1][0]})
     with waiting(f"{request.model.name}: linear model"):
-        lin = request.linearized({}, None)
+        lin = request.linearize({}, None)
     for pair in pairs:
         lin.frequency_response([], *pair)
     if folder is None and (sweep or pairs):
@@ -263,7 +263,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     # imported when the arguments are known to be fine
     from eomgen.products.linear import files as linear_files  # noqa: PLC0415
 
-    data = linear_files.described(lin, request.model.name)
+    data = linear_files.to_json_data(lin, request.model.name)
     table = ride.table(lin, excitation) if ride is not None and excitation is not None else None
     if table is not None:
         data["ride"] = linear_files.described_ride(table)
@@ -275,7 +275,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
     if folder is not None:
         locus, cut = (None, "") if sweep is None else request.roots(*sweep)
         ends = ends or cut
-        files = request.written(lin, data, Path(folder), locus, pairs, band)
+        files = request.write(lin, data, Path(folder), locus, pairs, band)
         files += request.written_campbell(diagram, view, Path(folder))
         if ride is not None and excitation is not None and table is not None:
             files += request.written_ride(table, ride.spectra(lin, excitation), Path(folder))
@@ -285,7 +285,7 @@ def linearize(scene: str, folder: str | None, as_json: bool, **options: Any) -> 
         _print(lin, request.model.name)
         _print_tables(table, diagram)
     written = f"written to {folder}: {', '.join(file.name for file in files)}" if files else ""
-    say("\n".join(filter(None, (_said(lin), str(lin.multiblade or ""), written))))
+    say("\n".join(filter(None, (_stability_text(lin), str(lin.multiblade or ""), written))))
     if ends:
         say(ends)
         return INTERRUPTED
@@ -324,7 +324,7 @@ class _Request:
                 else pipeline.build(described, real="double", profile=profile)
             )
 
-    def linearized(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
+    def linearize(self, changes: dict[str, float], before: Linearization | None) -> Linearization:
         """Return the linear model with some parameters changed; searches for equilibria begin at the equilibrium of the
         model before."""
         parameters = {**self.parameters, **changes}
@@ -368,14 +368,14 @@ class _Request:
         try:
             with shown(True, f"{self.model.name}: roots over {parameter}") as report:
                 locus = root_locus(
-                    parameter, values, lambda value, last: self.linearized({parameter: value}, last), report
+                    parameter, values, lambda value, last: self.linearize({parameter: value}, last), report
                 )
         except KeyboardInterrupt:
             return None, "interrupted before there was a root locus"
         counted_values = f"{len(locus.values)} of {len(values)} values of {parameter}"
         return locus, f"interrupted: the root locus has {counted_values}" if locus.interrupted else ""
 
-    def written(
+    def write(
         self,
         lin: Linearization,
         data: dict[str, Any],
@@ -500,7 +500,7 @@ def _blades(texts: Sequence[str]) -> dict[str, list[tuple[str, ...]]] | None:
     return groups or None
 
 
-def _said(lin: Linearization) -> str:
+def _stability_text(lin: Linearization) -> str:
     import numpy as np  # noqa: PLC0415
 
     modes = lin.modes()

@@ -156,15 +156,17 @@ def _without_rounding(law: Regulator | OutputFeedback) -> Regulator | OutputFeed
     """
     scales = np.diag(balance(law.space.A, permute=False)[1])
 
-    def kept(gains: Array) -> Array:
+    def drop_small_gains(gains: Array) -> Array:
         sizes = np.abs(gains * scales)
         return np.where(sizes > len(scales) * EPSILON * np.max(sizes, axis=1, keepdims=True, initial=0.0), gains, 0.0)
 
     if isinstance(law, Regulator):
-        return replace(law, gains=kept(law.gains))
-    regulator = replace(law.regulator, gains=kept(law.regulator.gains))
+        return replace(law, gains=drop_small_gains(law.gains))
+    regulator = replace(law.regulator, gains=drop_small_gains(law.regulator.gains))
     scales = 1.0 / scales
-    return replace(law, regulator=regulator, observer=replace(law.observer, gains=kept(law.observer.gains.T).T))
+    return replace(
+        law, regulator=regulator, observer=replace(law.observer, gains=drop_small_gains(law.observer.gains.T).T)
+    )
 
 
 @dataclass(frozen=True)
@@ -188,7 +190,7 @@ class _Hardware:
         """Whether values are limited or rounded."""
         return self.quantum > 0.0 or math.isfinite(self.lower) or math.isfinite(self.upper)
 
-    def limited(self, formula: str) -> str:
+    def limit(self, formula: str) -> str:
         """Return a formula between the limits."""
         formula = f"min({_number(self.upper)}, {formula})" if self.upper < math.inf else formula
         return f"max({_number(self.lower)}, {formula})" if self.lower > -math.inf else formula
@@ -320,18 +322,21 @@ class _Writer:
             rows = [[(names[k], *signals[k], float(row[k])) for k in used if row[k]] for row in law.gains]
             return {"controllers": self._feedbacks(rows)}
         formulas = [[(-float(row[k]), _off(*signals[k])) for k in used] for row in law.gains]
-        return {"states": {**sensors, **self._held(formulas)}}
+        return {"states": {**sensors, **self._input_states(formulas)}}
 
     def output_feedback(self, law: OutputFeedback) -> Sections:
         """Return the sections of a feedback of estimates."""
         controller, states = law.controller, dict[str, Any]()
         estimates = [_fitting(f"{self.prefix}_{_legal(name)}") for name in self.space.states]
         named = enumerate(law.observer.measured)
-        measured = [_off(*self._read(name, self._measured(name, k, controller), states)) for k, name in named]
+        measured = [_off(*self._read(name, self._measured_signal(name, k, controller), states)) for k, name in named]
         if self.space.sample is not None:
             names = [_fitting(f"measured_{_legal(name)}") for name in law.observer.measured]
             for name, formula, label in zip(names, measured, controller.units["inputs"], strict=True):
-                states[name] = self._sampled(formula) | {"unit": label, "description": "measured signal, from rest on"}
+                states[name] = self._sampled_state(formula) | {
+                    "unit": label,
+                    "description": "measured signal, from rest on",
+                }
             measured = names
         A, B, of_commands = self._prediction(law)
         for k, name in enumerate(estimates):
@@ -344,7 +349,7 @@ class _Writer:
                 states[name] = {"rate": _sum(terms), **text}
             else:
                 text["description"] = f"prediction of {self.space.states[k]} for the next sample, from rest on"
-                states[name] = self._sampled(_sum(terms)) | {"delay": self.space.sample, **text}
+                states[name] = self._sampled_state(_sum(terms)) | {"delay": self.space.sample, **text}
         if self.space.sample is None:
             rows = [
                 [(name, name, 0.0, -gain) for name, gain in zip(estimates, row.tolist(), strict=True) if gain]
@@ -355,7 +360,7 @@ class _Writer:
             [*zip(of_state.tolist(), estimates, strict=True), *zip(direct.tolist(), measured, strict=True)]
             for of_state, direct in zip(controller.C, controller.D, strict=True)
         ]
-        return {"states": {**states, **self._held(formulas)}}
+        return {"states": {**states, **self._input_states(formulas)}}
 
     # -- parts ---------------------------------------------------------------------------------------------------------
 
@@ -382,13 +387,13 @@ class _Writer:
         sensor, (formula, reference) = self.hardware.get(name), signal
         if sensor is None or name in self.space.inputs:
             return signal
-        formula = sensor.limited(formula)
+        formula = sensor.limit(formula)
         if not sensor.quantum and not sensor.delay:
             return formula, reference
         state = _fitting(f"sensor_{_legal(name)}")
         kind = _kind(self.space, name)
         text = {"initial": reference, "unit": self.space.unit(kind, name), "description": f"reading of {name}"}
-        sensors[state] = self._sampled(formula) | _clock(sensor) | text
+        sensors[state] = self._sampled_state(formula) | _clock(sensor) | text
         return state, reference
 
     def _command(self, number: int) -> str:
@@ -427,7 +432,7 @@ class _Writer:
         entry |= {key: value for key, value in limits.items() if math.isfinite(value)}
         return entry | ({"signal_references": references} if references else {})
 
-    def _held(self, formulas: list[list[tuple[float, str]]]) -> dict[str, Any]:
+    def _input_states(self, formulas: list[list[tuple[float, str]]]) -> dict[str, Any]:
         """Return the sampled states of the inputs, late if the model has a delay."""
         space, states = self.space, {}
         for number, (input, terms) in enumerate(zip(space.inputs, formulas, strict=True)):
@@ -435,7 +440,7 @@ class _Writer:
             formula = _sum([*terms, (rest, "1")] if rest else terms)
             text = {"initial": rest, "unit": space.unit("inputs", input), "description": self._description()}
             actuator, delay = self.hardware.get(input, _Hardware()), self._delay(input)
-            command = self._sampled(actuator.limited(formula)) | _clock(replace(actuator, delay=None))
+            command = self._sampled_state(actuator.limit(formula)) | _clock(replace(actuator, delay=None))
             if delay is None:
                 states[input] = command | text
                 continue
@@ -444,11 +449,11 @@ class _Writer:
             for name, (of_input, samples) in space.waiting.items():
                 if of_input == input:
                     late = {"delay": samples * float(space.sample or 0.0), "initial": rest, "unit": text["unit"]}
-                    states[name] = self._sampled(asked) | late
-            states[input] = self._sampled(asked) | {"delay": delay} | text
+                    states[name] = self._sampled_state(asked) | late
+            states[input] = self._sampled_state(asked) | {"delay": delay} | text
         return states
 
-    def _sampled(self, formula: str) -> dict[str, Any]:
+    def _sampled_state(self, formula: str) -> dict[str, Any]:
         return {"sample": self.space.sample, "formula": formula}
 
     def _rest(self, number: int) -> float:
@@ -474,7 +479,7 @@ class _Writer:
             raise UsageError(Problem("with_controller", fault, hint))
         return f"q.{name}" if not dot else rest if kind == "z" else name, reference
 
-    def _measured(self, name: str, number: int, controller: StateSpace) -> tuple[str, float]:
+    def _measured_signal(self, name: str, number: int, controller: StateSpace) -> tuple[str, float]:
         """Return the formula of a measured signal, and the value of the signal at the reference of the linear model."""
         if name not in self.space.outputs:
             return self._state(name)

@@ -340,7 +340,7 @@ def root_locus(
                 roots = np.linalg.eigvals(before.state_space().A).astype(complex)
                 stability_there = before.modes().stability
             order = np.lexsort((roots.real, np.abs(roots)))
-            points.append((_followed(points[-1][0], roots) if points else roots[order], stability_there))
+            points.append((_continue_roots(points[-1][0], roots) if points else roots[order], stability_there))
             if report is not None:
                 report(number, len(values))
     except KeyboardInterrupt:
@@ -353,7 +353,7 @@ def root_locus(
     return RootLocus(parameter, done, np.array(rows), stability, interrupted)
 
 
-def _followed(last: Complex, roots: Complex) -> Complex:
+def _continue_roots(last: Complex, roots: Complex) -> Complex:
     """Return roots in the order of the previous roots: the assignment has the least sum of distances."""
     _, order = linear_sum_assignment(np.abs(last[:, np.newaxis] - roots))
     result: Complex = roots[order]

@@ -32,7 +32,7 @@ def balance(A: Array, *, permute: bool = True) -> tuple[Array, Array]:
     return np.asarray(balanced), np.asarray(T)
 
 
-def restored(T: Array, vectors: Complex) -> Complex:
+def unbalance(T: Array, vectors: Complex) -> Complex:
     """Return T times vectors for the T of ``balance``, which has one number in each row: (n, any)."""
     place = np.argmax(np.abs(T), axis=1)
     result: Complex = vectors[place]
@@ -46,7 +46,7 @@ def decomposition(A: Array) -> tuple[Complex, Complex, Array]:
     Parts of A that are not coupled are decomposed each, and equal ones once: bending in two planes, bodies that turn
     freely. The work grows with the cube of the number of states.
     """
-    parts = _uncoupled(A)
+    parts = _uncoupled_parts(A)
     values, vectors, cosines = np.zeros(len(A), complex), np.zeros(A.shape, complex), np.zeros(len(A))
     known: dict[bytes, tuple[Complex, Complex, Array]] = {}
     for part in parts:
@@ -65,7 +65,7 @@ def eigenvectors(A: Array) -> tuple[Complex, Complex, Array]:
     return values, right, np.abs(np.sum(left.conj() * right, axis=0))
 
 
-def _uncoupled(A: Array) -> list[NDArray[np.intp]]:
+def _uncoupled_parts(A: Array) -> list[NDArray[np.intp]]:
     """Return the numbers of the states of each part of A that is not coupled to others, in their order."""
     if len(A) > _FEW:
         coupled = A != 0.0
@@ -90,7 +90,7 @@ def uncertainties(norm: float, cosines: Array) -> Array:
     return np.asarray(_MARGIN * EPSILON * norm * condition)
 
 
-def ordered(values: Complex, uncertainty: Array) -> NDArray[np.intp]:
+def order_of_eigenvalues(values: Complex, uncertainty: Array) -> NDArray[np.intp]:
     """Return the order of eigenvalues: zeros first, then by size, equal ones by decay."""
     first = np.argsort(np.abs(values), kind="stable")
     sizes = np.abs(values[first])

@@ -22,7 +22,7 @@ _SECOND_ORDER = ("M0", "C0", "K0", "B0", "E0")
 _OF_MODES = ("frequency", "undamped_frequency", "damped_frequency", "angular_frequency", "damping_ratio")
 
 
-def described(lin: Linearization, scene: str) -> dict[str, Any]:
+def to_json_data(lin: Linearization, scene: str) -> dict[str, Any]:
     """Return a linear model as JSON data: reference, names, modes and matrices of the model."""
     reference, modes, space = lin.reference, lin.modes(), lin.state_space()
     second = {name: getattr(lin, name).tolist() for name in _SECOND_ORDER} if lin.free.holonomic else None

@@ -144,7 +144,7 @@ class Floquet:
         for chosen, colour in ((~growing, "#0B62C4"), (growing, "#C8102E")):
             values = self.multipliers[chosen]
             axis.plot(values.real, values.imag, "o", color=colour, markersize=6.0, markeredgecolor="white")
-        for place, text, (across, up) in _placed(self._labels(), self.multipliers):
+        for place, text, (across, up) in _place_labels(self._labels(), self.multipliers):
             axis.annotate(
                 text, (place.real, place.imag), (across, up), textcoords="offset points",
                 ha="center", va="center", fontsize=8, color="#333333",
@@ -179,7 +179,7 @@ class Floquet:
         return labels
 
 
-def _placed(labels: Sequence[tuple[complex, str]], multipliers: Complex) -> list[tuple[complex, str, _Shift]]:
+def _place_labels(labels: Sequence[tuple[complex, str]], multipliers: Complex) -> list[tuple[complex, str, _Shift]]:
     """Return labels with the shifts of the centres, points, to the first free side of each dot; labels without a
     free side are left out."""
     taken = [(_UNIT * value.real, _UNIT * value.imag, _DOT, _DOT) for value in multipliers.tolist()]

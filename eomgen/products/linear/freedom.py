@@ -151,7 +151,7 @@ class Measures:
     Aq: Array
 
     @property
-    def of_velocities(self) -> bool:
+    def are_velocities(self) -> bool:
         """Whether w has the changes of v."""
         return _is_identity(self.P) and not any(matrix.any() for matrix in (self.Z, self.Av, self.Aq))
 
@@ -176,14 +176,14 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
         Constraint rows depend on each other in this state.
     """
     J, nv = partials.J, len(partials.M)
-    if not len(J) and measures.of_velocities:
+    if not len(J) and measures.are_velocities:
         every, zero = np.eye(nv), np.zeros((nv, nv))
         names = tuple(range(nv))
         W, W_rate = (-bracket_matrix(measures.factors, w) if w.any() else zero for w in (measures.v, measures.a))
         return Freedom(names, names, every, every, zero, zero, zero, every, W, W_rate)
     count = len(measures.P)
     met = nv - count
-    basis = _solved(np.concatenate([J[:met], measures.P]), np.eye(nv)[:, met:])
+    basis = _solve(np.concatenate([J[:met], measures.P]), np.eye(nv)[:, met:])
     rows, holonomic = times(J[met:], basis), partials.holonomic - met
     weight = np.sqrt(np.abs(np.diag(times(basis.T, times(partials.M, basis)))))
     weight[weight == 0.0] = 1.0
@@ -198,13 +198,13 @@ def freedom(measures: Measures, partials: Partials, preferred: Sequence[int] = (
     R, S = times(basis, of_x), times(basis, _null_basis(rows, y))
     held = np.concatenate([J, measures.P[y]])
 
-    def carried(of_rows: Array, of_measures: Array) -> Array:
+    def solve_rows(of_rows: Array, of_measures: Array) -> Array:
         """Return the X with J X + of_rows = 0 and P X + of_measures = 0, the latter in the rows of y."""
-        return _solved(held, -np.concatenate([of_rows, of_measures[y]]))
+        return _solve(held, -np.concatenate([of_rows, of_measures[y]]))
 
-    T = carried(times(partials.Z, R), times(measures.Z, R))
-    U = carried(times(partials.Av, S), times(measures.Av, S))
-    V = carried(times(partials.Av, T) + times(partials.Aq, R), times(measures.Av, T) + times(measures.Aq, R))
+    T = solve_rows(times(partials.Z, R), times(measures.Z, R))
+    U = solve_rows(times(partials.Av, S), times(measures.Av, S))
+    V = solve_rows(times(partials.Av, T) + times(partials.Aq, R), times(measures.Av, T) + times(measures.Aq, R))
     turning = bracket_matrix(measures.factors, measures.v)
     measured = times(measures.P, T) + times(measures.Z, R)
     of_R = times(turning, of_x)
@@ -244,7 +244,7 @@ def _is_identity(matrix: Array) -> bool:
     return matrix.shape == (n, n) and np.count_nonzero(matrix) == n and bool(np.all(np.diagonal(matrix) == 1.0))
 
 
-def _solved(matrix: Array, right: Array) -> Array:
+def _solve(matrix: Array, right: Array) -> Array:
     """Return matrix^-1 right. Raises ModelError if the matrix has no inverse."""
     if _is_identity(matrix):  # trees, whose measures are their velocities
         return right

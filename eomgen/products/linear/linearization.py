@@ -43,7 +43,7 @@ from eomgen.products.linear.state_space import (
     StateSpace,
     first_order,
     has_diagonal_inertia,
-    spelled,
+    linear_model_name,
 )
 
 
@@ -157,19 +157,19 @@ class Linearization(NamedAttributes):
     @cached_property
     def B0(self) -> Array:
         """(n, number of inputs) forces of inputs that a controller or a caller drives."""
-        return self._projected(self.partials.B)
+        return self._project(self.partials.B)
 
     @cached_property
     def E0(self) -> Array:
         """(n, number of disturbances) forces of the inputs that the scene gives, and of accelerations of the base."""
-        return self._projected(self.partials.E)
+        return self._project(self.partials.E)
 
     @cached_property
     def Z0(self) -> Array:
         """(n, nz) forces of internal states, with the sign of the left side."""
-        return self._projected(self.partials.Rz)
+        return self._project(self.partials.Rz)
 
-    def _projected(self, forces: Array) -> Array:
+    def _project(self, forces: Array) -> Array:
         self._needs_second_order()
         result: Array = self.free.S.T @ forces
         return result
@@ -228,8 +228,8 @@ class Linearization(NamedAttributes):
         m = self._first_order
         states = (*self.coordinates, *self.velocities, *(f"z.{name}" for name in self.names.states))
         names = self.names
-        units = {kind: tuple(of) for kind, of in _of_first_order(names.units_by_kind, self.free).items()}
-        references = {kind: np.array(of, float) for kind, of in _of_first_order(names.references, self.free).items()}
+        units = {kind: tuple(of) for kind, of in _signal_labels(names.units_by_kind, self.free).items()}
+        references = {kind: np.array(of, float) for kind, of in _signal_labels(names.references, self.free).items()}
         of = (m.A, m.B, m.E, m.C, m.D, m.F, states, names.inputs, names.disturbances, names.outputs)
         return StateSpace(*of, units, references, orientations=names.orientations)
 
@@ -371,7 +371,7 @@ class Linearization(NamedAttributes):
 
     def _unit(self, name: str) -> str:
         """Return the unit of an output or a state; empty if unknown."""
-        return self.names.units.get(spelled(name, tuple(self.names.units)), "")
+        return self.names.units.get(linear_model_name(name, tuple(self.names.units)), "")
 
     # -- random vibration ----------------------------------------------------------------------------------------------
 
@@ -571,7 +571,7 @@ def _spread(modes: Modes, band: tuple[float, float]) -> Array:
     return np.asarray(every[(every >= band[0]) & (every <= band[1])])
 
 
-def _of_first_order(by_kind: Mapping[str, Iterable[Any]], free: Freedom) -> dict[str, list[Any]]:
+def _signal_labels(by_kind: Mapping[str, Iterable[Any]], free: Freedom) -> dict[str, list[Any]]:
     """Return the labels of the signals of a state space, given the labels of all names, by kind."""
     if not by_kind:
         return {}

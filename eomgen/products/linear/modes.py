@@ -18,7 +18,7 @@ from eomgen.base.data import dataclass
 from eomgen.base.figures import axes_of_caller, draw_grid, new_figure, pyplot_figure, saved
 from eomgen.base.html import page, table
 from eomgen.errors import Problem, UsageError
-from eomgen.products.linear.eigenvalues import balance, decomposition, ordered, restored, uncertainties
+from eomgen.products.linear.eigenvalues import balance, decomposition, order_of_eigenvalues, unbalance, uncertainties
 from eomgen.products.linear.freedom import times
 
 #: Damping ratios below this are rounding.
@@ -105,7 +105,7 @@ class Modes(NamedAttributes):
         >>> len(modes.plot())
         2
         """
-        shown = _shown(self)
+        shown = _shown_modes(self)
         if axes is None:
             _, drawn = _panels(pyplot_figure, self, len(shown))
         else:
@@ -201,9 +201,9 @@ def modes(A: Array, of_coordinates: Array, coordinates: Sequence[str], inertias:
     balanced, back = balance(A)
     values, right, cosines = decomposition(balanced)
     uncertainty = uncertainties(float(np.linalg.norm(balanced)), cosines)
-    kept = ordered(values, uncertainty)
+    kept = order_of_eigenvalues(values, uncertainty)
     kept = kept[values[kept].imag >= 0.0]
-    original = restored(back, right[:, kept])
+    original = unbalance(back, right[:, kept])
     shapes = times(of_coordinates, original)
     largest = np.argmax(np.abs(shapes), axis=0)
     of_largest = shapes[largest, np.arange(len(kept))]
@@ -232,7 +232,7 @@ def modes_of(
 
 def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     """Draw the shape of each mode: amplitudes by coordinate, with phases next to the amplitudes."""
-    shown = _shown(modes)
+    shown = _shown_modes(modes)
     figure, axes = _panels(new_figure, modes, len(shown))
     for axis, k in zip(axes, shown, strict=True):
         _draw_shape(axis, modes, k)
@@ -244,7 +244,7 @@ def draw_modes(modes: Modes, title: str, path: Path) -> Path:
     return saved(figure, path)
 
 
-def _shown(modes: Modes) -> list[int]:
+def _shown_modes(modes: Modes) -> list[int]:
     return [k for k in oscillating_first(modes, _MODES) if np.any(np.abs(modes.shapes[:, k]) > 1e-9)][:_MODES]
 
 

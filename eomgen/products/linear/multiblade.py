@@ -122,7 +122,7 @@ class Basis:
         names = tuple(self.names[k] for k in places)
         return Basis(names, self.matrix[block], self.rate[block], self.second[block], ())
 
-    def solved(self, right: Array) -> Array:
+    def solve(self, right: Array) -> Array:
         """Return the multiblade coordinates of quantities, (n, ...)."""
         return np.asarray(np.linalg.solve(self.matrix, right)) if len(self.matrix) else right
 
@@ -246,9 +246,9 @@ def in_multiblade(
     chosen = np.array([[float(k == column) for column in range(len(free.coordinates))] for k in both])
     chosen = chosen.reshape(len(free.velocities), len(free.coordinates))
     G, G_rate = chosen @ x.rate, chosen @ x.second
-    N = x.solved(free.N @ y.matrix)
-    W = x.solved(free.N @ G + free.W @ x.matrix - x.rate)
-    to = of["components"].solved
+    N = x.solve(free.N @ y.matrix)
+    W = x.solve(free.N @ G + free.W @ x.matrix - x.rate)
+    to = of["components"].solve
     T = to(free.S @ G + free.T @ x.matrix)
     U = to(free.S @ (y.rate + G @ N) + free.U @ y.matrix)
     V = to(free.S @ (G_rate + G @ W) + free.U @ G + free.V @ x.matrix)
@@ -258,10 +258,10 @@ def in_multiblade(
     columns = {"M": q, "C": q, "K": q, "B": u, "E": w, "Rz": z}
     forces = {name: q.T @ getattr(partials, name) @ matrix for name, matrix in columns.items()}
     by = {"q": q, "v": q, "a": q, "z": z, "u": u, "w": w}
-    rates = {f"F{key}": of["states"].solved(getattr(partials, f"F{key}") @ by[key]) for key in "qvzuw"}
-    rates["Fz"] = rates["Fz"] - of["states"].solved(of["states"].rate)
-    outputs = {f"Y{key}": of["outputs"].solved(getattr(partials, f"Y{key}") @ by[key]) for key in by}
-    outputs["Ylam"] = of["outputs"].solved(partials.Ylam)
+    rates = {f"F{key}": of["states"].solve(getattr(partials, f"F{key}") @ by[key]) for key in "qvzuw"}
+    rates["Fz"] = rates["Fz"] - of["states"].solve(of["states"].rate)
+    outputs = {f"Y{key}": of["outputs"].solve(getattr(partials, f"Y{key}") @ by[key]) for key in by}
+    outputs["Ylam"] = of["outputs"].solve(partials.Ylam)
     rows = {name: getattr(partials, name) @ q for name in ("J", "Z", "Aq", "Av")}
     changed: dict[str, Any] = {**forces, **rates, **outputs, **rows}
     return replace(partials, **changed), turned

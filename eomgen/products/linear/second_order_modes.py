@@ -20,7 +20,14 @@ from scipy.sparse.csgraph import connected_components
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.products.linear.eigenvalues import EPSILON, balance, eigenvectors, ordered, restored, uncertainties
+from eomgen.products.linear.eigenvalues import (
+    EPSILON,
+    balance,
+    eigenvectors,
+    order_of_eigenvalues,
+    unbalance,
+    uncertainties,
+)
 from eomgen.products.linear.modes import Modes, modes_of
 
 #: Coordinates from which on models are taken by parts, and up to which a part is decomposed as a whole.
@@ -63,7 +70,7 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
     )
     norm = float(np.sqrt(sum(len(places) * part.size**2 for places, part in parts)))
     uncertainty = uncertainties(norm, cosines)
-    order = ordered(values, uncertainty)
+    order = order_of_eigenvalues(values, uncertainty)
     columns = np.empty(len(values), np.intp)
     columns[order] = np.arange(len(values))
     states = np.zeros((2 * n, len(values)), complex)
@@ -81,16 +88,16 @@ def second_order_modes(M: Array, C: Array, K: Array, coordinates: Sequence[str])
 
 def _parts(M: Array, C: Array, K: Array) -> Iterator[tuple[Numbers, _Part]]:
     """Yield the modes of each kind of part, and the coordinates (parts, size) of all parts of this kind."""
-    for places in _uncoupled(M, C, K):
+    for places in _uncoupled_parts(M, C, K):
         blocks = [matrix[places[:, :, np.newaxis], places[:, np.newaxis, :]] for matrix in (M, C, K)]
         equal: dict[bytes, list[int]] = {}
         for number, content in enumerate(np.concatenate(blocks, axis=1)):
             equal.setdefault(content.tobytes(), []).append(number)
         for numbers in equal.values():
-            yield places[numbers], _decomposed(*(block[numbers[0]] for block in blocks))
+            yield places[numbers], _decompose(*(block[numbers[0]] for block in blocks))
 
 
-def _uncoupled(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
+def _uncoupled_parts(M: Array, C: Array, K: Array) -> Iterator[Numbers]:
     """Yield the coordinates of parts that are not coupled, (parts, size), by size."""
     labels = _labels((M != 0.0) | (C != 0.0) | (K != 0.0))
     order, sizes = np.argsort(labels, kind="stable"), np.bincount(labels)
@@ -107,7 +114,7 @@ def _labels(coupled: NDArray[np.bool_]) -> Numbers:
     return np.asarray(connected_components(graph, directed=False)[1], np.intp)
 
 
-def _decomposed(M: Array, C: Array, K: Array) -> _Part:
+def _decompose(M: Array, C: Array, K: Array) -> _Part:
     """Return the modes of one part."""
     if len(M) > _FEW and (part := _by_undamped_modes(M, C, K)) is not None:
         return part
@@ -116,7 +123,7 @@ def _decomposed(M: Array, C: Array, K: Array) -> _Part:
     balanced, back = balance(np.vstack([np.eye(n, 2 * n, n), accelerations]))
     values, vectors, cosines = eigenvectors(balanced)
     kept = values.imag >= 0.0
-    return _Part(values[kept], restored(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced)))
+    return _Part(values[kept], unbalance(back, vectors[:, kept])[:n], cosines[kept], float(np.linalg.norm(balanced)))
 
 
 def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:
@@ -142,21 +149,21 @@ def _by_undamped_modes(M: Array, C: Array, K: Array) -> _Part | None:
     if not pace:
         return None
     size = float(np.sqrt(len(M) * pace**2 + np.sum(squares**2) / pace**2 + np.sum(damping**2)))
-    groups = _coupled(damping, rounding * size)
+    groups = _coupled_groups(damping, rounding * size)
     if len(groups) == 1:
         return None
     alone = np.array([group[0] for group in groups if len(group) == 1], np.intp)
-    values, numbers, cosines = _of_single_modes(squares[alone], damping[alone, alone], pace)
+    values, numbers, cosines = _single_mode_eigenvalues(squares[alone], damping[alone, alone], pace)
     results = [(values, directions[:, alone[numbers]].astype(complex), cosines)]
     for group in groups:
         if len(group) > 1:
-            values, vectors, cosines = _of_coupled_modes(squares[group], damping[np.ix_(group, group)], pace)
+            values, vectors, cosines = _coupled_mode_eigenvalues(squares[group], damping[np.ix_(group, group)], pace)
             results.append((values, directions[:, group] @ vectors, cosines))
     values, vectors, cosines = (np.concatenate(items, axis=-1) for items in zip(*results, strict=True))
     return _Part(values, vectors, cosines, size)
 
 
-def _coupled(damping: Array, rounding: float) -> list[Numbers]:
+def _coupled_groups(damping: Array, rounding: float) -> list[Numbers]:
     """Return the groups of modes that are coupled by more than a rounding error of the whole matrix."""
     sizes = np.abs(damping)
     np.fill_diagonal(sizes, 0.0)
@@ -167,9 +174,9 @@ def _coupled(damping: Array, rounding: float) -> list[Numbers]:
     return [np.flatnonzero(labels == label) for label in range(int(labels.max()) + 1)]
 
 
-def _of_single_modes(squares: Array, damping: Array, pace: float) -> tuple[Complex, Numbers, Array]:
+def _single_mode_eigenvalues(squares: Array, damping: Array, pace: float) -> tuple[Complex, Numbers, Array]:
     """Return eigenvalues (m,) with imaginary parts that are not negative, numbers (m,) of their modes, and |y^H x| (m,)
-    of modes that damping does not couple; as ``_of_coupled_modes``."""
+    of modes that damping does not couple; as ``_coupled_mode_eigenvalues``."""
     A = np.zeros((len(squares), 2, 2))
     A[:, 0, 1], A[:, 1, 0], A[:, 1, 1] = pace, -squares / pace, -damping
     values, vectors = np.linalg.eig(A)
@@ -179,7 +186,7 @@ def _of_single_modes(squares: Array, damping: Array, pace: float) -> tuple[Compl
     return values[kept].astype(complex), numbers, cosines[numbers]
 
 
-def _of_coupled_modes(squares: Array, damping: Array, pace: float) -> tuple[Complex, Complex, Array]:
+def _coupled_mode_eigenvalues(squares: Array, damping: Array, pace: float) -> tuple[Complex, Complex, Array]:
     """Return eigenvalues (m,) with imaginary parts that are not negative, vectors (n, m) and |y^H x| (m,) of modes that
     damping couples.
 

@@ -311,7 +311,7 @@ class StateSpace(NamedAttributes):
 
     def _output_numbers(self, outputs: Sequence[str]) -> list[int]:
         known = (*self.outputs, *self.states)
-        return [_number("output or state", spelled(name, known), known) for name in outputs]
+        return [_number("output or state", linear_model_name(name, known), known) for name in outputs]
 
 
 class HasStateSpace(Protocol):
@@ -375,7 +375,7 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     drift = over(nv, (x, free.V), (y, free.U))
     forces = over(nv, (u, p.B), (w, p.E), (z, -p.Rz)) - times(p.C, dv) - times(p.K, dq)
     mass = times(free.S.T, times(p.M, free.S))
-    ydot = _solved(mass, times(free.S.T, forces - times(p.M, drift)), velocities)
+    ydot = _solve(mass, times(free.S.T, forces - times(p.M, drift)), velocities)
     da = times(free.S, ydot) + drift
     zdot = over(sizes[2], (z, p.Fz), (u, p.Fu), (w, p.Fw)) + times(p.Fq, dq) + times(p.Fv, dv)
     xdot = over(sizes[0], (x, free.W), (y, free.N))
@@ -387,7 +387,7 @@ def first_order(partials: Partials, free: Freedom, velocities: Sequence[str]) ->
     return FirstOrderForm(rates[:, s], rates[:, u], rates[:, w], out[:, s], out[:, u], out[:, w], dq[:, s])
 
 
-def spelled(name: str, known: Sequence[str]) -> str:
+def linear_model_name(name: str, known: Sequence[str]) -> str:
     """Return the spelling of a name in linear models: positions without the ``q.`` of solutions and formulas, internal
     states with ``z.``, other names unchanged."""
     if name in known or not isinstance(name, str):
@@ -405,7 +405,7 @@ def _number(kind: str, name: str, known: Sequence[str]) -> int:
     raise UsageError(Problem("frequency response", f"there is no {kind} {ascii(name)[:64]}{missing} [E0433]", hint))
 
 
-def _solved(M: Array, right: Array, names: Sequence[str]) -> Array:
+def _solve(M: Array, right: Array, names: Sequence[str]) -> Array:
     """Return M^-1 right. Raises ModelError naming the directions without inertia."""
     if not len(M):
         return right

@@ -121,7 +121,7 @@ def reference_values(
     outputs = np.zeros(0)
     if "outputs" in model.functions:
         multipliers = {"multipliers": reference.multipliers} if len(reference.multipliers) else {}
-        of_state = {"z": reference.z, **multipliers, **point.given}
+        of_state = {"z": reference.z, **multipliers, **point.keywords}
         outputs = next(iter(model.evaluate("outputs", reference.q, reference.v, reference.a, **of_state).values()))
     return {
         "measured": coordinates,
@@ -137,7 +137,7 @@ def with_held(names: Names, sampled: SampledPart) -> Names:
     """Return names with the sampled states among the inputs, after the other inputs."""
     held, kept = list(sampled.places), sampled.others
 
-    def moved(by_kind: Mapping[str, Any]) -> dict[str, Any]:
+    def hold_states(by_kind: Mapping[str, Any]) -> dict[str, Any]:
         states = by_kind["states"]
         return {
             **by_kind,
@@ -155,8 +155,8 @@ def with_held(names: Names, sampled: SampledPart) -> Names:
             **names.units,
             **dict(zip(sampled.names, (names.units_by_kind["states"][k] for k in held), strict=True)),
         },
-        units_by_kind=moved(names.units_by_kind),
-        references=moved(names.references),
+        units_by_kind=hold_states(names.units_by_kind),
+        references=hold_states(names.references),
     )
 
 
@@ -322,9 +322,9 @@ def _finite_blocks(model: CompiledModel, state: OperatingState, a: Array, lam: A
     blocks: dict[str, Array] = {}
     nonzeros = takes_nonzeros(model.functions.names, disturbed=_is_disturbed(model))
     for term in (*(() if nonzeros else (of_forces,)), *(term for term in terms if term in model.functions)):
-        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **state.point.given)
+        blocks |= model.evaluate(term, state.q, state.v, a, z=state.z, multipliers=lam, **state.point.keywords)
     if nonzeros:
-        matrices = vars(sparse_partials(model, state.q, state.v, a, state.z, lam, state.point.given))
+        matrices = vars(sparse_partials(model, state.q, state.v, a, state.z, lam, state.point.keywords))
         blocks |= {name: whole(matrices[name]) for name in ("K", "C", "M", "Rz", "Fq", "Fv", "Fz")}
     blocks = {_IN_PARTIALS.get(name, name): block for name, block in blocks.items()}
     bad = sorted(name for name, block in blocks.items() if not np.all(np.isfinite(block)))
@@ -358,7 +358,7 @@ def about(model: CompiledModel, state: OperatingState, independent: Sequence[str
     blocks = _finite_blocks(model, state, a, lam, names)
     holonomic = model.functions.sizes["holonomic"]
     partials = Partials.of(blocks, len(names.inputs), len(names.disturbances), len(names.outputs), holonomic)
-    sampled = sampled_part(model, state.q, state.v, state.z, state.point.given)
+    sampled = sampled_part(model, state.q, state.v, state.z, state.point.keywords)
     free = freedom(measures, partials, [names.measured.index(name) for name in independent])
     held = [name for name in independent if names.measured.index(name) not in free.coordinates]
     if held:
@@ -433,7 +433,7 @@ def _in_multiblade_coordinates(
     wanted = [names.measured[place] for group in groups for place in group.places]
     if not set(wanted) <= set(first.coordinates):
         first = about(model, state, list(dict.fromkeys((*independent, *wanted))))
-    result = _turned(first, rotors)
+    result = _to_multiblade(first, rotors)
     speeds = [abs(rotor.speed) for rotor in rotors if rotor.speed]
     if not speeds or result.multiblade is None:
         return result
@@ -479,7 +479,7 @@ def _changing(
     moving = [rotor for rotor in rotors if rotor.speed]
     turns = ", ".join(f"{rotor.name} at {rotor.speed:.6g} rad/s" for rotor in moving)
     reverse = [replace(rotor, groups=tuple(group[::-1] for group in rotor.groups)) for rotor in rotors]
-    if _variation(_turned(first, reverse), models, reverse)[0] <= _SAME:
+    if _variation(_to_multiblade(first, reverse), models, reverse)[0] <= _SAME:
         fault = f"the blades are named against the order of their azimuths about the axis of {turns} [E0066]"
         return UsageError(Problem("multiblade", fault, ", ".join(reverse[0].groups[0])))
     variation, state = largest
@@ -504,7 +504,7 @@ def _at_azimuths(models: Sequence[tuple[float, Linearization]], rotors: Sequence
     turned = []
     for seconds, moved in models:
         there = [replace(rotor, azimuth=rotor.azimuth + rotor.speed * seconds) for rotor in rotors]
-        turned.append(_turned(moved, there))
+        turned.append(_to_multiblade(moved, there))
     return turned
 
 
@@ -538,7 +538,7 @@ def _rotors(
     ]
 
 
-def _turned(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
+def _to_multiblade(linear: Linearization, rotors: Sequence[Rotor]) -> Linearization:
     """Return a linear model by multiblade coordinates."""
     names = linear.names
     kinds = ("measured", "states", "inputs", "disturbances", "outputs")
@@ -583,7 +583,7 @@ def _warn_of_acceleration(model: CompiledModel, linear: Linearization) -> None:
 
 def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array]:
     """Return accelerations and multipliers of a state: given values, or by forward dynamics."""
-    given = state.point.given | {"z": state.z}
+    given = state.point.keywords | {"z": state.z}
     if not model.multipliers:
         if state.a is None or state.kind != "given state":
             _check_mass(model, state)
@@ -601,7 +601,7 @@ def _dynamics(model: CompiledModel, state: OperatingState) -> tuple[Array, Array
     elif model.multipliers and state.a is not None:
         rest = np.zeros(len(model.multipliers))
         (r,) = model.evaluate("residual", state.q, state.v, a, multipliers=rest, **given).values()
-        (B,) = model.evaluate("constraint_jacobian", state.q, **state.point.given).values()
+        (B,) = model.evaluate("constraint_jacobian", state.q, **state.point.keywords).values()
         lam = np.asarray(np.linalg.lstsq(B.T, -r, rcond=None)[0], dtype=float)
     check_finite("acceleration", a, [f"the acceleration of {name}" for name in model.v_names])
     return a, lam
@@ -614,7 +614,7 @@ def _check_mass(model: CompiledModel, state: OperatingState) -> None:
         M = model.mass(state.q, parameters=state.point.parameters)
     else:
         still, nothing = np.zeros(model.nv), np.zeros(0)
-        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, state.point.given).M)
+        M = whole(sparse_partials(model, state.q, still, still, state.z, nothing, state.point.keywords).M)
     diagonal = np.diagonal(M)
     if np.all(diagonal > 0.0) and np.count_nonzero(M) == len(M):  # of bodies that are free
         return
@@ -651,7 +651,7 @@ def _measures(
     names = signal_names(model, components, measured)
     if not by_joints:
         return Measures.components(model.factors, state.v, a), names
-    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **state.point.given)
+    blocks = model.evaluate("joint_velocities", state.q, state.v, a, z=state.z, **state.point.keywords)
     of_state = {"P": "Pv", "Z": "Pq", "Av": "Pav", "Aq": "Paq"}
     shape = (len(measured), model.nv)
     partials = {name: blocks.get(block, np.zeros(shape)) for name, block in of_state.items()}

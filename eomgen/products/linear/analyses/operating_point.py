@@ -122,7 +122,7 @@ class OperatingPoint:
     base: Array | None
 
     @property
-    def given(self) -> dict[str, Any]:
+    def keywords(self) -> dict[str, Any]:
         """Keywords of the model's functions."""
         return {"t": self.t, "parameters": self.parameters, "u": self.u, "base": self.base}
 
@@ -165,7 +165,7 @@ def check_constraints(model: CompiledModel, state: OperatingState) -> None:
     model.check_left_out(state.q, state.v, state.point.t, state.point.parameters)
     if not model.multipliers:
         return
-    given = state.point.given
+    given = state.point.keywords
     at_velocity = next(iter(model.evaluate("constraint_velocity", state.q, state.v, **given).values()))
     rows = [("rate", at_velocity)]
     if model.functions.sizes["holonomic"]:
@@ -202,7 +202,7 @@ def found_state(
         hint = '"equilibrium", "steady", "initial", or the result of model.equilibrium or model.steady_motion'
         raise UsageError(Problem("linearize", f"at = {at!r} is unknown [E0076]", hint))
     start = initial_state(model, initial, point.parameters)
-    driven = bool(np.any(law_rates(model, _of_scene(model, point), start.q)))
+    driven = bool(np.any(law_rates(model, _scene_measures(model, point), start.q)))
     if moving := _steady_state(model, at, initial, point, start, driven=driven):
         return moving
     reason = ""
@@ -294,7 +294,7 @@ def _base_moves(model: CompiledModel, point: OperatingPoint) -> bool:
     return "base" in model.functions and bool(np.any(model.base(point.t, parameters=point.parameters)[7:]))
 
 
-def _of_scene(model: CompiledModel, point: OperatingPoint) -> SceneMeasures:
+def _scene_measures(model: CompiledModel, point: OperatingPoint) -> SceneMeasures:
     """Return the scene at a time and parameters, with the base held."""
     p, t = point.parameters, point.t
     return SceneMeasures(model, p, t, held_base(model, p, t))
@@ -302,5 +302,5 @@ def _of_scene(model: CompiledModel, point: OperatingPoint) -> SceneMeasures:
 
 def _zero_velocities(model: CompiledModel, q: Array, point: OperatingPoint) -> dict[str, float]:
     """Return velocities of zero against the base, for all components except driven ones."""
-    driven = driven_components(model, _of_scene(model, point), q)
+    driven = driven_components(model, _scene_measures(model, point), q)
     return {name: 0.0 for name in (name.removeprefix("v.") for name in model.v_names) if name not in driven}

@@ -90,14 +90,14 @@ def root_locus(
         raise UsageError(Problem("values", fault, "numpy.linspace(100.0, 2000.0, 40)"))
     check_finite("values", array)
 
-    def linearized(value: float, before: Linearization | None) -> Linearization:
+    def linearize_at(value: float, before: Linearization | None) -> Linearization:
         near = None if before is None or at == "initial" else state_of(before)
         given: dict[str, Any] = {"t": t, "u": u, "parameters": {**(parameters or {}), parameter: value}, "base": base}
         given |= {"at": at, "initial": near or initial, "any_kind": any_kind, "independent": independent}
         return linearize(model, **given)
 
     with shown_progress(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):
-        return followed_roots(parameter, array.tolist(), linearized, report)
+        return followed_roots(parameter, array.tolist(), linearize_at, report)
 
 
 def state_of(lin: Linearization) -> dict[str, Any] | None:
@@ -198,7 +198,7 @@ def campbell(
     held = coordinates or {}
     found_once = KnownSymmetries()
 
-    def linearized(value: float, before: Linearization | None) -> Linearization:
+    def linearize_at(value: float, before: Linearization | None) -> Linearization:
         near = None if before is None or at == "initial" else state_of(before)
         if is_parameter:
             changed = {**(parameters or {}), speed: value}
@@ -216,12 +216,12 @@ def campbell(
             motion = motion_along(model, found_once, moving, held, initial, parameters or None, t, u)
         return linearize(model, t=t, u=u, at=motion, parameters=parameters or None, multiblade=multiblade)
 
-    def of_oscillations(value: float, before: Linearization | None) -> Linearization:
+    def linearize_oscillations(value: float, before: Linearization | None) -> Linearization:
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", f".*{AT_ONE_AZIMUTH}")  # of signals, on which oscillations do not depend
             warnings.filterwarnings("error", f".*{AT_ONE_INSTANT}")  # frozen eigenvalues are not frequencies
             try:
-                return linearized(value, before)
+                return linearize_at(value, before)
             except RuntimeWarning:
                 fault = (
                     f"the linear model changes with the turn of {speed}, so modes at one instant are not of the"
@@ -236,7 +236,7 @@ def campbell(
         at_speed = of_model[speed] if is_parameter else reference.reference.v[of_motion.index(speed)]
         numbered = float(at_speed), reference
     with shown_progress(progress, f"{model.name}: {speed}") as report, one_thread_of_algebra(model.nv):
-        return diagram(speed, unit, array.tolist(), of_oscillations, orders, whirl, report, numbered)
+        return diagram(speed, unit, array.tolist(), linearize_oscillations, orders, whirl, report, numbered)
 
 
 def _increasing(values: ArrayLike) -> Array:

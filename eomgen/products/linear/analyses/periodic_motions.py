@@ -116,7 +116,7 @@ def floquet(
     with shown_progress(progress, f"{model.name}: multipliers") as report:
         orbit = _Orbit(model, float(period), options, report)
         start, corrections = _periodic_start(orbit, initial)
-        known = _converged(orbit, start, tolerance, _FIRST)
+        known = _converge(orbit, start, tolerance, _FIRST)
     begin = row_of(orbit.run(start, _FIRST), 0)
     return Floquet(
         orbit.period, known.matrix, known.states, *known.multipliers, begin.q, begin.v, begin.z, corrections, model.name
@@ -132,7 +132,7 @@ class _Monodromy(NamedTuple):
     multipliers: tuple[Complex, Array, float]
 
 
-def _converged(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Monodromy:
+def _converge(orbit: _Orbit, start: Any, tolerance: float, count: int) -> _Monodromy:
     """Return the monodromy matrix to a tolerance, by so many intervals or more.
 
     Raises
@@ -227,7 +227,7 @@ class _Orbit:
             raise NumericalError(Problem("floquet", fault, "joint coordinates in which one set serves all along"))
         return np.array([self.known[place][0] for place in places]), names
 
-    def corrected(self, run: Solution, changes: Array, matrix: Array) -> StateArrays:
+    def correct(self, run: Solution, changes: Array, matrix: Array) -> StateArrays:
         """Return the start of a run after a Newton step that removes the changes over the period to first order."""
         self.known.clear()
         row, nv = row_of(run, 0), self.model.nv
@@ -244,7 +244,7 @@ class _Orbit:
             q, v = met.q, met.v
         return StateArrays(row.t, q, v, row.a, row.z + of_z)
 
-    def returned(self, run: Solution) -> _Return:
+    def change_over_period(self, run: Solution) -> _Return:
         """Return the changes over the period of a run."""
         model = self.model
         sizes_of_q = np.ones(model.nv)
@@ -281,7 +281,7 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
     parts: list[float] = []
     for correction in range(_CORRECTIONS + 1):
         run = orbit.run(start, _FIRST)
-        after = orbit.returned(run)
+        after = orbit.change_over_period(run)
         part, words = after.largest
         if part <= _PERIODIC:
             _check_equations(orbit, run, after.turns)
@@ -290,9 +290,9 @@ def _periodic_start(orbit: _Orbit, initial: Any) -> tuple[Any, int]:
         hopeless = len(parts) > _TRIED and part > _FALLEN * parts[-1 - _TRIED]
         if hopeless or correction == _CORRECTIONS or not np.all(np.isfinite(after.changes)):
             break
-        known = _converged(orbit, start, _ROUGH, count)
+        known = _converge(orbit, start, _ROUGH, count)
         count = known.intervals
-        start = orbit.corrected(run, after.changes, known.matrix)
+        start = orbit.correct(run, after.changes, known.matrix)
     fault = f"the motion is not periodic: in {orbit.period:.9g} s {words} [E2014]"
     hint = "the period of the motion and of the equations, and an initial state near the periodic motion"
     spins = [factor.name for factor in orbit.model.factors if np.any(after.turns[factor.v])]

@@ -48,7 +48,7 @@ def road_excitation(model: CompiledModel, road: Road | None = None, speed: float
     20.0
     """
     under = {item.name: item.road for item in model.description.inputs if item.road is not None}
-    if not under and (measured := _measured(model)):
+    if not under and (measured := _measured_profile_inputs(model)):
         return _over_profile(measured, road, speed)
     if not under:
         fault = (
@@ -81,14 +81,18 @@ class _MeasuredProfileInput(NamedTuple):
     is_rate: bool
 
 
-def _measured(model: CompiledModel) -> dict[str, _MeasuredProfileInput]:
+def _measured_profile_inputs(model: CompiledModel) -> dict[str, _MeasuredProfileInput]:
     """Return the inputs that are a curve of points at a distance that is travelled at a constant speed."""
     values = model.description.values({})
-    result = {item.name: _passed(item.formula, values) for item in model.description.inputs if item.formula is not None}
+    result = {
+        item.name: _measured_profile_input(item.formula, values)
+        for item in model.description.inputs
+        if item.formula is not None
+    }
     return {name: passed for name, passed in result.items() if passed is not None}
 
 
-def _passed(formula: Formula, values: Mapping[str, float]) -> _MeasuredProfileInput | None:
+def _measured_profile_input(formula: Formula, values: Mapping[str, float]) -> _MeasuredProfileInput | None:
     at = applications(formula)
     if len(at) != 1 or not isinstance(at[0].curve, Curve):
         return None

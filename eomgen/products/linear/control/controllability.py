@@ -64,23 +64,23 @@ class Dynamics:
 
 def check_stabilisable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError, with the name of the motion, if a motion that does not decay is out of the actuators' reach."""
-    if worst := _worst(dynamics, _lost(dynamics, B)):
+    if worst := _worst(dynamics, _uncontrollable_eigenvalues(dynamics, B)):
         fault = f"{worst} cannot be stabilised: no actuator moves it [E0378]"
         raise ModelError(fault, "an actuator that works on it, or a spring, a damper or a filter that makes it decay")
 
 
 def check_controllable(dynamics: Dynamics, B: Array) -> None:
     """Raise ModelError if a motion is out of the actuators' reach, decaying or not."""
-    lost = _lost(dynamics, B)
+    lost = _uncontrollable_eigenvalues(dynamics, B)
     if lost:
-        fault = f"{described(dynamics, lost[0])} cannot be placed: no actuator moves it [E0379]"
+        fault = f"{describe_mode(dynamics, lost[0])} cannot be placed: no actuator moves it [E0379]"
         raise ModelError(fault, "an actuator that works on it, or lqr, which leaves it as it is")
 
 
 def check_detectable(dynamics: Dynamics, C: Array, measured: Sequence[str]) -> None:
     """Raise ModelError, with the name of the motion, if a motion that does not decay is unobservable in the
     measurements."""
-    if worst := _worst(dynamics, _lost(dynamics.dual, C.T)):
+    if worst := _worst(dynamics, _uncontrollable_eigenvalues(dynamics.dual, C.T)):
         fault = f"{worst} is not seen in {', '.join(measured)}, so no observer can follow it [E0380]"
         raise ModelError(fault, "a measured signal that it moves")
 
@@ -115,9 +115,9 @@ def check_driven(dynamics: Dynamics, root: Array) -> None:
 
 def check_observable(dynamics: Dynamics, C: Array) -> None:
     """Raise ModelError if a motion is unobservable, decaying or not; of the dual model, C transposed."""
-    lost = _lost(dynamics, C)
+    lost = _uncontrollable_eigenvalues(dynamics, C)
     if lost:
-        of = described(dynamics, lost[0])
+        of = describe_mode(dynamics, lost[0])
         fault = f"the error of the estimate of {of} cannot be placed: nothing measured shows it [E0383]"
         raise ModelError(fault, "a measured signal that it moves, or kalman, which leaves it as it is")
 
@@ -125,18 +125,20 @@ def check_observable(dynamics: Dynamics, C: Array) -> None:
 def _worst(dynamics: Dynamics, lost: Sequence[complex]) -> str:
     """Return the fastest growing of those motions that do not decay; empty for none."""
     lasting = [value for value in lost if dynamics.growth(value) > -_ON_BORDER]
-    return described(dynamics, max(lasting, key=dynamics.growth)) if lasting else ""
+    return describe_mode(dynamics, max(lasting, key=dynamics.growth)) if lasting else ""
 
 
 def _unseen_on_border(dynamics: Dynamics, root: Array) -> str:
     """Return the first motion on the border of stability that a square root (r, ns) does not see; empty for none."""
-    for value in _lost(dynamics.dual, root.T, math.sqrt(_RANK), _ROUNDING):
+    for value in _uncontrollable_eigenvalues(dynamics.dual, root.T, math.sqrt(_RANK), _ROUNDING):
         if abs(dynamics.growth(value)) <= _ON_BORDER:
-            return described(dynamics, value)
+            return describe_mode(dynamics, value)
     return ""
 
 
-def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0) -> list[complex]:
+def _uncontrollable_eigenvalues(
+    dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: float = 0.0
+) -> list[complex]:
     """Return the eigenvalues of the modes that the columns of B do not reach, one of each pair.
 
     Columns shorter than a ``negligible`` share of the longest count as zero.
@@ -157,7 +159,7 @@ def _lost(dynamics: Dynamics, B: Array, tolerance: float = _RANK, negligible: fl
     return lost
 
 
-def described(dynamics: Dynamics, value: complex) -> str:
+def describe_mode(dynamics: Dynamics, value: complex) -> str:
     """Return a mode in words: frequency, growth, and the dominating states."""
     decomposed: Any = scipy.linalg.eig(dynamics.A, left=True, right=True)  # the stubs know of one kind of vectors only
     values, left, right = decomposed

@@ -105,7 +105,7 @@ def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[An
         axis.plot([-1.0], [0.0], label="-1: limit of stability", **limit)
         axis.set(xlim=(-_REACH, _REACH), ylim=(-_REACH, _REACH), aspect="equal", xlabel="real part")
         axis.set_ylabel("imaginary part")
-        _directed(axis, item, inside)
+        _annotate_direction(axis, item, inside)
         gain = f"stable for gains times {item.gain_reduction:.3g} to {item.gain_margin:.3g}"
         said = f"phase margin {item.phase_margin:.3g}°, delay margin {1e3 * item.delay_margin:.3g} ms"
         axis.set_title(f"open loop at {name}\n{gain}\n{said}", fontsize=9, loc="left")
@@ -114,7 +114,7 @@ def plot_margins(margins: Mapping[str, Margins], axes: object = None) -> list[An
     return drawn
 
 
-def _directed(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> None:
+def _annotate_direction(axis: Any, item: Margins, inside: NDArray[np.bool_]) -> None:
     """Write frequencies along a loop, and draw an arrow towards higher frequencies.
 
     Parameters

@@ -25,7 +25,7 @@ from eomgen.products.linear.control.regulator import optimal_gains, placed_gains
 from eomgen.products.linear.control.riccati_equation import sampled_solution, without_cross_terms
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
 from eomgen.products.linear.sampling import discretized, noise_over_a_sample
-from eomgen.products.linear.state_space import HasStateSpace, StateSpace, spelled, state_space_of
+from eomgen.products.linear.state_space import HasStateSpace, StateSpace, linear_model_name, state_space_of
 
 
 @checked_calls()
@@ -145,7 +145,7 @@ def kalman(
     """
     space = state_space_of(space)
     known = controlled_by(space, tuple(inputs)) if space.inputs else space
-    measured, V = _measured(known, measurement_noise)
+    measured, V = _measurement_noise(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
     if sample is None:
         joined, cross, V = G @ W @ G.T, G @ W @ F.T, V + F @ W @ F.T
@@ -248,7 +248,7 @@ def _without_gains(space: StateSpace, measured: tuple[str, ...]) -> Observer:
     return observer
 
 
-def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
+def _measurement_noise(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str, ...], Array]:
     """Return the names of the measurements, and the matrix of intensities of their noise."""
     if not isinstance(noise, Mapping) or not noise:
         fault = "no measured signal is named [E0385]"
@@ -258,7 +258,7 @@ def _measured(space: StateSpace, noise: Mapping[str, float]) -> tuple[tuple[str,
         if isinstance(value, bool) or not isinstance(value, int | float | np.integer | np.floating) or not value > 0.0:
             fault = f"the noise of {name} is {shown(value)}, so its signal would be taken for exact [E0386]"
             raise UsageError(Problem("measurement_noise", fault, "a number above zero"))
-    names = tuple(spelled(name, (*space.outputs, *space.states)) for name in noise)
+    names = tuple(linear_model_name(name, (*space.outputs, *space.states)) for name in noise)
     return names, np.diag(np.array(list(noise.values()), dtype=float))
 
 
@@ -273,7 +273,7 @@ def _noise(space: StateSpace, noise: Weighted, measured: Sequence[str]) -> tuple
         into |= {name: (space.B[:, k], space.D[:, k]) for k, name in enumerate(space.inputs)}
         units = zip(space.states, np.eye(ns), strict=True)
         into = {name: (unit, np.zeros(len(space.outputs))) for name, unit in units} | into
-        noise = {spelled(name, tuple(into)): value for name, value in noise.items()}
+        noise = {linear_model_name(name, tuple(into)): value for name, value in noise.items()}
         names = tuple(noise)
         for name in names:
             if name not in into:

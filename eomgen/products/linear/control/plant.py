@@ -157,19 +157,19 @@ _RANK = 1e-9
 
 def check_stabilisable(plant: Plant) -> None:
     """Raise ModelError if a mode that does not decay is out of the actuators' reach, naming the fastest."""
-    lost = [(value, shape) for value, shape, reach in _reached(plant) if reach < _RANK]
+    lost = [(value, shape) for value, shape, reach in _modes_with_reach(plant) if reach < _RANK]
     lost = [(value, shape) for value, shape in lost if value.real > -_ON_AXIS * plant.scales.rate]
     if lost:
         value, shape = max(lost, key=lambda mode: mode[0].real)
-        fault = f"{described(plant, value, shape)} cannot be stabilised: no actuator moves it [E0378]"
+        fault = f"{describe_mode(plant, value, shape)} cannot be stabilised: no actuator moves it [E0378]"
         raise ModelError(fault, "an actuator that works on it, or a spring and a damper that hold it")
 
 
 def check_controllable(plant: Plant) -> None:
     """Raise ModelError if a mode is out of the actuators' reach, decaying or not."""
-    for value, shape, reach in _reached(plant):
+    for value, shape, reach in _modes_with_reach(plant):
         if reach < _RANK:
-            fault = f"{described(plant, value, shape)} cannot be placed: no actuator moves it [E0379]"
+            fault = f"{describe_mode(plant, value, shape)} cannot be placed: no actuator moves it [E0379]"
             raise ModelError(fault, "an actuator that works on it, or a method that leaves it as it is (lqr)")
 
 
@@ -194,12 +194,12 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
             shape = right[-1].conj()[:n]
             shape = shape if np.linalg.norm(shape) > _RANK else right[-1].conj()[n:]
             physical = plant.scales.state_back[:n, :n] @ shape
-            fault = f"{described(plant, plant.scales.rate * at, physical)} has zero weight [E0398]"
+            fault = f"{describe_mode(plant, plant.scales.rate * at, physical)} has zero weight [E0398]"
             fault = f"{fault}, so optimal control would leave it as it is [E0399]"
             raise ModelError(fault, "a weight on a coordinate or a velocity that it moves")
 
 
-def _reached(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
+def _modes_with_reach(plant: Plant) -> Iterator[tuple[complex, Complex, float]]:
     """Yield each eigenvalue in 1/s, the shape of the mode, and the reach of actuators: 0 for an uncontrollable mode."""
     k, c, b = plant.scaled
     norm = float(np.linalg.norm(b, 2)) if b.size else 0.0
@@ -223,7 +223,7 @@ def distinct(values: ArrayLike) -> list[complex]:
     return distinct
 
 
-def described(plant: Plant, value: complex, shape: Complex) -> str:
+def describe_mode(plant: Plant, value: complex, shape: Complex) -> str:
     """Return a mode in words: frequency, growth, and the coordinates of largest motion."""
     size = np.abs(shape) * np.sqrt(np.diag(plant.M))
     order = np.argsort(-size)[:2]

@@ -222,14 +222,14 @@ def lqr(
     cost = quadratic_cost(space, Q, R, N, inputs)
     if sample is None:
         _only_with_sample(delay)
-        regulate = _continuous if space.sample is None else _sampled
+        regulate = _continuous if space.sample is None else _sampled_regulator
         return regulate(cost.space, cost.weights)
     weights = cost.weights
     joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])
     held = sampled_with_cost(cost.space, sample, delay, joined)
     ns = len(held.space.states)
     parts = (held.cost[:ns, :ns], held.cost[ns:, ns:], held.cost[:ns, ns:])
-    return _sampled(held.space, Weights(*parts))
+    return _sampled_regulator(held.space, Weights(*parts))
 
 
 @checked_call()
@@ -343,7 +343,7 @@ def _continuous(space: StateSpace, weights: Weights) -> Regulator:
     return Regulator(space, *optimal_gains(weights, space.B, dynamics, check_weighted))
 
 
-def _sampled(space: StateSpace, weights: Weights) -> Regulator:
+def _sampled_regulator(space: StateSpace, weights: Weights) -> Regulator:
     dynamics = Dynamics(space.A, space.states, space.sample)
     check_stabilisable(dynamics, space.B)
     joined = np.block([[weights.state, weights.cross], [weights.cross.T, weights.effort]])

@@ -13,7 +13,7 @@ from eomgen.base.data import dataclass, replace
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.control.plant import Plant, real_matrix
-from eomgen.products.linear.state_space import StateSpace, spelled
+from eomgen.products.linear.state_space import StateSpace, linear_model_name
 
 _ASYMMETRY = 1e-9
 
@@ -171,7 +171,7 @@ def row_of(space: StateSpace, name: str) -> tuple[Array, Array]:
     Raises UsageError with the nearest names if there is none.
     """
     known = (*space.outputs, *space.states)
-    name = spelled(name, known)
+    name = linear_model_name(name, known)
     if name in space.outputs:
         k = space.outputs.index(name)
         return space.C[k], space.D[k]

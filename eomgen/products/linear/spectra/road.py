@@ -283,7 +283,7 @@ class MeasuredRoad(Road):
     @property
     def reference_roughness(self) -> float:
         """Raise an error: a measured road has no roughness valid at all frequencies."""
-        raise self._of_classes()
+        raise self._no_class_error()
 
     def of_class(self, road_class: str) -> Road:
         """Raise an error: a measured spectrum has no road class.
@@ -298,10 +298,10 @@ class MeasuredRoad(Road):
         UsageError
             Always.
         """
-        raise self._of_classes()
+        raise self._no_class_error()
 
     @staticmethod
-    def _of_classes() -> UsageError:
+    def _no_class_error() -> UsageError:
         fault = "a measured road has a spectrum of its own, and no class [E0481]"
         return UsageError(Problem("MeasuredRoad", fault, 'excitation.at(road=eomgen.spectra.Road("C"))'))
 
