@@ -56,13 +56,13 @@ def test_as_many_modes_as_a_share_asks_for(covariance: Covariance, counts: dict[
     for share, count in counts.items():
         found = expand(covariance, 15.0, share=share)
         assert len(found.eigenvalues) == count
-        assert found.captured[-1] >= share > found.captured[-2]
+        assert found.variance_shares[-1] >= share > found.variance_shares[-2]
 
 
 def test_the_closed_form_of_the_exponential_meets_its_equations() -> None:
     found = expand(Exponential(1.0, 1.0), 15.0, modes=100)
     np.testing.assert_allclose(found.eigenvalues[:3], [1.93378538, 1.75749908, 1.52223483], rtol=0, atol=5e-9)
-    np.testing.assert_allclose(found.captured[[9, 29, 99]], [0.7087, 0.8981, 0.9695], rtol=0, atol=5e-5)
+    np.testing.assert_allclose(found.variance_shares[[9, 29, 99]], [0.7087, 0.8981, 0.9695], rtol=0, atol=5e-5)
     with mpmath.workdps(30):  # c = w tan(w a) of the even ones, w = -c tan(w a) of the odd ones
         for k in (0, 1, 6, 7, 98, 99):
             start = mpmath.mpf(k) * mpmath.pi / 15
@@ -111,10 +111,12 @@ def test_modes_are_orthonormal_and_sum_up_to_the_covariance(covariance: Covarian
     assert np.all(np.diff(found.eigenvalues) <= 0.0)
     assert np.all(shape[:, 0] > 0.0)  # the sign is the same on every machine
     apart = covariance.at(times[:, np.newaxis] - times)
-    np.testing.assert_allclose(found.eigenvalues.sum(), found.captured[-1] * found.total, rtol=1e-14)
+    np.testing.assert_allclose(found.eigenvalues.sum(), found.variance_shares[-1] * found.total, rtol=1e-14)
     # what is left of the covariance has the trace of the eigenvalues that are left out
     left = apart - found.modes(times).T @ found.modes(times)
-    assert weights @ np.diag(left) == pytest.approx((1.0 - found.captured[-1]) * found.total, abs=1e-9 * found.total)
+    assert weights @ np.diag(left) == pytest.approx(
+        (1.0 - found.variance_shares[-1]) * found.total, abs=1e-9 * found.total
+    )
     # each is an eigenfunction, but for the error of plain quadrature at the kink
     error = (apart * weights) @ shape.T - found.eigenvalues * shape.T
     assert np.max(np.abs(error)) < (1e-9 if covariance.smooth else 2e-3) * found.eigenvalues[0]
@@ -170,4 +172,4 @@ def test_an_earthquake_of_half_a_minute_has_its_modes() -> None:
     frequency = np.linspace(0.0, 200.0, 400_001)
     below = np.cumsum(soil.density(frequency)) * frequency[1]
     assert len(found.eigenvalues) == pytest.approx(60.0 * frequency[np.searchsorted(below, 0.85)], abs=8)
-    assert found.captured[-1] >= 0.85
+    assert found.variance_shares[-1] >= 0.85

@@ -39,7 +39,10 @@ def test_all_orders_of_a_plane_are_the_normal_distribution() -> None:
     points = [plane_point(threshold) for threshold in THRESHOLDS]
     result = under_test.at_points(points)
     assert list(result) == ["form", "breitung", "hohenbichler_rackwitz", "lugannani_rice", "quadratic"]
-    for one in (*result.values(), under_test.of_form(QuadraticForm(1.0, GRADIENT, np.zeros((2, 2))), THRESHOLDS)):
+    for one in (
+        *result.values(),
+        under_test.form_distribution(QuadraticForm(1.0, GRADIENT, np.zeros((2, 2))), THRESHOLDS),
+    ):
         np.testing.assert_allclose(one.below, EXACT.cdf(THRESHOLDS), rtol=1e-9)
         np.testing.assert_allclose(one.above, EXACT.sf(THRESHOLDS), rtol=1e-9)
         assert one.low.size == one.high.size == 0
@@ -67,7 +70,7 @@ def test_corrections_by_samples_are_within_their_bounds(cubic: float) -> None:
     about_mean = Draws(lambda z: (y(z),), np.zeros(2), 5)
     reached = dict(enumerate(points))
     forms = under_test.at_points(points)["quadratic"]
-    result, notes = under_test.corrected(response, THRESHOLDS, reached, forms, about_mean, {}, 7)
+    result, notes = under_test.correct_by_samples(response, THRESHOLDS, reached, forms, about_mean, {}, 7)
     assert not notes
     below = stats.norm.cdf([one.point[0] for one in points])
     np.testing.assert_allclose(result.below + result.above, 1.0, rtol=1e-14)
@@ -127,7 +130,7 @@ def test_counts_replace_probabilities_that_they_contradict() -> None:
 def test_samples_have_bounds_of_clopper_and_pearson_and_moments(count: int) -> None:
     y = np.random.default_rng(count).gamma(2.0, 1.0, count)
     thresholds = np.array([-1.0, *np.quantile(y, [0.1, 0.5]), y[0], 100.0])
-    result, moments = under_test.of_samples(y, thresholds)
+    result, moments = under_test.empirical_distribution(y, thresholds)
     for k, threshold in enumerate(thresholds):
         under = int(np.sum(y <= threshold))
         interval = stats.binomtest(under, count).proportion_ci(0.95, "exact")
@@ -208,7 +211,7 @@ def test_ends_of_curves_are_noted_once_with_all_thresholds_beyond() -> None:
         4: UnreachedThreshold(high, 10.0, JUMPING), 1: UnreachedThreshold(low, -9.0, "the limit of runs"),
     }  # fmt: skip
     thresholds = np.array([-6.0, -9.0, 0.0, 12.0, 10.0])
-    notes = under_test.unreached(missed, thresholds, lambda: ["abs", "min"])
+    notes = under_test.notes_on_unreached(missed, thresholds, lambda: ["abs", "min"])
     begin = "the curve of most probable points ends at"
     assert notes == [
         f"{begin} -5, 3 standard deviations out, the limit of runs: -9, -6 have none, trust samples there [W0060]",

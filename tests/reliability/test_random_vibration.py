@@ -22,7 +22,7 @@ from eomgen.base.messages import distinct_texts
 from eomgen.cli import main
 from eomgen.errors import NumericalError, UsageError
 from eomgen.products.reliability.tails.most_probable_point import JUMPING, MostProbablePoint, UnreachedThreshold
-from eomgen.products.reliability.vibration.distributions import against_samples, unreached, without
+from eomgen.products.reliability.vibration.distributions import against_samples, notes_on_unreached, without
 from eomgen.products.reliability.vibration.inputs import processes_of, truncated_processes
 from eomgen.products.reliability.vibration.result import Distribution, Process, _covariance, _modes, _title_of_modes
 from eomgen.products.reliability.vibration.run_response import RunResponse, first_passage, judged_passage, not_normal
@@ -118,7 +118,7 @@ def test_the_expansion_is_that_of_differences(duffing: eomgen.Model) -> None:
     assert (one.value, *one.gradient) == (other.value, *other.gradient)
     np.testing.assert_allclose(one.hessian, other.hessian, atol=5e-8)
     np.testing.assert_allclose(exact.products(point, np.eye(21)[:, 3:5]), one.hessian[:, 3:5], atol=1e-13)
-    assert (exact.spent, differenced.spent) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
+    assert (exact.costs, differenced.costs) == ((1, 1 + 3, 21 + 2), (43, 43, 0))
 
 
 @pytest.mark.long
@@ -132,10 +132,10 @@ def test_solutions_are_as_many_as_outputs_where_the_state_stays_as_it_is(duffing
         np.testing.assert_allclose(one, other, rtol=0, atol=2e-15)
     for one, other in zip(still.along(mean), general.along(mean), strict=True):
         np.testing.assert_allclose(one, other, rtol=0, atol=1e-14)
-    assert (still.spent, general.spent) == ((0, 1, 0), (1, 1, 21 + 21))
+    assert (still.costs, general.costs) == ((0, 1, 0), (1, 1, 21 + 21))
     earlier, alone = still.ending(7.5), general.ending(7.5)
     np.testing.assert_allclose(earlier.products(mean, np.eye(21)), alone.expansion(mean).hessian, rtol=0, atol=2e-15)
-    assert (earlier.spent, still.spent, alone.spent) == ((0, 0, 0), (0, 1, 0), (1, 1, 21))
+    assert (earlier.costs, still.costs, alone.costs) == ((0, 0, 0), (0, 1, 0), (1, 1, 21))
     found = study(duffing, thresholds=[0.5], points=False, times=[2.5, 5.0, 10.0], projected=0.99)
     spent = [vars(found.costs[name]) for name in ("projected", "second_order", "along_the_run", "autocovariance")]
     assert [tuple(one.values()) for one in spent] == [(0, 1, 0), (0, 0, 0), (0, 0, 0), (0, 0, 0)]
@@ -146,12 +146,12 @@ def test_solutions_elsewhere_are_a_run_an_adjoint_and_a_tangent_for_each_variabl
     assert response.stationary is None
     point = np.full(21, 0.1)
     fresh = response.expansion(point)
-    assert response.spent == (1, 1, 21)
+    assert response.costs == (1, 1, 21)
     again = RunResponse(swinging, response.variables, "x", (15.0, 0.05), {"method": "trapezoidal"})
     value, gradient = again.gradient(point)
     assert (value, *gradient) == (fresh.value, *fresh.gradient)
     np.testing.assert_array_equal(again.expansion(point).hessian, fresh.hessian)
-    assert again.spent == (1, 1, 21)
+    assert again.costs == (1, 1, 21)
 
 
 @pytest.mark.long
@@ -356,12 +356,12 @@ def test_outputs_without_spread_are_named() -> None:
 def test_a_gradient_that_changes_fast_is_said_to_jump_only_with_a_kink() -> None:
     last = SimpleNamespace(threshold=0.5, point=np.array([3.0, 4.0]))
     missed = {0: UnreachedThreshold(cast("MostProbablePoint", last), 1.5, JUMPING)}
-    (note,) = unreached(missed, np.array([1.5]), list)
+    (note,) = notes_on_unreached(missed, np.array([1.5]), list)
     assert (
         "5 standard deviations out, where the gradient of the response changes more than its Hessian predicts" in note
     )
     assert "near a saddle from which motions part (no jump of slopes was found in formulas): 1.5 have none" in note
-    (note,) = unreached(missed, np.array([1.5]), lambda: ["max(q.slide, 0)"])
+    (note,) = notes_on_unreached(missed, np.array([1.5]), lambda: ["max(q.slide, 0)"])
     assert "where the gradient of the response jumps" in note and ": by max(q.slide, 0): 1.5 have none" in note
 
 

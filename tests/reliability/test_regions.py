@@ -12,7 +12,7 @@ from eomgen.base.arrays import Array
 from eomgen.products.reliability.tails.distribution import Draws
 from eomgen.products.reliability.tails.most_probable_point import draws_about, points_on_curve, searched_points
 from eomgen.products.reliability.tails.quadratic_form import Expansion
-from eomgen.products.reliability.vibration.distributions import at_points, corrected, further_points, spread
+from eomgen.products.reliability.vibration.distributions import at_points, correct_by_samples, further_points, spread
 from eomgen.products.reliability.vibration.result import Distribution
 
 SEEDS = 6
@@ -74,7 +74,7 @@ def tail_of(response: Response, seed: int) -> tuple[Distribution, list[str]]:
     others, _ = further_points(response, reached, seed) if reached else ({}, [])
     forms = spread(at_points(reached)["quadratic"], [0], 1) if reached else Distribution(none, none, none, none)
     about_mean = Draws(lambda z: (response.values(z),), np.zeros(response.size), seed + 1)
-    return corrected(response, np.zeros(1), points, forms, about_mean, others, seed)
+    return correct_by_samples(response, np.zeros(1), points, forms, about_mean, others, seed)
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -126,14 +126,14 @@ class _Filter(ABC):
 
     @property
     @abstractmethod
-    def of_sine(self) -> float:
+    def sine_coefficient(self) -> float:
         """c."""
 
     def at(self, lag: Array) -> Array:
         lag = np.abs(lag)
         phase = self.frequency * math.sqrt(1.0 - self.damping**2) * lag
         damped = self.standard_deviation**2 * np.exp(-self.damping * self.frequency * lag)
-        return np.asarray(damped * (np.cos(phase) + self.of_sine * np.sin(phase)))
+        return np.asarray(damped * (np.cos(phase) + self.sine_coefficient * np.sin(phase)))
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ class Oscillator(_Filter):
     """The deflection of an oscillator under white noise: c = z / sqrt(1 - z^2), and samples have a rate."""
 
     @property
-    def of_sine(self) -> float:
+    def sine_coefficient(self) -> float:
         return self.damping / math.sqrt(1.0 - self.damping**2)
 
     def density(self, frequency: Array) -> Array:
@@ -156,7 +156,7 @@ class KanaiTajimi(_Filter):
     r^2) with r = w / w0; c = z (1 - 4 z^2) / ((1 + 4 z^2) sqrt(1 - z^2))."""
 
     @property
-    def of_sine(self) -> float:
+    def sine_coefficient(self) -> float:
         square = 4.0 * self.damping**2
         return self.damping * (1.0 - square) / ((1.0 + square) * math.sqrt(1.0 - self.damping**2))
 

@@ -76,7 +76,7 @@ class Expansion:
     repaired: float = 0.0
 
     @property
-    def captured(self) -> Array:
+    def variance_shares(self) -> Array:
         """Part of the variance in the first mode, in the first two, ...: (n,)."""
         return np.asarray(np.cumsum(self.eigenvalues) / self.total)
 
@@ -134,7 +134,7 @@ def expand_jointly(
     """
     count, panels, before = len(covariances), 2, np.zeros(0)
 
-    def of_each(expansion: Expansion) -> list[Expansion]:
+    def split_processes(expansion: Expansion) -> list[Expansion]:
         function = expansion.function
         if count == 1:
             return [replace(expansion, function=lambda t: function(t)[:, 0])]
@@ -158,7 +158,7 @@ def expand_jointly(
             if len(values) <= len(before):
                 change = float(np.max(np.abs(values - before[: len(values)]))) / values[0]
             if change <= (_CONVERGED if count == 1 else _CONVERGED_JOINTLY):
-                return of_each(chosen)
+                return split_processes(chosen)
         except UsageError as error:
             if panels * _NODES >= _ENOUGH * MOST_MODES:
                 raise
@@ -167,7 +167,7 @@ def expand_jointly(
             if refused is not None:
                 raise refused
             if change <= _DOUBTFUL:
-                return of_each(chosen)
+                return split_processes(chosen)
             fault = f"the window is too long for the process: its modes are not found with {_MOST_NODES} nodes [E0968]"
             raise UsageError(Problem("", fault, "a shorter window, a longer correlation"))
         panels, before = 2 * panels, resolved
@@ -190,14 +190,14 @@ def _refuse_far(covariance: Covariance, duration: float, share: float) -> None:
     if not float(density @ widths) > _HELD * variance:
         return
 
-    def captured(modes: float) -> float:
+    def variance_share(modes: float) -> float:
         order = np.argsort(-density, kind="stable")
         room = np.cumsum(widths[order])
         taken = np.clip(0.5 * modes / duration - (room - widths[order]), 0.0, widths[order])
         return float(density[order] @ taken) / variance
 
-    if captured((1.0 + _MARGIN) * MOST_MODES + _FEW_MODES) < share:
-        raise UsageError(_too_many(share, MOST_MODES, captured(MOST_MODES)))
+    if variance_share((1.0 + _MARGIN) * MOST_MODES + _FEW_MODES) < share:
+        raise UsageError(_too_many(share, MOST_MODES, variance_share(MOST_MODES)))
 
 
 def _too_many(share: float, modes: int, has: float) -> Problem:
@@ -214,11 +214,11 @@ def _chosen(expansion: Expansion, share: float | None, modes: int | None) -> Exp
             raise UsageError(
                 Problem("", "neither a share of the variance nor a number of modes is given [E0970]", "share = 0.99")
             )
-        reached = np.flatnonzero(expansion.captured >= share)
+        reached = np.flatnonzero(expansion.variance_shares >= share)
         count = int(reached[0]) + 1 if len(reached) else math.inf
         if count > MOST_MODES:
             most = min(MOST_MODES, len(expansion.eigenvalues))
-            raise UsageError(_too_many(share, most, float(expansion.captured[most - 1])))
+            raise UsageError(_too_many(share, most, float(expansion.variance_shares[most - 1])))
         modes = int(count)
     if modes > MOST_MODES:
         raise UsageError(

@@ -266,7 +266,7 @@ class Coherences(_Reader):
         return CoherenceTable(f, c)
 
 
-def crossed(
+def cross_covariances(
     covariance: Covariance, coherences: Sequence[Sequence[Coherence | None]], window: float
 ) -> list[list[Covariance]]:
     """Return the covariances of processes of the same one with one another."""

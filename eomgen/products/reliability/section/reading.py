@@ -21,7 +21,7 @@ from eomgen.formula.substitution import mapped
 from eomgen.products.reliability.random_processes.coherence import Coherence, nearest_correlation
 from eomgen.products.reliability.random_processes.karhunen_loeve import MOST_MODES, Expansion, expand, expand_jointly
 from eomgen.products.reliability.section import schema as written
-from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, crossed
+from eomgen.products.reliability.section.covariances import Coherences, Covariances, Translations, cross_covariances
 from eomgen.scene.formula.scope import Laws
 from eomgen.scene.reading.report import check_reference
 from eomgen.scene.reading.values import UNKNOWN, Values
@@ -42,7 +42,7 @@ def mode_tables(name: str, expansion: Expansion, start: float) -> tuple[Curve, .
     short waves have small values, and need less relative accuracy."""
     count, points = len(expansion.eigenvalues), _FEWEST
     result: dict[int, Curve] = {}
-    allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.captured[-1]), 0.0)))
+    allowed = max(_TABLE_ERROR, _OF_THE_REST * math.sqrt(max(1.0 - float(expansion.variance_shares[-1]), 0.0)))
     highest = 0.0
     while len(result) < count:
         x = np.linspace(0.0, expansion.duration, points + 1)
@@ -143,7 +143,7 @@ class Processes:
                 group = [other for other, first in first_of.items() if first == name and entries[other].follows is None]
                 behind = [lag for other, lag in lags.items() if entries[other].follows in group]
                 ends = max(behind, default=0.0), min(behind, default=0.0)
-                for process in self._grouped([name, *(one for one in group if one != name)], entries, ends):
+                for process in self._related_processes([name, *(one for one in group if one != name)], entries, ends):
                     variables += variables_as_parameters(process)
                     result[process.name] = input_of(process, entries[process.name])
         for name, entry in entries.items():
@@ -195,7 +195,7 @@ class Processes:
             self.report.add(f"{key}.{word}", fault, "without it")
         return None if word else own[0]
 
-    def _grouped(
+    def _related_processes(
         self, names: Sequence[str], entries: Mapping[str, written.RandomProcess], lag: tuple[float, float]
     ) -> list[NormalSeries]:
         """Return the first process and all processes correlated or coherent with it; empty for a fault."""
@@ -380,7 +380,7 @@ class Processes:
             if coherences is None:
                 expansions = [expand(covariance, end - start, share=share, modes=entry.modes, repair=repair)]
             else:
-                between = crossed(covariance, coherences, end - start)
+                between = cross_covariances(covariance, coherences, end - start)
                 expansions = expand_jointly(between, end - start, share=share, modes=entry.modes, repair=repair)
         except UsageError as error:
             (problem,) = error.problems

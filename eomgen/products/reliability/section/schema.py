@@ -126,13 +126,13 @@ class RandomProcess(Table):
         over_distance = data.get("speed") is not None
         translated = data.get("translation") is not None or data.get("quantiles") is not None
         translated = translated or data.get("distribution") is not None
-        variance = "" if translated and data.get("covariance_of") != "translated" else _squared(data.get("unit"))
+        variance = "" if translated and data.get("covariance_of") != "translated" else _square_of_unit(data.get("unit"))
         if data.get("type") == "spectrum":
             return ("1/m", variance and f"{variance} m") if over_distance else ("Hz", variance and f"{variance}/Hz")
         return "m" if over_distance else "s", variance
 
 
-def _squared(label: object) -> str:
+def _square_of_unit(label: object) -> str:
     """Return the square of a unit; empty for a label that is not a unit."""
     try:
         return " ".join(f"{name}^{2 * exponent}" for name, exponent in read_unit(label_of(label)))

@@ -124,10 +124,10 @@ class _CumulantFunction:
             ahead = ahead[np.abs(outer[ahead]) <= 1e12]
         inside = np.concatenate(held) if held else ahead
         if inside.size:
-            result[inside] = self._halved(inner[inside], outer[inside], inside, at_zero[inside])
+            result[inside] = self._bisect(inner[inside], outer[inside], inside, at_zero[inside])
         return result
 
-    def _halved(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
+    def _bisect(self, inner: Array, outer: Array, rows: NDArray[np.intp], at_zero: Array) -> Array:
         """Return saddles between ``inner``, at which K' - y has the same sign as at zero, and ``outer``."""
         for _ in range(_HALVINGS):
             middle = 0.5 * (inner + outer)

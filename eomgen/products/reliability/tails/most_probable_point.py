@@ -115,7 +115,7 @@ def breitung(design_point: MostProbablePoint) -> float:
     ----------
     Breitung: Asymptotic approximations for multinormal integrals, J. Eng. Mech. 110 (1984), eq. 17.
     """
-    return _curved(design_point, abs(design_point.index))
+    return _curvature_corrected_tail(design_point, abs(design_point.index))
 
 
 def hohenbichler_rackwitz(design_point: MostProbablePoint) -> float:
@@ -128,10 +128,10 @@ def hohenbichler_rackwitz(design_point: MostProbablePoint) -> float:
     """
     distance = abs(design_point.index)
     density = np.exp(-0.5 * distance**2) / np.sqrt(2.0 * np.pi)
-    return _curved(design_point, float(density / special.ndtr(-distance)))
+    return _curvature_corrected_tail(design_point, float(density / special.ndtr(-distance)))
 
 
-def _curved(design_point: MostProbablePoint, weight: float) -> float:
+def _curvature_corrected_tail(design_point: MostProbablePoint, weight: float) -> float:
     sign = 1.0 if design_point.index >= 0.0 else -1.0
     bent = 1.0 + weight * sign * design_point.curvatures
     if np.any(bent <= 0.0):
@@ -186,7 +186,7 @@ def points_on_curve(
                 missed[k] = UnreachedThreshold(last, float(thresholds[k]), ended)
                 continue
             try:
-                before, last = _followed(response, before, last, float(thresholds[k]), kinked)
+                before, last = _follow_curve(response, before, last, float(thresholds[k]), kinked)
                 result[k] = last
             except UnreachedThreshold as error:
                 last, missed[k], ended = error.last, error, error.why
@@ -219,7 +219,7 @@ class UnreachedThreshold(NumericalError):
         self.last, self.why = last, why
 
 
-def _followed(
+def _follow_curve(
     response: Response,
     before: MostProbablePoint | None,
     last: MostProbablePoint,
@@ -267,7 +267,7 @@ def _system(multiplier: float, gradient: Array, hessian: Array) -> Array:
     return system
 
 
-def _continued(
+def _extrapolate(
     before: MostProbablePoint | None, last: MostProbablePoint, threshold: float
 ) -> tuple[Array, float, Array]:
     """Return the extrapolated point, multiplier and Hessian: by value and slope at two points (Hermite), the Hessian
@@ -303,7 +303,7 @@ def _newton(
     n = len(last.point)
     at, slope = last.point, last.expansion.gradient
     try:
-        z, multiplier, hessian = _continued(before, last, threshold)
+        z, multiplier, hessian = _extrapolate(before, last, threshold)
         for iteration in range(1, _ITERATIONS + 1):
             moved = z - at
             length = float(np.linalg.norm(moved))
@@ -311,7 +311,7 @@ def _newton(
                 return None
             value, gradient = response.gradient(z)
             close = iteration > 1 and length <= _CLOSE * (1.0 + np.linalg.norm(z))
-            if close or _solved(z, multiplier, value, threshold, gradient):
+            if close or _is_solved(z, multiplier, value, threshold, gradient):
                 return MostProbablePoint(threshold, z, multiplier, response.expansion(z), iteration)
             aside = float(np.linalg.norm(z + multiplier * gradient))
             hit = abs(value - threshold) <= _ROUGHLY_OFF * float(np.linalg.norm(gradient))
@@ -333,7 +333,7 @@ def _newton(
     return None
 
 
-def _solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
+def _is_solved(z: Array, multiplier: float, value: float, threshold: float, gradient: Array) -> bool:
     """Whether both conditions hold, in standard deviations: the distance is off by the square of the lateral part.
 
     Rounding of values counts, too, if values are large compared with their spread.

@@ -207,11 +207,11 @@ class ProjectedResponse:
 
     def expansion(self, point: Array) -> Expansion:
         value, gradient = self.response.gradient(point)
-        directions = _widened(self.directions, gradient)
+        directions = _widen(self.directions, gradient)
         return Expansion(value, gradient, projected_hessian(self.response.products(point, directions), directions))
 
 
-def _widened(directions: Array, vector: Array) -> Array:
+def _widen(directions: Array, vector: Array) -> Array:
     """Return directions with a further direction along a vector that is not in the span of the directions."""
     rest = vector - directions @ (directions.T @ vector)
     rest = rest - directions @ (directions.T @ rest)

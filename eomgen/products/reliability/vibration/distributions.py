@@ -60,23 +60,23 @@ def moments_of(form: QuadraticForm) -> tuple[float, float, float, float]:
     return form.mean, form.standard_deviation, form.skewness, form.excess_kurtosis
 
 
-def of_form(form: QuadraticForm, thresholds: Array) -> Distribution:
+def form_distribution(form: QuadraticForm, thresholds: Array) -> Distribution:
     return Distribution(*steepest_descent(form, thresholds), _NONE, _NONE)
 
 
 def at_points(reached: Sequence[MostProbablePoint]) -> dict[str, Distribution]:
     forms, thresholds = [one.form for one in reached], [one.threshold for one in reached]
     result = {
-        "form": _of_upper([first_order(one) for one in reached]),
-        "breitung": _of_upper([breitung(one) for one in reached]),
-        "hohenbichler_rackwitz": _of_upper([hohenbichler_rackwitz(one) for one in reached]),
+        "form": _from_upper_tail([first_order(one) for one in reached]),
+        "breitung": _from_upper_tail([breitung(one) for one in reached]),
+        "hohenbichler_rackwitz": _from_upper_tail([hohenbichler_rackwitz(one) for one in reached]),
     }
     for name, inversion in (("lugannani_rice", lugannani_rice), ("quadratic", steepest_descent)):
         result[name] = Distribution(*inversion(forms, thresholds), _NONE, _NONE)
     return result
 
 
-def _of_upper(above: Sequence[float]) -> Distribution:
+def _from_upper_tail(above: Sequence[float]) -> Distribution:
     upper = np.array(above)
     return Distribution(1.0 - upper, upper, _NONE, _NONE)
 
@@ -123,7 +123,7 @@ def why_gradient_changes(kinks: Sequence[str]) -> str:
     )
 
 
-def unreached(
+def notes_on_unreached(
     missed: Mapping[int, UnreachedThreshold], thresholds: Array, kinks: Callable[[], Sequence[str]]
 ) -> list[str]:
     """Return notes on thresholds that have no most probable point, one for each end of the curve of these.
@@ -147,7 +147,7 @@ def unreached(
     return notes
 
 
-def corrected(
+def correct_by_samples(
     response: Response,
     thresholds: Array,
     reached: Mapping[int, MostProbablePoint],
@@ -352,7 +352,7 @@ def tails_of(response: RunResponse, reached: Sequence[MostProbablePoint], sample
     return Distribution(below, above, low, high)
 
 
-def of_samples(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, float, float, float]]:
+def empirical_distribution(y: Array, thresholds: Array) -> tuple[Distribution, tuple[float, float, float, float]]:
     """Return the empirical distribution with bounds of Clopper and Pearson, and moments."""
     count = len(y)
     under = np.array([np.count_nonzero(y <= threshold) for threshold in thresholds])

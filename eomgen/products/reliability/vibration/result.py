@@ -231,7 +231,7 @@ def draw(result: RandomVibration, folder: Path) -> list[Path]:
     return files
 
 
-def _scaled(one: Distribution) -> Any:
+def _normal_quantiles(one: Distribution) -> Any:
     """Return P(y <= threshold) as the place of a standard normal variable, by the smaller tail of both."""
     with np.errstate(invalid="ignore"):
         lower, upper = special.ndtri(one.below), -special.ndtri(one.above)
@@ -246,7 +246,7 @@ def _distribution(result: RandomVibration) -> Any:
         if name not in result.distributions:
             continue
         one = result.distributions[name]
-        place = _scaled(one)[order]
+        place = _normal_quantiles(one)[order]
         finite = np.isfinite(place)
         style = {"color": colour, "linestyle": line, "marker": mark, "markersize": 5, "linewidth": 1.5}
         axes.plot(y[finite], place[finite], label=label, **style)

@@ -63,7 +63,7 @@ class RunResponse:
     _longer: RunResponse | None = field(default=None, init=False)
 
     @property
-    def spent(self) -> tuple[int, int, int]:
+    def costs(self) -> tuple[int, int, int]:
         """Runs, adjoint runs and tangents until now."""
         return self.runs, self.adjoints, self.tangents
 
@@ -86,12 +86,12 @@ class RunResponse:
     def samples(self, points: Array) -> tuple[Array, Array]:
         """Return the output at the end of runs (m,), and the largest value within each run, at points (m, n)."""
         result = self._run_many(points, error_estimate=False)
-        return self._of_column(result)
+        return self._column_values(result)
 
-    def examined(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
+    def samples_with_errors(self, points: Array) -> tuple[tuple[Array, Array], SampleErrors, tuple[str, ...]]:
         """Return ``samples``, with estimated errors of a few samples and notes on steps."""
         result = self._run_many(points, error_estimate=True)
-        return self._of_column(result), result.error, result.judgement.of_steps
+        return self._column_values(result), result.error, result.judgement.of_steps
 
     def _run_many(self, points: Array, *, error_estimate: bool) -> Ensemble:
         self.spend(len(points))
@@ -106,7 +106,7 @@ class RunResponse:
         self.failed += len(result.failed)
         return result
 
-    def _of_column(self, ensemble: Ensemble) -> tuple[Array, Array]:
+    def _column_values(self, ensemble: Ensemble) -> tuple[Array, Array]:
         final, highest = (ensemble.results[f"{self._column}.{which}"] for which in ("final", "max"))
         return np.asarray(final, dtype=float), np.asarray(highest, dtype=float)
 
@@ -151,7 +151,7 @@ class RunResponse:
         derivatives = self._sensitivities(point)
         derived = self._exactly(lambda: derivatives.expansions([self._functional]))
         if derived is None:
-            return Expansion(*self.gradient(point), self._differenced(point, np.eye(self.size)))
+            return Expansion(*self.gradient(point), self._difference_gradients(point, np.eye(self.size)))
         known = self._slope is not None and np.array_equal(self._slope[0], point)
         self.spend(0, 0 if known and derivatives.keeps_adjoints else 1, self.size)
         self._slope = np.array(point), float(component(derivatives.outputs, self.output)[-1]), derived[0][0]
@@ -168,7 +168,7 @@ class RunResponse:
         """Return derivatives about a constant state, if a point is the mean and there is one."""
         return None if np.any(point) else self.stationary
 
-    def _of_still(self, still: StationaryRun) -> tuple[int, float, Array]:
+    def _end_of_stationary_run(self, still: StationaryRun) -> tuple[int, float, Array]:
         """Return the row of the end, the output and the gradient (n,) there, and count the adjoints."""
         row, before = int(np.argmin(np.abs(still.t - self.span[0]))), still.solutions
         value, gradient = float(still.outputs[row, 0]), still.gradients[row, 0]
@@ -177,11 +177,11 @@ class RunResponse:
 
     def _bent_still(self, still: StationaryRun, directions: Array) -> Array:
         """Return the Hessian at the end times directions."""
-        row, *_ = self._of_still(still)
+        row, *_ = self._end_of_stationary_run(still)
         before = still.solutions
         hessian = self._exactly(lambda: still.hessian(0, row))
         self.spend(0, still.solutions - before)
-        return self._differenced(np.zeros(self.size), directions) if hessian is None else hessian @ directions
+        return self._difference_gradients(np.zeros(self.size), directions) if hessian is None else hessian @ directions
 
     def products(self, point: Array, directions: Array) -> Array:
         """Return the Hessian at a point times directions (n, r), (n, r): for each direction a tangent, and the adjoint
@@ -192,7 +192,7 @@ class RunResponse:
         derivatives = self._sensitivities(point)
         products = self._exactly(lambda: derivatives.hessian_products(self._functional, directions))
         if products is None:
-            return self._differenced(point, directions)
+            return self._difference_gradients(point, directions)
         self.spend(0, 1 + count, count)
         return products
 
@@ -206,7 +206,7 @@ class RunResponse:
             self.reason = error.problems[0].what
             return None
 
-    def _differenced(self, point: Array, directions: Array) -> Array:
+    def _difference_gradients(self, point: Array, directions: Array) -> Array:
         """Return the Hessian times directions (n, r), (n, r): differences of exact gradients."""
         result = np.empty_like(directions)
         for k, ahead in enumerate(_APART * directions.T):
@@ -217,7 +217,7 @@ class RunResponse:
         """Return the output and the derivatives (n,) of the output by one adjoint run; the previous results if the
         point is the same."""
         if (still := self._still_at(point)) is not None:
-            return self._of_still(still)[1:]
+            return self._end_of_stationary_run(still)[1:]
         if self._slope is None or not np.array_equal(self._slope[0], point):
             derivatives = self._sensitivities(point)
             value = float(component(derivatives.outputs, self.output)[-1])
@@ -229,7 +229,7 @@ class RunResponse:
     def along(self, point: Array) -> tuple[Array, Array, Array]:
         """Return times (rows,), the output (rows,) and derivatives (rows, n), by tangents along one run."""
         if (still := self._still_at(point)) is not None:
-            self._of_still(still)
+            self._end_of_stationary_run(still)
             rows = slice(None, None, still.run.run.every)
             return still.t[rows], still.outputs[rows, 0], still.gradients[rows, 0]
         self.spend(0, 0, self.size)

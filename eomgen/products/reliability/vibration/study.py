@@ -35,18 +35,18 @@ from eomgen.products.reliability.vibration.distributions import (
     FEWEST_SEEN,
     against_samples,
     at_points,
-    corrected,
+    correct_by_samples,
     counted_instead,
     disagreements,
     doubts_of_forms,
+    empirical_distribution,
+    form_distribution,
     further_points,
     moments_of,
-    of_form,
-    of_samples,
+    notes_on_unreached,
     relative_errors,
     spread,
     tails_of,
-    unreached,
     why_gradient_changes,
     without,
 )
@@ -185,7 +185,7 @@ def random_vibration(
     varies = deviation > 0.0 or study.varies()
     wanted = thresholds_of(mean, deviation, thresholds, needs_spread=points, varies=varies)
     study.notes += doubts_of_spread(mean, deviation, varies=varies)
-    study.distributions = {name: of_form(one, wanted) for name, one in forms.items()}
+    study.distributions = {name: form_distribution(one, wanted) for name, one in forms.items()}
     study.moments = {name: moments_of(one) for name, one in forms.items()}
     others = bool(samples or len(times) or levels)
     indices = study.about_points(wanted, tail_samples, samples, others) if points else np.full(len(wanted), np.nan)
@@ -293,10 +293,10 @@ class _VibrationStudy:
     _samples: tuple[Array, Array] | None = field(default=None, init=False)
 
     @contextmanager
-    def _counted(self, name: str) -> Iterator[None]:
-        before = self.response.spent
+    def _count_costs(self, name: str) -> Iterator[None]:
+        before = self.response.costs
         yield
-        spent = [now - then for now, then in zip(self.response.spent, before, strict=True)]
+        spent = [now - then for now, then in zip(self.response.costs, before, strict=True)]
         if name in self.costs:
             spent = [now + then for now, then in zip(spent, vars(self.costs[name]).values(), strict=True)]
         self.costs[name] = Cost(*spent)
@@ -309,7 +309,7 @@ class _VibrationStudy:
     def _run_about_mean(self, points: Array) -> tuple[Array, ...]:
         if self.error.available or self._of_steps:
             return self.response.samples(points)
-        result, self.error, notes = self.response.examined(points)
+        result, self.error, notes = self.response.samples_with_errors(points)
         self._of_steps = [*notes] or [""]
         return result
 
@@ -319,7 +319,7 @@ class _VibrationStudy:
         return self.response.along(np.zeros(self.response.size))
 
     @property
-    def _expanded(self) -> RunResponse | ProjectedResponse:
+    def _response_with_hessians(self) -> RunResponse | ProjectedResponse:
         """The response with the Hessians that are asked for."""
         return self.response if self.directions is None else ProjectedResponse(self.response, self.directions)
 
@@ -327,18 +327,18 @@ class _VibrationStudy:
         """Return the quadratic forms about the mean, and on average."""
         origin, forms = np.zeros(self.response.size), {}
         if projected is not None:
-            with self._counted("projected"):
+            with self._count_costs("projected"):
                 self.directions = leading_directions(self._run[2], projected)
-                forms["projected"] = self._expanded.expansion(origin).form
+                forms["projected"] = self._response_with_hessians.expansion(origin).form
         if whole:
             self.directions = None
-            with self._counted("second_order"):
+            with self._count_costs("second_order"):
                 forms["second_order"] = self.response.expansion(origin).form
         form = forms["second_order" if whole else "projected"]
         forms = {"first_order": QuadraticForm(form.value, form.gradient, 0.0 * form.hessian), **forms}
         if pairs:
-            with self._counted("hermite"):
-                forms["hermite"] = hermite_projection(self._expanded, pairs, self.seed)
+            with self._count_costs("hermite"):
+                forms["hermite"] = hermite_projection(self._response_with_hessians, pairs, self.seed)
         return forms
 
     def varies(self) -> bool:
@@ -350,7 +350,7 @@ class _VibrationStudy:
     def check_form(self, form: QuadraticForm) -> None:
         """Compare the quadratic form about the mean with samples; if both differ much, correct the moments of the form
         by more samples."""
-        with self._counted("check"):
+        with self._count_costs("check"):
             z, y, _ = self.about_mean.first(_TRIED)
         failed = int(np.count_nonzero(~np.isfinite(y)))
         if failed:
@@ -361,7 +361,7 @@ class _VibrationStudy:
             return
         if float(np.sqrt(np.nanmean((y - form.values(z)) ** 2) / np.nanvar(y))) <= _MISSED:
             return
-        with self._counted("check"):
+        with self._count_costs("check"):
             z, y, _ = self.about_mean.first(_CORRECTING)
         known = np.isfinite(y)
         y, ours = y[known], form.values(z[known])
@@ -382,7 +382,7 @@ class _VibrationStudy:
 
     def check_steps(self, output: str, deviation: float) -> None:
         """Note the discretisation errors of samples, and random processes that the steps do not resolve."""
-        with self._counted("check"):
+        with self._count_costs("check"):
             self.about_mean.first(_TRIED)
         off = self.error.columns.get(f"output.{output}", float("nan"))
         if off > NOTICED * deviation > 0.0:
@@ -396,7 +396,7 @@ class _VibrationStudy:
         """Evaluate the share of the output's variance that is lost by truncation, and note a share that matters."""
         if not cut_processes(self.response.model):
             return
-        with self._counted("truncation"):
+        with self._count_costs("truncation"):
             self.lost_variance, notes = judge_truncation(self.response, form.gradient, linear=form.linear)
         self.notes += notes
 
@@ -404,7 +404,7 @@ class _VibrationStudy:
         """Compare probabilities of first passages by rates of crossings with samples, and choose."""
         if not passage:
             return
-        with self._counted("check"):
+        with self._count_costs("check"):
             _, y, highest = self._first_passages()
         known = np.isfinite(y) & np.isfinite(highest)
         y, highest = y[known], highest[known]
@@ -436,28 +436,28 @@ class _VibrationStudy:
         """
         none = np.full(len(wanted), np.nan)
         try:
-            with self._counted("most_probable_points"):
+            with self._count_costs("most_probable_points"):
                 points, missed = self._points(wanted)
         except (CrossedJump, NumericalError) as error:
             self.left_to_samples(error, samples, "most probable points are left out [W0073]")
             return none
         places, reached = sorted(points), [points[k] for k in sorted(points)]
         self.notes += self._doubts_of_rough(reached)
-        with self._counted("other_points"):
-            further, not_nearest = further_points(self._expanded, reached, self.seed)
+        with self._count_costs("other_points"):
+            further, not_nearest = further_points(self._response_with_hessians, reached, self.seed)
             self.notes += not_nearest
         about = at_points(reached) if reached else {}
         failed = self.response.failed
-        with self._counted("corrected"):
+        with self._count_costs("corrected"):
             forms = spread(about["quadratic"], places, len(wanted)) if reached else Distribution(none, none, none, none)
             more = {places[k]: some for k, some in further.items()}
-            whole, unknown = corrected(self.response, wanted, points, forms, self.about_mean, more, self.seed)
+            whole, unknown = correct_by_samples(self.response, wanted, points, forms, self.about_mean, more, self.seed)
             whole, contradicted = counted_instead(wanted, whole, self.about_mean)
         if not points and not others and np.isnan(whole.below).all():
             raise self._unreached_threshold(missed[min(missed)], float(wanted[min(missed)]))
-        self.notes += [*unreached(missed, wanted, self.response.kinks), *unknown, *contradicted]
+        self.notes += [*notes_on_unreached(missed, wanted, self.response.kinks), *unknown, *contradicted]
         if tail_samples and reached:
-            with self._counted("importance_sampling"):
+            with self._count_costs("importance_sampling"):
                 about["importance_sampling"] = tails_of(self.response, reached, tail_samples, self.seed)
         failed = self.response.failed - failed
         if failed:
@@ -499,14 +499,14 @@ class _VibrationStudy:
         The points are on the curve from the mean, or found from random directions if this does not come to a threshold,
         as of a response without slope at the mean.
         """
-        points, missed = points_on_curve(self._expanded, wanted.tolist(), self._kinked)
+        points, missed = points_on_curve(self._response_with_hessians, wanted.tolist(), self._has_kinks)
         for k in sorted(missed):
-            if some := searched_points(self._expanded, float(wanted[k]), _DIRECTIONS, self.seed):
+            if some := searched_points(self._response_with_hessians, float(wanted[k]), _DIRECTIONS, self.seed):
                 points[k] = some[0]
                 del missed[k]
         return points, missed
 
-    def _kinked(self) -> bool:
+    def _has_kinks(self) -> bool:
         return bool(self.response.kinks())
 
     def _doubts_of_rough(self, reached: Sequence[MostProbablePoint]) -> list[str]:
@@ -535,14 +535,14 @@ class _VibrationStudy:
 
     def sampled_spread(self, count: int) -> tuple[float, float]:
         """Return the mean and the standard deviation of samples."""
-        y = self._drawn(count)[0]
+        y = self._draw_samples(count)[0]
         return float(np.nanmean(y)), float(np.nanstd(y))
 
-    def _drawn(self, count: int) -> tuple[Array, Array]:
+    def _draw_samples(self, count: int) -> tuple[Array, Array]:
         """Return the output of samples, and the largest value within each run, drawn once."""
         if self._samples is not None:
             return self._samples
-        with self._counted("monte_carlo"):
+        with self._count_costs("monte_carlo"):
             normal = np.random.default_rng(self.seed).standard_normal((count, self.response.size))
             y, highest = self.response.samples(normal)
         failed = int(np.count_nonzero(~np.isfinite(y)))
@@ -554,9 +554,9 @@ class _VibrationStudy:
 
     def by_samples(self, count: int, wanted: Array, passage: dict[float, dict[str, float]]) -> None:
         """Count samples, at the end and by the largest value within the runs."""
-        y, highest = self._drawn(count)
+        y, highest = self._draw_samples(count)
         failed = int(np.count_nonzero(~np.isfinite(y)))
-        statistics = of_samples(y[np.isfinite(y)], wanted)
+        statistics = empirical_distribution(y[np.isfinite(y)], wanted)
         self.distributions["monte_carlo"], self.moments["monte_carlo"] = statistics
         for level, values in passage.items():
             values["monte_carlo"] = float(np.mean(highest[np.isfinite(highest)] > level))
@@ -573,7 +573,7 @@ class _VibrationStudy:
     ) -> dict[str, Array]:
         """Find rates of crossings along the run; return the covariance of the output at times with the value at the
         end."""
-        with self._counted("along_the_run"):
+        with self._count_costs("along_the_run"):
             t, y, slopes = self._run
         for level, values in passage.items():
             values["crossing_rate"] = first_passage(t, y, slopes, level)
@@ -586,7 +586,7 @@ class _VibrationStudy:
         rows = rows_at(t, times)
         result = {"first_order": slopes[rows] @ forms["first_order"].gradient}
         name = "second_order" if self.directions is None else "projected"
-        with self._counted("autocovariance"):
+        with self._count_costs("autocovariance"):
             result[name] = np.array([forms[name].covariance(self._form_at(float(t[row]))) for row in rows])
         return result
 
@@ -598,7 +598,7 @@ class _VibrationStudy:
         other = self.response.ending(time)
         expanded = other if self.directions is None else ProjectedResponse(other, self.directions)
         form = expanded.expansion(np.zeros(size)).form
-        self.response.spend(*other.spent)
+        self.response.spend(*other.costs)
         return form
 
 
