@@ -156,7 +156,7 @@ def whole_curve(model: Model) -> tuple[tuple[int, int, int], float]:
         response = RunResponse(model, variables, "q", span, {})
         points = most_probable_points(response, list(thresholds))
         steepest_descent([one.form for one in points], [one.threshold for one in points])
-        spent = response.spent
+        spent = response.costs
 
     for _ in range(7):
         times.append(seconds(found))

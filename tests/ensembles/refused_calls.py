@@ -16,11 +16,11 @@ PILOT = SimpleNamespace(columns=lambda: ["t", "q.x", "output.force"])
 
 REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "vary without a distribution": (
-        lambda: command._varied(("mass=",)),
+        lambda: command._read_variations(("mass=",)),
         "--vary mass=: a name and a distribution are needed; try: --vary 'mass=normal(1, 0.1)'",
     ),
     "vary twice": (
-        lambda: command._varied(("mass=normal(1, 2)", "mass = uniform(0, 1)")),
+        lambda: command._read_variations(("mass=normal(1, 2)", "mass = uniform(0, 1)")),
         "--vary mass = uniform(0, 1): mass varies twice; try: one distribution for each name",
     ),
     "list of two numbers": (

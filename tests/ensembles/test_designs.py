@@ -9,7 +9,7 @@ import pytest
 
 from eomgen.errors import UsageError
 from eomgen.products.ensembles import DESIGNS, OTHER_DESIGNS, read_distribution
-from eomgen.products.ensembles.designs import grid_design, random_design, unbalanced
+from eomgen.products.ensembles.designs import grid_design, note_on_balance, random_design
 
 UNIT = read_distribution("vary x", "uniform(0, 1)")
 
@@ -63,5 +63,5 @@ def test_a_grid_has_all_combinations() -> None:
 
 
 def test_numbers_of_samples_that_a_sequence_is_not_made_for() -> None:
-    assert unbalanced("sobol", 500) == "sobol is balanced for a power of two: 256 or 512"
-    assert unbalanced("sobol", 512) == unbalanced("monte_carlo", 500) == ""
+    assert note_on_balance("sobol", 500) == "sobol is balanced for a power of two: 256 or 512"
+    assert note_on_balance("sobol", 512) == note_on_balance("monte_carlo", 500) == ""

@@ -95,7 +95,7 @@ def test_what_was_written_goes_on_with_the_same_bits(blocks: int, monkeypatch: p
     straight = added(data, (300,) * 10)
     before = added(data[: 300 * blocks], (300,) * blocks)
     before.whole().quantiles(0, np.array([0.5]))  # results in between change nothing
-    stopped = Reduction.of_arrays(before.arrays())
+    stopped = Reduction.from_arrays(before.arrays())
     stopped.add(data[300 * blocks :])  # in one block, in place of several
     for name, array in straight.arrays().items():
         np.testing.assert_array_equal(stopped.arrays()[name], array, err_msg=name)

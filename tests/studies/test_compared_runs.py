@@ -192,12 +192,12 @@ class LadderSubject(SimpleNamespace):
 
     def conditions(self, **given: Any) -> Any:
         given = {"step": 0.25, **given}
-        return SimpleNamespace(**given, varied=lambda **more: SimpleNamespace(**(given | more)))
+        return SimpleNamespace(**given, vary=lambda **more: SimpleNamespace(**(given | more)))
 
 
 def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     q, v = rng.normal(size=9), rng.normal(size=8)
-    subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, constrained=False)
+    subject: Any = LadderSubject(start=(q, v), period=3.0, fine=0.01, has_constraints=False)
     assert register._angles(subject) == [7] and register._has_angles(subject) == ""
     turned = register._turn_angles(subject, 100.0)
     assert (turned.q - q).tolist() == pytest.approx(
@@ -210,7 +210,7 @@ def test_ladders_turn_spin_and_refine(rng: np.random.Generator) -> None:
     assert np.abs(spun.v[turns]).max() * 0.25 == pytest.approx(0.5)
     np.testing.assert_allclose(spun.v * v[0], spun.v[0] * v, rtol=1e-12)
     assert spun.q is q and spun.steps == 2 * register.ROWS
-    still: Any = LadderSubject(start=(q, np.where(np.isin(np.arange(8), turns), 0.0, v)), constrained=True)
+    still: Any = LadderSubject(start=(q, np.where(np.isin(np.arange(8), turns), 0.0, v)), has_constraints=True)
     rotating = register._spin(still, 0.5).v
     assert rotating[turns].tolist() == [2.0] * 4 and rotating[[3, 4, 5, 7]].tolist() == v[[3, 4, 5, 7]].tolist()
     assert register._spins(still) == "it is held by constraints at rest"

@@ -79,7 +79,7 @@ class Machines:
 
 
 @contextmanager
-def connected(cluster: object, workers: int | None) -> Iterator[Machines]:
+def connect_cluster(cluster: object, workers: int | None) -> Iterator[Machines]:
     """Connect to a cluster: ``dask`` for processes of this machine, the address or the file of a scheduler, a client,
     or a cluster that a client can be had of.
 
@@ -110,27 +110,27 @@ def _client(distributed: Any, cluster: object, workers: int | None, stack: ExitS
         if cluster.asynchronous:
             fault = "the client is asynchronous, and this call waits [E0641]"
             raise UsageError(Problem("cluster", fault, "Client(address), without asynchronous=True"))
-        return cluster, _named(cluster)
+        return cluster, _cluster_name(cluster)
     options: dict[str, Any] = {"timeout": _PATIENCE, "set_as_default": False}
     if cluster == LOCAL:
         count = thread_count() if workers is None else workers
-        made = _started(lambda: processes(count))
+        made = _start_processes(lambda: processes(count))
         stack.enter_context(made)
         return stack.enter_context(distributed.Client(made, **options)), f"of {count} processes"
     if hasattr(cluster, "scheduler_address"):
         client = stack.enter_context(distributed.Client(cluster, **options))
-        return client, _named(client)
+        return client, _cluster_name(client)
     if not isinstance(cluster, str | os.PathLike) or not str(cluster):
         hint = f"{LOCAL!r}, 'tcp://host:8786', the path of a scheduler file, a Client or a cluster of Dask"
         raise UsageError(Problem("cluster", f"{cluster!r} is not a cluster [E0642]", hint))
     text = os.fspath(cluster)
     if "://" in text:
-        return stack.enter_context(_reached(text, lambda: distributed.Client(text, **options))), text
+        return stack.enter_context(_connect_client(text, lambda: distributed.Client(text, **options))), text
     if not Path(text).is_file():
         fault = f"there is no scheduler file {text} [E0640]"
         hint = f"{LOCAL}, an address such as tcp://host:8786, or the file of dask scheduler --scheduler-file"
         raise FileError(Problem("cluster", fault, hint))
-    return stack.enter_context(_reached(text, lambda: distributed.Client(scheduler_file=text, **options))), text
+    return stack.enter_context(_connect_client(text, lambda: distributed.Client(scheduler_file=text, **options))), text
 
 
 def processes(count: int) -> Any:
@@ -154,11 +154,11 @@ def processes(count: int) -> Any:
         )
 
 
-def _named(client: Any) -> str:
+def _cluster_name(client: Any) -> str:
     return str(client.scheduler.address if client.scheduler is not None else client)
 
 
-def _started(start: Callable[[], Any]) -> Any:
+def _start_processes(start: Callable[[], Any]) -> Any:
     """Return a cluster of processes of this machine. Raises UsageError if processes do not start."""
     try:
         return start()
@@ -168,7 +168,7 @@ def _started(start: Callable[[], Any]) -> Any:
         raise UsageError(Problem(f"cluster {LOCAL}", fault, hint)) from None
 
 
-def _reached(name: str, connect: Callable[[], Any]) -> Any:
+def _connect_client(name: str, connect: Callable[[], Any]) -> Any:
     """Return a client. Raises FileError if no scheduler answers."""
     try:
         return connect()
@@ -235,7 +235,7 @@ class _ClusterEnsemble:
                     sent += count
                 future, result = next(finished)
                 begin, count = pending.pop(future)
-                done[begin] = self._taken(begin, count, future.status, result)
+                done[begin] = self._take_result(begin, count, future.status, result)
                 future.release()
                 while (part := done.pop(wanted, None)) is not None:
                     for number, data in part.solutions.items():
@@ -266,7 +266,7 @@ class _ClusterEnsemble:
         wanted = min(wanted, -(-left // (2 * threads)), bytes_each // self._bytes)
         return max(1, wanted - wanted % _FIRST if wanted > _FIRST else wanted)
 
-    def _taken(self, begin: int, count: int, status: str, result: Any) -> EnsemblePart:
+    def _take_result(self, begin: int, count: int, status: str, result: Any) -> EnsemblePart:
         """Return the result of a part. Raises EomgenError if there is none."""
         where = f"cluster {self._machines.name}"
         if isinstance(result, Refusal):

@@ -73,7 +73,7 @@ def ensemble(scene: str, folder: str, plots: bool, as_json: bool, **options: Any
 
     words = ("samples", "design", "seed", "points", "keep", "keep_as", "workers", "cluster", "resume")
     own = {name: options.pop(name) for name in words}
-    columns, vary = options.pop("columns"), _varied(options.pop("vary"))
+    columns, vary = options.pop("columns"), _read_variations(options.pop("vary"))
     file = options.pop("table")
     table = None if file is None else _read_samples(Path(file))
     if not vary and table is None:
@@ -120,7 +120,7 @@ def _why_unranked(result: Ensemble) -> str:
     return "without sensitivity.png: no result is drawn"
 
 
-def _varied(texts: tuple[str, ...]) -> dict[str, str]:
+def _read_variations(texts: tuple[str, ...]) -> dict[str, str]:
     """Return distributions by name. Raises UsageError."""
     result: dict[str, str] = {}
     for text in texts:

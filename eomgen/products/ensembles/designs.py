@@ -141,7 +141,7 @@ def random_design(name: str, distributions: Sequence[Distribution], samples: int
     return Design(name, samples * (dimensions + 2) if name == "saltelli" else samples, values)
 
 
-def unbalanced(name: str, samples: int) -> str:
+def note_on_balance(name: str, samples: int) -> str:
     """Return a note on a number of samples that a design is not made for; empty if there is none."""
     if name not in _BALANCED or samples & (samples - 1) == 0:
         return ""

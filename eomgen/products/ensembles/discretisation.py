@@ -58,7 +58,7 @@ class EnsembleJudgement:
         self._other_notes = notes, last
 
     @cached_property
-    def _evaluated(self) -> tuple[SampleErrors, tuple[str, ...]]:
+    def _errors_and_notes(self) -> tuple[SampleErrors, tuple[str, ...]]:
         work, nominal, estimates, interrupted = self._asked
         errors, of_samples = sample_errors(work, nominal, examined=estimates and not interrupted)
         given = work.options.common.get("inputs") or {}
@@ -68,12 +68,12 @@ class EnsembleJudgement:
     @property
     def error(self) -> SampleErrors:
         """Estimated errors of the run without variations and of a few samples over the design."""
-        return self._evaluated[0]
+        return self._errors_and_notes[0]
 
     @property
     def of_steps(self) -> tuple[str, ...]:
         """Notes on processes that steps do not resolve, and on doubtful samples."""
-        return self._evaluated[1]
+        return self._errors_and_notes[1]
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
@@ -85,7 +85,7 @@ class EnsembleJudgement:
 
     def __getstate__(self) -> dict[str, Any]:
         """Return the results alone, since another process has no compiled model."""
-        return {"_evaluated": self._evaluated, "notes": self.notes}
+        return {"_errors_and_notes": self._errors_and_notes, "notes": self.notes}
 
 
 def _further_doubts(work: SampleRunner, nominal: Solution) -> list[str]:
@@ -118,7 +118,7 @@ def sample_errors(work: SampleRunner, nominal: Solution, *, examined: bool) -> t
     estimates = {number: one.error for number, one in solutions.items()}
     every = [nominal.error, *estimates.values()]
     places = {} if work.alike is None else work.alike.places
-    columns = {name: _of_column(every, *places[name]) for name in work.columns if name in places}
+    columns = {name: _column_error(every, *places[name]) for name in work.columns if name in places}
     step = float(nominal.metadata["settings"]["step"])
     known, told = {finding.name for finding in nominal.findings}, []
     for number, one in solutions.items():
@@ -151,7 +151,7 @@ def _with_estimates(work: SampleRunner) -> dict[int, Solution]:
     return result
 
 
-def _of_column(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:
+def _column_error(estimates: Sequence[ErrorEstimate], attribute: str, place: int) -> float:
     """Return the largest error of a column over runs; NaN if no run has an estimate."""
     kind, _, name = attribute.partition(".")
     errors = []
@@ -256,7 +256,7 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
         place = np.clip(speed * times - process.lag, low, high)
         rows = np.array([weight * mode(place) for weight, mode in zip(process.weights, process.modes, strict=True)])
     else:
-        rows = _realised(model, process, times)
+        rows = _realisations(model, process, times)
     # changes slower than the run are at the frequency 0, not at the window's
     line = np.stack([np.ones(count), times - times.mean()])
     slow = (rows @ line.T / np.sum(line**2, axis=1)) @ line
@@ -267,7 +267,7 @@ def _spectrum(model: CompiledModel, process: NormalSeries, start: float, end: fl
     return frequencies, power
 
 
-def _realised(model: CompiledModel, process: NormalSeries, times: Array) -> Array:
+def _realisations(model: CompiledModel, process: NormalSeries, times: Array) -> Array:
     """Return realisations of a process at times (n,) without the mean, (realisations, n)."""
     names, column = list(model.parameters), list(model.inputs).index(process.name)
     places = [names.index(name) for name in process.variables]

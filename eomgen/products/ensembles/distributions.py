@@ -166,7 +166,9 @@ def read_distribution(where: str, text: str, unit: str = "") -> Distribution:
     name, words = match[1], [word.strip() for word in match[2].split(",")]
     if name in LISTS:
         levels = _levels(where, name, words, unit)
-        return Distribution(text, _of_levels(np.array(levels)), levels, all(level.is_integer() for level in levels))
+        return Distribution(
+            text, _level_quantiles(np.array(levels)), levels, all(level.is_integer() for level in levels)
+        )
     if name not in DISTRIBUTIONS:
         hint = nearest(name, [*DISTRIBUTIONS, *LISTS])
         raise UsageError(Problem(where, f"there is no distribution {shown(name)} [E0660]", hint))
@@ -216,7 +218,7 @@ def _levels(where: str, name: str, words: Sequence[str], unit: str) -> tuple[flo
     return tuple(np.linspace(low, high, int(count)).tolist())
 
 
-def _of_levels(levels: Array) -> Quantiles:
+def _level_quantiles(levels: Array) -> Quantiles:
     return lambda p: levels[np.minimum((p * len(levels)).astype(int), len(levels) - 1)]
 
 

@@ -78,7 +78,7 @@ class BlockJournal:
             return
         try:
             arrays, data = read_arrays(path, _KIND, "another folder")
-            self.reduction = Reduction.of_arrays(arrays)
+            self.reduction = Reduction.from_arrays(arrays)
             self._parts = [(int(first), int(count)) for first, count in arrays["parts"]]
         except (FileError, KeyError):  # as by a full disk, or by another version
             self.notes.append(f"{_REDUCED} was cut short or damaged: all samples are run again [W0053]")

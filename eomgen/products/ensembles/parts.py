@@ -108,7 +108,7 @@ class WorkerState:
     def run(self, first: int, values: Array) -> EnsemblePart | Refusal | None:
         """Run the samples from this number on, with varied quantities (n, d); None if stopped."""
         try:
-            model = self._made()
+            model = self._make_model()
             with tempfile.TemporaryDirectory(prefix="eomgen-runs-") as folder:
                 return self._part(model, Path(folder), first, values)
         except EomgenError as error:
@@ -129,7 +129,7 @@ class WorkerState:
         solutions = {number: file.read_bytes() for number, file in files.items() if file.exists()}
         return EnsemblePart(block, solutions, seconds, model.library.digest, work.how)
 
-    def _made(self) -> CompiledModel:
+    def _make_model(self) -> CompiledModel:
         """Return the model. Raises EomgenError if the model cannot be made here, or differs from the sender's model."""
         with self._making:
             if self._model is None:

@@ -42,10 +42,10 @@ class LaneRunner:
         """Return columns (samples, columns, rows) of samples with the values (samples, varied), and a mask of the
         samples that have to be run alone."""
         parameters, alone = self._parameters(values)
-        inputs = self._input_tables(values, parameters) if self.runs.tabled else self._held_inputs(values)
+        inputs = self._input_tables(values, parameters) if self.runs.needs_input_tables else self._held_inputs(values)
         starts, refused = self._starts(values, parameters)
         result = self.runs.tables(parameters, inputs, starts)
-        return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed(parameters))
+        return replace(result, alone=result.alone | alone | refused | self.runs.unfollowed_laws(parameters))
 
     def _parameters(self, values: Array) -> tuple[Array, NDArray[np.bool_]]:
         """Return parameters (samples, np), and a mask of the parameters that may be refused, which are replaced by the
@@ -98,7 +98,7 @@ class LaneRunner:
         q, v, z = np.split(guesses, [model.nq, model.nq + model.nv], axis=1)
         varied = any(item.block in ("q", "v") for item in self.options.items)  # then whole arrays are given
         starts = () if varied else starts_of(model, common.get("initial"))
-        result = self.runs.assembled(q, v, parameters, starts)
+        result = self.runs.assemble(q, v, parameters, starts)
         if result is None:
             return self._starts_one_by_one(values, parameters)
         return np.concatenate([result.q, result.v, z], axis=1), refused | ~result.met

@@ -134,7 +134,7 @@ class SideBySide:
     def together(self) -> int:
         """Samples whose rows are looked at together: whole groups of lanes, within a part of the memory."""
         numbers = (self.run.grid.whole // self.run.every + 3) * self.width
-        if self.tabled:
+        if self.needs_input_tables:
             numbers += len(self._input_times) * self.model.nu
         groups = max(1, int(_NUMBERS / (numbers * self.library.lanes)))
         return self.library.lanes * min(groups, _GROUPS)
@@ -145,7 +145,7 @@ class SideBySide:
         return sum(int(size) for _, size in self.library.layout["method"]["row"])
 
     @property
-    def tabled(self) -> bool:
+    def needs_input_tables(self) -> bool:
         """Whether inputs change with time in a way that the stepper gets row by row."""
         return self.run.driven is not None and not isinstance(self.run.driven, HeldRows)
 
@@ -195,7 +195,7 @@ class SideBySide:
         driven = self.run.driven
         return driven.row if isinstance(driven, HeldRows) else None
 
-    def unfollowed(self, parameters: Array) -> NDArray[np.bool_]:
+    def unfollowed_laws(self, parameters: Array) -> NDArray[np.bool_]:
         """Return a mask of the parameters (n, np) at which a drive, or the law of the base, cannot be followed, (n,);
         samples with the common run's parameters of these laws are not checked again."""
         names, run = list(self.model.parameters), self.run
@@ -206,7 +206,7 @@ class SideBySide:
             result[k] = bool(followed_laws(self.model, run.method, parameters[k], run.grid)[0])
         return result
 
-    def assembled(
+    def assemble(
         self, q: Array, v: Array, parameters: Array, starts: Sequence[WrittenStart]
     ) -> ConsistentStates | None:
         """Return the states nearest to guesses q (n, nq), v (n, nv) that meet the constraints, at parameters (n, np);
@@ -245,12 +245,12 @@ class SideBySide:
         """
         count, lanes = len(starts), self.library.lanes
         last = -count % lanes
-        parameters, states = _filled(parameters, last), np.empty((count + last, 1 + starts.shape[1]))
-        states[:, 0], states[:, 1:] = self.run.grid.start, _filled(starts, last)
-        inputs = None if inputs is None else _filled(inputs, last)
+        parameters, states = _pad(parameters, last), np.empty((count + last, 1 + starts.shape[1]))
+        states[:, 0], states[:, 1:] = self.run.grid.start, _pad(starts, last)
+        inputs = None if inputs is None else _pad(inputs, last)
         stepper = LaneStepper(self.library, self.run.settings)
         every, whole = self._between, self.run.grid.whole
-        held, tables = (None, inputs) if self.tabled else (inputs, None)
+        held, tables = (None, inputs) if self.needs_input_tables else (inputs, None)
         counts = every, whole // every, whole % every, self.run.grid.rest
         stepped = stepper.runs(states, parameters, held, *counts, tables)
         rows, modes, ends = (part[:count] for part in stepped[:3])
@@ -258,7 +258,7 @@ class SideBySide:
         stopped = statuses == STOPPED.number
         if self.run.grid.rest:
             rows[statuses == 0, -1, 0] = self.run.grid.end
-        alone = (statuses != 0) & (~stopped if not self.tabled else True)
+        alone = (statuses != 0) & (~stopped if not self.needs_input_tables else True)
         number = np.full(count, rows.shape[1])
         for k in np.flatnonzero(stopped):  # rows after an event that stops a run repeat the event's row
             number[k] = np.isfinite(rows[k, :, 0]).sum()
@@ -268,7 +268,7 @@ class SideBySide:
             alone |= self._breaks_constraints(rows, parameters, ends[:, stepper.places.get("max_constraint", slice(0))])
             alone |= ~np.isfinite(rows).reshape(count, -1).all(axis=1)
             alone |= self._grows(rows) | self._gains_energy(rows, present)
-            chosen = self._asked(rows.shape[1])
+            chosen = self._recorded_rows(rows.shape[1])
             asked = np.full(count, len(chosen))
             asked[stopped] = (chosen < number[stopped, np.newaxis] - 1).sum(axis=1) + 1
             if len(chosen) < rows.shape[1]:
@@ -288,7 +288,7 @@ class SideBySide:
         parts = [part for part in range(1, every + 1) if every % part == 0 and whole // (every // part) >= _LOOKED_AT]
         return every // parts[0] if parts else 1
 
-    def _asked(self, count: int) -> NDArray[np.intp]:
+    def _recorded_rows(self, count: int) -> NDArray[np.intp]:
         """Return the indices of the recorded rows among ``count`` checked rows."""
         chosen = np.arange(0, self.run.grid.whole // self._between + 1, self.run.every // self._between)
         return np.append(chosen, count - 1) if chosen[-1] != count - 1 else chosen
@@ -321,7 +321,7 @@ class SideBySide:
         ends = (1, 1 + nq, 1 + nq + nv, 1 + nq + 2 * nv, rows.shape[1] - nz, rows.shape[1])
         return States(rows[:, 0], *(_columns_of(rows, ends[k], ends[k + 1]) for k in range(5)))
 
-    def _prescribed(self, states: States, present: Array, inputs: Array | None) -> PrescribedInputs:
+    def _prescribe(self, states: States, present: Array, inputs: Array | None) -> PrescribedInputs:
         """Return inputs and the base at states of lanes, with parameters of ``_present`` and inputs (lanes * rows, nu)
         that are held; evaluated once if all lanes have the same parameters and times."""
         lanes, own, places = len(present), self.run.parameters, self._read_by_drivers
@@ -364,7 +364,7 @@ class SideBySide:
         needed = {self.places[name][0] for name in self.columns}
         given = PrescribedInputs(None, None)
         if any(group.partition(".")[0] in ("output", "energy", "input") for group in needed):
-            given = self._prescribed(states, present, u)
+            given = self._prescribe(states, present, u)
         for kind, prefix in (("outputs", "output."), ("energy", "energy.")):
             if any(group.startswith(prefix) for group in needed):
                 of_model = evaluated(kind, self.model, states, given, p)
@@ -429,7 +429,7 @@ class SideBySide:
         states = self._states(rows[:, chosen].reshape(-1, width))
         looked = present if present.ndim == 2 else present[:, chosen]
         p = _at_each(looked, len(chosen))
-        energy = evaluated("energy", self.model, states, self._prescribed(states, looked, None), p)
+        energy = evaluated("energy", self.model, states, self._prescribe(states, looked, None), p)
         total, potential, kinetic = (energy[name].reshape(lanes, -1) for name in ("total", "potential", "kinetic"))
         moving = np.ptp(potential, axis=1) + kinetic.max(axis=1)
         gain: NDArray[np.bool_] = (total - total[:, :1]).max(axis=1) > _GAIN * moving
@@ -463,7 +463,7 @@ def _at_each(present: Array, count: int) -> Array:
     return np.repeat(present, count, axis=0) if present.ndim == 2 else present.reshape(-1, present.shape[2])
 
 
-def _filled(rows: Array, more: int) -> Array:
+def _pad(rows: Array, more: int) -> Array:
     """Return rows with the last row repeated, so that no lane is empty."""
     return np.concatenate([rows, np.repeat(rows[-1:], more, axis=0)])
 

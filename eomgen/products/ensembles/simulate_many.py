@@ -27,15 +27,15 @@ from eomgen.base.version import __version__
 from eomgen.compiled.arguments import count_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
-from eomgen.products.ensembles.cluster import connected
+from eomgen.products.ensembles.cluster import connect_cluster
 from eomgen.products.ensembles.designs import (
     DESIGNS,
     OTHER_DESIGNS,
     Design,
     grid_design,
+    note_on_balance,
     random_design,
     table_design,
-    unbalanced,
 )
 from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.distributions import Distribution
@@ -185,7 +185,7 @@ def simulate_many(
     """
     _check_options(options, folder, resume=resume)
     samples, points = count_of("samples", samples), max(count_of("points", points), 2)
-    items, drawn, name = _designed(model, vary, table, samples, design, seed)
+    items, drawn, name = _make_design(model, vary, table, samples, design, seed)
     if not model.library.lacking:
         model.finish_compilation()  # many runs take longer than a compiler, and all have the bits of one library
     # laws of varied inputs are functions here too: a method without such inputs reports this before the first sample
@@ -201,14 +201,14 @@ def simulate_many(
     _check_kept(kept, keep_as, target)
     work_of_one = int(pilot.stats.get("evaluations", 0)) * max(1, model.nv + model.nz)
     block = _block(drawn.samples, work_of_one, len(looked_at) * len(thinned))
-    described = _described(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
+    described = _description(model, pilot, drawn, items, vary, table, seed, looked_at, times[thinned], block, options)
     runs = None if target is None or not kept else target / "runs"
     varied = VariedOptions(model, items, options, _rest(model, items, options, pilot))
     alike = CommonRunData.of(model, pilot)
     work = SampleRunner(model, drawn, varied, (t_end, step), looked_at, times, thinned, kept, keep_as, runs, alike)
     threads = _workers(workers)
     with (
-        nullcontext() if cluster is None else connected(cluster, workers) as machines,
+        nullcontext() if cluster is None else connect_cluster(cluster, workers) as machines,
         _alone(target),
         nullcontext() if progress is None else shown(progress, model.name) as reported,
     ):
@@ -229,7 +229,7 @@ def simulate_many(
         else:
             came = machines.blocks(work, *left)
         with closing(came) as blocks:
-            interrupted = _reduced(blocks, journal, reduction, drawn.samples, reported)
+            interrupted = _reduce(blocks, journal, reduction, drawn.samples, reported)
     how = work.how if machines is None else "; ".join(sorted(machines.how))
     units, notes = pilot.units(), () if machines is None else machines.notes
     return Ensemble(
@@ -253,7 +253,7 @@ def simulate_many(
             pilot,
             estimates=error_estimate,
             interrupted=interrupted,
-            notes=(unbalanced(name, samples), *starts_of_several_turns(items, vary)),
+            notes=(note_on_balance(name, samples), *starts_of_several_turns(items, vary)),
             last=(*journal.notes, *notes),
         ),
     )
@@ -280,7 +280,7 @@ def _alone(folder: Path | None) -> Iterator[None]:
         yield
 
 
-def _reduced(
+def _reduce(
     blocks: Iterator[SampleBlock], journal: BlockJournal, reduction: Reduction, total: int, report: Progress | None
 ) -> bool:
     """Reduce blocks one by one, and return whether Ctrl-C ended the reduction; finished blocks are kept after any
@@ -380,7 +380,7 @@ def _workers(workers: int | None) -> int:
     return thread_count() if workers is None else count_of("workers", workers)
 
 
-def _designed(
+def _make_design(
     model: CompiledModel,
     vary: Mapping[str, str | Distribution] | None,
     table: Mapping[str, ArrayLike] | None,
@@ -482,7 +482,7 @@ def _digest(arrays: Sequence[Array]) -> str:
     return hashlib.sha256(b"".join(np.ascontiguousarray(array).tobytes() for array in arrays)).hexdigest()
 
 
-def _described(
+def _description(
     model: CompiledModel,
     pilot: Solution,
     design: Design,

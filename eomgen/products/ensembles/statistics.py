@@ -197,7 +197,7 @@ class Reduction:
         return {name.strip("_"): getattr(self, name) for name in self._WRITTEN} | rest
 
     @classmethod
-    def of_arrays(cls, arrays: Mapping[str, Array]) -> Reduction:
+    def from_arrays(cls, arrays: Mapping[str, Array]) -> Reduction:
         """Return the reductions written as ``arrays``."""
         columns, times = arrays["count"].shape
         result = cls(columns, times, int(arrays["chunk"]))
@@ -334,13 +334,13 @@ def _sobol(asked: int, names: list[str], result: str, results: Array) -> Ranking
     first, total = np.ravel(indices.first_order).tolist(), np.ravel(indices.total_order).tolist()
     order = sorted(range(dimensions), key=lambda k: -total[k])
     of_first, of_total = (
-        {names[k]: (float(low[k]), float(high[k])) for k in order} for low, high in _resampled(f_A, f_B, f_AB)
+        {names[k]: (float(low[k]), float(high[k])) for k in order} for low, high in _bootstrap_bounds(f_A, f_B, f_AB)
     )
     by_first, by_total = ({names[k]: values[k] for k in order} for values in (first, total))
     return Ranking(result, "Sobol' indices", by_first, by_total, of_first, of_total)
 
 
-def _resampled(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:
+def _bootstrap_bounds(f_A: Array, f_B: Array, f_AB: Array) -> list[tuple[Array, Array]]:
     """Return bounds of 95 % confidence of the first-order and the total indices, (dimensions,) each, by the bootstrap
     over rows of the design (Archer, Saltelli, Sobol' 1997)."""
     random, n = np.random.default_rng(0), len(f_A)

@@ -412,7 +412,7 @@ class VariedOptions:
         options = {**self.common, **self.rest}
         for block in ("parameters", "inputs"):
             if block in by_block:
-                options[block] = {**self._given(block), **by_block[block]}
+                options[block] = {**self._common_values(block), **by_block[block]}
         if laws := self.laws(values, lambda: self.model.parameter_array(options.get("parameters"))):
             options["inputs"] = {**laws, **(options.get("inputs") or {})}
         if any(block in by_block for block in ("q", "v", "z")):
@@ -434,7 +434,7 @@ class VariedOptions:
         seeds, factors = ({item.name: float(x) for item, x in self.columns(values, block)} for block in LAWS)
         return laws_of(self.model, parameters(), seeds, factors) if seeds or factors else {}
 
-    def _given(self, block: str) -> Mapping[str, Any]:
+    def _common_values(self, block: str) -> Mapping[str, Any]:
         given = self.common.get(block)
         if given is None:
             return {}

@@ -25,12 +25,12 @@ from eomgen.products.ensembles.lane_code.source import (
     UniformInteger,
     Variable,
     element,
+    expression_text,
     in_lanes,
     leaf,
     no_lanes,
-    spelled,
     type_of,
-    written,
+    type_text,
 )
 
 #: Functions of the language for numbers of lanes.
@@ -51,7 +51,7 @@ class Value:
         return Value(self.text, Pointer(element(self.type)))
 
     @property
-    def decided(self) -> bool | None:
+    def known_truth(self) -> bool | None:
         """The value of a condition, if known in advance."""
         return self.text == "1" if isinstance(self.type, UniformInteger) and self.text in {"0", "1"} else None
 
@@ -165,7 +165,7 @@ class Expressions(ABC):
             case c_ast.Constant():
                 return Value(node.value, UniformInteger() if node.type in {"int", "long int", "long"} else Constant())
             case c_ast.ID():
-                return self._named(node)
+                return self._value_of_name(node)
             case c_ast.ArrayRef() | c_ast.StructRef():
                 place = self.place(node)
                 if place.lanes:
@@ -188,7 +188,7 @@ class Expressions(ABC):
                 return self.call(node)
         raise no_lanes(f"an expression {type(node).__name__}", node)
 
-    def _named(self, node: Any) -> Value:
+    def _value_of_name(self, node: Any) -> Value:
         name = node.name
         variable = self.find(name)
         if variable is not None:
@@ -206,7 +206,7 @@ class Expressions(ABC):
     def _unary(self, node: Any) -> Value:
         if node.op == "sizeof":
             if isinstance(node.expr, c_ast.Typename):
-                return Value(f"sizeof({spelled(in_lanes(type_of(node.expr.type, self.source)))})", UniformInteger())
+                return Value(f"sizeof({type_text(in_lanes(type_of(node.expr.type, self.source)))})", UniformInteger())
             return Value(f"sizeof({self.place(node.expr).text})", UniformInteger())
         if node.op == "*":
             place = self.place(node)
@@ -244,7 +244,7 @@ class Expressions(ABC):
                 and isinstance(counted.type, UniformInteger | LaneIntegers)
             ):
                 if isinstance(counted.type, LaneIntegers):
-                    raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
+                    raise no_lanes(f"an address of its own in each lane: {expression_text(node)}", node)
                 first = f"{value.text} {node.op} ({counted.text})" if value is one else f"{counted.text} + {value.text}"
                 return Value(f"({first})", Pointer(element(value.type)))
         if isinstance(one.type, Pointer) or isinstance(other.type, Pointer):
@@ -264,12 +264,12 @@ class Expressions(ABC):
     def _logical(self, node: Any) -> Value:
         one = self.value(node.left)
         joint = node.op == "&&"
-        if one.decided is not None:
-            return self.value(node.right) if one.decided is joint else one
+        if one.known_truth is not None:
+            return self.value(node.right) if one.known_truth is joint else one
         if not _has_calls(node.left) and not _has_calls(node.right):
             other = self.value(node.right)
-            if other.decided is not None:
-                return one if other.decided is joint else other
+            if other.known_truth is not None:
+                return one if other.known_truth is joint else other
         if isinstance(one.type, UniformInteger | Constant | Pointer):
             other = self.value(node.right)
             if isinstance(other.type, UniformInteger | Constant | Pointer):
@@ -300,8 +300,8 @@ class Expressions(ABC):
 
     def _choice(self, node: Any) -> Value:
         condition = self.value(node.cond)
-        if condition.decided is not None:
-            return self.value(node.iftrue if condition.decided else node.iffalse)
+        if condition.known_truth is not None:
+            return self.value(node.iftrue if condition.known_truth else node.iffalse)
         if isinstance(condition.type, UniformInteger | Constant | Pointer):
             one, other, kind = self._common(self.argument(node.iftrue), self.argument(node.iffalse), node)
             return Value(f"({condition.text} ? {one} : {other})", kind)
@@ -319,7 +319,7 @@ class Expressions(ABC):
             else:
                 values.append(self._for_all(branch))
         if any(isinstance(value.type, Pointer | Array | LaneStructure) for value in values):
-            raise no_lanes(f"an address of its own in each lane: {written(node)}", node)
+            raise no_lanes(f"an address of its own in each lane: {expression_text(node)}", node)
         one, other, kind = self._common(values[0], values[1], node)
         if isinstance(kind, UniformInteger | Constant):
             kind = Real() if isinstance(kind, Constant) else LaneIntegers()
@@ -340,7 +340,7 @@ class Expressions(ABC):
                 return Value(f"eg_wholes_of({value.text})", LaneIntegers())
             case UniformInteger(), Constant():
                 return Value(f"(long)({value.text})", UniformInteger())
-        raise no_lanes(f"the cast {written(node)}", node)
+        raise no_lanes(f"the cast {expression_text(node)}", node)
 
     # -- places --------------------------------------------------------------------------------------------------------
 
@@ -350,7 +350,7 @@ class Expressions(ABC):
             case c_ast.ID():
                 variable = self.find(node.name)
                 if variable is None:
-                    value = self._named(node)
+                    value = self._value_of_name(node)
                     return Place(value.text, value.type, None)
                 return Place(node.name, variable.type, variable.region)
             case c_ast.UnaryOp() if node.op == "*":
@@ -392,10 +392,10 @@ class Expressions(ABC):
         if isinstance(index.type, UniformInteger) and not place.lanes:
             return Place(f"{place.text}[{index.text}]", kind, region)
         if place.lanes or not isinstance(kind, Real | LaneIntegers | Constant | UniformInteger | LaneStructure):
-            raise no_lanes(f"an element of its own in each lane: {written(node)}", node)
+            raise no_lanes(f"an element of its own in each lane: {expression_text(node)}", node)
         lanes = self.to(index, LaneIntegers(), node)
         if isinstance(kind, LaneStructure):  # the distance of members is the number of vectors of the structure
-            apart = f"(int64_t)(sizeof({spelled(kind)}) / sizeof(eg_wide))"
+            apart = f"(int64_t)(sizeof({type_text(kind)}) / sizeof(eg_wide))"
             return Place(f"{place.text}[0]", kind, None, f"({lanes} * {apart})")
         if isinstance(kind, Constant | UniformInteger):
             looked = "table" if isinstance(kind, Constant) else "counts"
@@ -415,7 +415,7 @@ class Expressions(ABC):
         if name in {"memcpy", "memset", "memmove", "memcmp"}:
             return self._memory(name, given, node)
         if name == "offsetof":
-            return Value(written(node), UniformInteger())
+            return Value(expression_text(node), UniformInteger())
         if name.startswith("EG_") or name in _OF_A_NUMBER:
             return self._arithmetic(_OF_A_NUMBER.get(name, name), given, node)
         if name in self.source.routines:
@@ -424,7 +424,7 @@ class Expressions(ABC):
             return self._function(name, given, node)
         if name in self.source.foreign:
             return self._foreign(name, given, node)
-        raise no_lanes(f"a call of {written(node.name)}", node)
+        raise no_lanes(f"a call of {expression_text(node.name)}", node)
 
     def _foreign(self, name: str, given: list[Any], node: Any) -> Value:
         """Return the call of a function for a single trajectory, with sizes after arrays."""
@@ -436,7 +436,7 @@ class Expressions(ABC):
             elif isinstance(value.type, Array) and isinstance(value.type.of, Real):
                 texts.append(f"{value.text}, {value.type.size}")
             else:
-                raise no_lanes(f"an array of unknown size: {written(item)}", node)
+                raise no_lanes(f"an array of unknown size: {expression_text(item)}", node)
         self.foreign.add(name)
         return Value(f"eg_each_{name}({', '.join([self.mask(), *texts])})", LaneIntegers())
 
@@ -543,7 +543,7 @@ class Expressions(ABC):
             raise no_lanes(f"{parameter} of {routine.name} both the same for all lanes and not", node)
         routine.elements[parameter] = kind
 
-    def listed(self, node: Any, kind: Type) -> str:
+    def initializer(self, node: Any, kind: Type) -> str:
         """Return the values that a variable begins with."""
         members: list[Type]
         if isinstance(kind, LaneStructure):
@@ -551,7 +551,9 @@ class Expressions(ABC):
         else:
             members = [element(kind)] * len(node.exprs)
         texts = [
-            self.listed(item, member) if isinstance(item, c_ast.InitList) else self.to(self.value(item), member, node)
+            self.initializer(item, member)
+            if isinstance(item, c_ast.InitList)
+            else self.to(self.value(item), member, node)
             for item, member in zip(node.exprs, members, strict=False)
         ]
         return "{ " + ", ".join(texts) + " }"

@@ -23,16 +23,16 @@ from eomgen.products.ensembles.lane_code.source import (
     Type,
     UniformInteger,
     Variable,
-    declared,
+    declaration,
+    expression_text,
     in_lanes,
     leaf,
     no_lanes,
     qualifiers,
-    shared,
-    spelled,
+    shared_type,
     table_text,
     type_of,
-    written,
+    type_text,
 )
 
 
@@ -60,12 +60,12 @@ class RoutineText(Expressions):
         for name, kind in routine.parameters:
             null = isinstance(kind, Pointer) and name not in routine.given
             self.variables[0][name] = Variable(self._parameter(name, kind), self.top, null)
-        arguments = [declared(name, item.type) for name, item in self.variables[0].items()]
+        arguments = [declaration(name, item.type) for name, item in self.variables[0].items()]
         result = in_lanes(routine.result)
         self.returns = result
-        self.signature = f"static {spelled(result)} {routine.name}({', '.join(['eg_wholes live', *arguments])})"
+        self.signature = f"static {type_text(result)} {routine.name}({', '.join(['eg_wholes live', *arguments])})"
         self._block(routine.node.body)
-        head = [] if isinstance(result, NoValue) else [f"    {spelled(result)} result = {{0}};"]
+        head = [] if isinstance(result, NoValue) else [f"    {type_text(result)} result = {{0}};"]
         tail = [] if isinstance(result, NoValue) or self._ended else ["    return result;"]
         self.text = "\n".join([self.signature, "{", *head, *self.lines, *tail, "}"])
 
@@ -185,7 +185,7 @@ class RoutineText(Expressions):
         kind = in_lanes(kind) if not whole or node.name in self.routine.varying else kind
         text = ""
         if isinstance(node.init, c_ast.InitList):
-            text = self.listed(node.init, kind)
+            text = self.initializer(node.init, kind)
         elif node.init is not None:
             value = self.value(node.init)
             if whole and isinstance(kind, UniformInteger) and not isinstance(value.type, UniformInteger):
@@ -197,7 +197,7 @@ class RoutineText(Expressions):
     def _declare(self, name: str, kind: Type, text: str = "", *, null: bool = False) -> None:
         """Write the declaration of a variable that begins with a value, if any."""
         self.variables[-1][name] = Variable(kind, self.region, null)
-        self._line(f"{declared(name, kind)} = {text};" if text else f"{declared(name, kind)};")
+        self._line(f"{declaration(name, kind)} = {text};" if text else f"{declaration(name, kind)};")
 
     def _pointer(self, node: Any, kind: Pointer) -> None:
         """Write the declaration of a pointer with the type of the first value."""
@@ -213,9 +213,9 @@ class RoutineText(Expressions):
         if isinstance(kind, LaneStructure) or node.name in self.routine.widened:
             # vectors are not constants of the language
             kind = in_lanes(kind)
-            self._declare(node.name, kind, "{{0}}" if node.init is None else self.listed(node.init, kind))
+            self._declare(node.name, kind, "{{0}}" if node.init is None else self.initializer(node.init, kind))
             return
-        kind = shared(kind)
+        kind = shared_type(kind)
         self.variables[-1][node.name] = Variable(kind, self.region)
         self._line(table_text(node, kind))
 
@@ -242,7 +242,7 @@ class RoutineText(Expressions):
                 if not value.null:
                     self.routine.given.add(target.name)
             if not self._within_loops_of(place.region):
-                raise no_lanes(f"the pointer {written(target)}, set where lanes part company", node)
+                raise no_lanes(f"the pointer {expression_text(target)}, set where lanes part company", node)
             value = value.as_pointer() if isinstance(value.type, Array) else value
             if isinstance(value.type, Pointer) and value.type != place.type and not value.null:
                 self.routine.elements[target.name] = value.type.to
@@ -258,7 +258,7 @@ class RoutineText(Expressions):
                 return
             self._line(f"{place.text} = {value.text};")
             return
-        self._line(self.kept(place, value, node) + ";")
+        self._line(self.store(place, value, node) + ";")
 
     def _within_loops_of(self, region: Region | None) -> bool:
         """Return whether there are only loops between here and a region: all lanes that are still here agree."""
@@ -267,7 +267,7 @@ class RoutineText(Expressions):
             here = here.outer
         return here is region
 
-    def kept(self, place: Place, value: Any, node: Any) -> str:
+    def store(self, place: Place, value: Any, node: Any) -> str:
         """Return the statement that writes a value for the lanes that are here."""
         text = self.to(value, place.type, node)
         own = place.region is self.region
@@ -280,7 +280,7 @@ class RoutineText(Expressions):
         if own:
             return f"{place.text} = {text}"
         if isinstance(place.type, LaneStructure):
-            given = f"{spelled(place.type)} eg_given = {text}"
+            given = f"{type_text(place.type)} eg_given = {text}"
             return f"{{ {given}; eg_merge({self.mask()}, &{place.text}, &eg_given, sizeof eg_given); }}"
         return f"{place.text} = {pick(self.mask(), text, place.text, place.type)}"
 
@@ -292,13 +292,13 @@ class RoutineText(Expressions):
             value = self.to(given, self.returns, node)
         if self.region is self.top:
             if self.top.left and value:
-                value = self._picked("live", value, "result")
+                value = self._pick("live", value, "result")
             self._line(f"return {value};" if value else "return;")
             self._ended = self._ended or self.depth == 1
             return
         here = self.mask()
         if value:
-            self._line(f"result = {self._picked(here, value, 'result')};")
+            self._line(f"result = {self._pick(here, value, 'result')};")
         regions: Region | None = self.region
         masks = {"live"}
         for loop in self.loops:
@@ -309,7 +309,7 @@ class RoutineText(Expressions):
             regions.left = True
             regions = regions.outer
 
-    def _picked(self, mask: str, value: str, other: str) -> str:
+    def _pick(self, mask: str, value: str, other: str) -> str:
         if not isinstance(self.returns, Real | LaneIntegers):
             raise no_lanes("a structure, returned where lanes part company", self.routine.node)
         return pick(mask, value, other, self.returns)
@@ -340,8 +340,8 @@ class RoutineText(Expressions):
 
     def _if(self, node: Any) -> bool:
         condition = self.value(node.cond)
-        if condition.decided is not None:
-            chosen = node.iftrue if condition.decided else node.iffalse
+        if condition.known_truth is not None:
+            chosen = node.iftrue if condition.known_truth else node.iffalse
             return chosen is None or self._braces(chosen)
         if isinstance(condition.type, UniformInteger | Constant | Pointer):
             self._line(f"if ({condition.text}) {{")
@@ -368,11 +368,11 @@ class RoutineText(Expressions):
         """Write a choice by a number that all lanes have in common, whose cases run on into the next."""
         chosen = self.value(node.cond)
         if not isinstance(chosen.type, UniformInteger):
-            raise no_lanes(f"a choice of its own in each lane: {written(node.cond)}", node)
+            raise no_lanes(f"a choice of its own in each lane: {expression_text(node.cond)}", node)
         self._line(f"switch ({chosen.text}) {{")
         self.variables.append({})
         for case in node.stmt.block_items:
-            self._line("default:;" if isinstance(case, c_ast.Default) else f"case {written(case.expr)}:;")
+            self._line("default:;" if isinstance(case, c_ast.Default) else f"case {expression_text(case.expr)}:;")
             for item in case.stmts:
                 if isinstance(item, c_ast.Break | c_ast.Continue | c_ast.Return):
                     raise no_lanes("a case that ends", item)

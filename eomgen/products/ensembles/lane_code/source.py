@@ -75,7 +75,7 @@ class Other(Type):
     text: str
 
 
-def spelled(kind: Type) -> str:
+def type_text(kind: Type) -> str:
     """Return the C text of a type, arrays aside."""
     match kind:
         case Real():
@@ -89,9 +89,9 @@ def spelled(kind: Type) -> str:
         case LaneStructure(name) | Other(name):
             return name
         case Pointer(Array(of, size)):
-            return f"{spelled(of)} (*)[{size}]"
+            return f"{type_text(of)} (*)[{size}]"
         case Pointer(to):
-            return f"{spelled(to)} *"
+            return f"{type_text(to)} *"
         case NoValue():
             return "void"
     raise TypeError(f"no C text of {kind}")
@@ -241,7 +241,7 @@ def type_of(node: Any, source: LaneSource) -> Type:
                 return Other("void *")
             return Pointer(type_of(node.type, source))
         case c_ast.ArrayDecl():
-            return Array(type_of(node.type, source), written(node.dim))
+            return Array(type_of(node.type, source), expression_text(node.dim))
         case c_ast.IdentifierType():
             name = " ".join(node.names)
             if name in source.names:
@@ -272,7 +272,7 @@ def in_lanes(kind: Type) -> Type:
     return kind
 
 
-def written(node: Any) -> str:
+def expression_text(node: Any) -> str:
     """Return an expression as C text."""
     return str(CGenerator().visit(node))
 
@@ -280,7 +280,7 @@ def written(node: Any) -> str:
 def _read_type(item: Any, source: LaneSource) -> None:
     kind = item.type.type if isinstance(item.type, c_ast.TypeDecl) else None
     if isinstance(kind, c_ast.Enum):
-        source.texts.append(written(item) + ";")
+        source.texts.append(expression_text(item) + ";")
         source.names[item.name] = UniformInteger()
         source.enumerators |= {each.name for each in kind.values.enumerators}
     elif isinstance(kind, c_ast.Struct) and kind.decls is not None:
@@ -289,7 +289,7 @@ def _read_type(item: Any, source: LaneSource) -> None:
             members = {name: in_lanes(member) for name, member in members.items()}
         source.structures[item.name] = members
         source.names[item.name] = LaneStructure(item.name)
-        lines = [f"    {declared(name, member)};" for name, member in members.items()]
+        lines = [f"    {declaration(name, member)};" for name, member in members.items()]
         tag = kind.name or ""
         source.texts.append("\n".join([f"typedef struct {tag} {{", *lines, f"}} {item.name};"]))
     elif item.name not in source.names:
@@ -333,11 +333,11 @@ def _read_table(item: Any, source: LaneSource) -> None:
         return
     if "const" not in item.quals and "const" not in qualifiers(item.type):
         raise no_lanes(f"the variable {item.name} of the whole file", item)
-    source.tables[item.name] = shared(kind)
+    source.tables[item.name] = shared_type(kind)
     source.texts.append(table_text(item, source.tables[item.name]))
 
 
-def shared(kind: Type) -> Type:
+def shared_type(kind: Type) -> Type:
     """Return the type of a table that all lanes have in common."""
     match kind:
         case Real():
@@ -345,14 +345,14 @@ def shared(kind: Type) -> Type:
         case Other("char"):
             return UniformInteger()
         case Array(of, size):
-            return Array(shared(of), size)
+            return Array(shared_type(of), size)
     return kind
 
 
 def table_text(item: Any, kind: Type) -> str:
     """Return the declaration of a table that all lanes have in common."""
-    text = "0" if item.init is None else written(item.init).replace("K(", "(")
-    return f"static const {declared(item.name, kind)} = {f'{{ {text} }}' if isinstance(kind, Array) else text};"
+    text = "0" if item.init is None else expression_text(item.init).replace("K(", "(")
+    return f"static const {declaration(item.name, kind)} = {f'{{ {text} }}' if isinstance(kind, Array) else text};"
 
 
 def qualifiers(node: Any) -> list[str]:
@@ -362,15 +362,15 @@ def qualifiers(node: Any) -> list[str]:
     return list(node.quals)
 
 
-def declared(name: str, kind: Type, *, constant: bool = False) -> str:
+def declaration(name: str, kind: Type, *, constant: bool = False) -> str:
     """Return the declaration of a variable."""
     if isinstance(kind, Pointer) and isinstance(kind.to, Array):
-        return declared(f"(*{name})", kind.to)
+        return declaration(f"(*{name})", kind.to)
     sizes = ""
     while isinstance(kind, Array):
         sizes += f"[{kind.size}]"
         kind = kind.of
-    text = spelled(kind)
+    text = type_text(kind)
     return f"{'const ' if constant else ''}{text}{'' if text.endswith('*') else ' '}{name}{sizes}"
 
 

@@ -25,7 +25,7 @@ from eomgen.products.ensembles.lane_code.source import (
     Pointer,
     Type,
     UntranslatableConstruct,
-    declared,
+    declaration,
     read,
 )
 from eomgen.toolchain.builder import REFUSED, Preprocess
@@ -36,7 +36,7 @@ _MOST_ROUNDS = 20
 _MANY_STORES = 6
 
 
-def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
+def translate(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping[str, list[int]]) -> str:
     """Return the functions of a stepper for lanes, with all called functions.
 
     Parameters
@@ -65,14 +65,16 @@ def translated(text: str, roots: Mapping[str, Collection[str]], outputs: Mapping
         routine.outside |= pointers
         routine.given |= pointers - set(null)
     for _ in range(_MOST_ROUNDS):
-        before = _known(source)
-        made = _reached(source, roots, outputs)
-        if _known(source) == before:
+        before = _knowledge(source)
+        made = _called_routines(source, roots, outputs)
+        if _knowledge(source) == before:
             return _file(source, made, outputs)
     raise UntranslatableConstruct("the variables that differ from lane to lane were not determined")
 
 
-def _reached(source: LaneSource, roots: Collection[str], outputs: Mapping[str, list[int]]) -> dict[str, RoutineText]:
+def _called_routines(
+    source: LaneSource, roots: Collection[str], outputs: Mapping[str, list[int]]
+) -> dict[str, RoutineText]:
     waiting, made = list(reversed(list(roots))), dict[str, RoutineText]()
     while waiting:
         name = waiting.pop()
@@ -83,7 +85,7 @@ def _reached(source: LaneSource, roots: Collection[str], outputs: Mapping[str, l
     return made
 
 
-def _known(source: LaneSource) -> list[tuple[str, frozenset[str], frozenset[str], list[tuple[str, Type]]]]:
+def _knowledge(source: LaneSource) -> list[tuple[str, frozenset[str], frozenset[str], list[tuple[str, Type]]]]:
     return [
         (
             name,
@@ -100,8 +102,8 @@ def _file(source: LaneSource, made: Mapping[str, RoutineText], outputs: Mapping[
     order = [name for name in source.routines if name in made]
     parts = [*source.texts]
     for name in functions:
-        parts.append(f"void {name}({', '.join(declared('', kind) for kind in source.functions[name])});")
-        parts.append(_masked(name, source, outputs[name]))
+        parts.append(f"void {name}({', '.join(declaration('', kind) for kind in source.functions[name])});")
+        parts.append(_masked_function(name, source, outputs[name]))
     for name in sorted({name for routine in made.values() for name in routine.foreign}):
         parts.append(_each(name, source.foreign[name]))
     parts += [made[name].signature + ";" for name in order]
@@ -159,10 +161,10 @@ def _each(name: str, kinds: Sequence[Type]) -> str:
     return "\n".join(lines)
 
 
-def _masked(name: str, source: LaneSource, sizes: list[int]) -> str:
+def _masked_function(name: str, source: LaneSource, sizes: list[int]) -> str:
     """Return the function of a model that does not change other lanes."""
     kinds = source.functions[name]
-    taken = [declared(f"x{i}", kind) for i, kind in enumerate(kinds)]
+    taken = [declaration(f"x{i}", kind) for i, kind in enumerate(kinds)]
     given, before, behind = [], [], []
     first = len(kinds) - len(sizes)
     for i, kind in enumerate(kinds):
@@ -256,7 +258,7 @@ def lane_files(
         f"{prefix}_{function['name']}": [int(output["size"]) for output in function["outputs"]]
         for function in layout["functions"]
     }
-    body = translated(preprocessed(plain, step), roots, outputs)
+    body = translate(preprocessed(plain, step), roots, outputs)
     templates = environment()
     driver = templates.get_template("ensembles/driver.c.jinja").render(
         P=prefix,
