@@ -59,7 +59,7 @@ def test_lanes_gain_energy_beyond_a_part_of_the_energies_that_move(
     monkeypatch.setattr(side_by_side, "evaluated", lambda *given: values)
     facts = {"facts": {"conservative": True}}
     model = SimpleNamespace(functions={"energy": None}, library=SimpleNamespace(layout=facts))
-    lanes: Any = SimpleNamespace(model=model, _states=lambda rows: rows, _prescribed=lambda *given: None)
+    lanes: Any = SimpleNamespace(model=model, _states=lambda rows: rows, _prescribe=lambda *given: None)
     rows, present = np.zeros((3, count, 4)), np.zeros((3, 1))
     assert side_by_side.SideBySide._gains_energy(lanes, rows, present).tolist() == [False, gains, False]
     facts["facts"]["conservative"] = False
