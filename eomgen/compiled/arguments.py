@@ -245,13 +245,6 @@ def number_of(name: str, value: object, kind: str = _SECONDS) -> float:
     return number
 
 
-def count_of(name: str, value: object) -> int:
-    """Return a whole number from 1 on. Raises UsageError."""
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < 1:
-        raise UsageError(Problem(name, f"{name} must be a whole number from 1 on, not {value!r} [E0246]", "1"))
-    return int(value)
-
-
 #: Sets of parameters that are checked at once: as many as caches hold.
 _BATCH = 8192
 #: Number of parameters that a message lists.

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.data import dataclass
 from eomgen.compiled.terms import Parameters
 from eomgen.errors import NumericalError, Problem, UsageError
@@ -112,7 +112,7 @@ def base_parameters(model: CompiledModel, parameters: Parameters = None, *, seed
     p = model.evaluator.one_set(parameters, "base_parameters(...) for each set")
     pi = model.regressor_parameters(parameters=p)
     names = tuple(pi)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(count_of("seed", seed, 0))
     motions = max(_MOTIONS, -(-_ROWS * len(names) // model.nv))
     try:
         result = independent_columns(_rows(model, motions, rng, p))

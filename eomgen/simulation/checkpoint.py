@@ -17,13 +17,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import checked_call
 from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.base.progress import Progress, shown
 from eomgen.base.version import __version__
-from eomgen.compiled.arguments import count_of, number_of
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.initial_state import InitialState
 from eomgen.compiled.model import CompiledModel

@@ -14,11 +14,12 @@ from typing import Any
 
 import numpy as np
 
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call
 from eomgen.base.data import replace
 from eomgen.base.messages import Log
 from eomgen.base.progress import Progress, shown
-from eomgen.compiled.arguments import count_of, number_of
+from eomgen.compiled.arguments import number_of
 from eomgen.compiled.functions import by_one_library
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns, check_initial
 from eomgen.compiled.model import CompiledModel

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import NamedAttributes, NamedResults, ReadOnly, UnknownAttribute, checked_call, checked_calls
 from eomgen.base.data import replace
-from eomgen.compiled.arguments import check_finite, check_name, count_of, number_of, numbers
+from eomgen.compiled.arguments import check_finite, check_name, number_of, numbers
 from eomgen.compiled.initial_state import InitialState, angles_of_several_turns
 from eomgen.errors import EomgenError, Message, ModelError, NumericalError, Problem, UsageError
 from eomgen.integrators.events import AT_EVENTS, STOPPED

@@ -176,7 +176,7 @@ def weights(statics: LoadedStatics, rest: LoadedState) -> Array:
 def direction(statics: LoadedStatics, rest: LoadedState, before: Direction) -> Direction | None:
     """Return the direction of the path at rest, turned as ``before``; None if the matrix is singular."""
     right = np.zeros(len(before.unknowns) + 1)
-    right[-1] = 1.0
+    right[-1] = 1.0 / statics.reach
     solved = _solution(statics, rest, statics.tangents(rest), before)(right)
     if solved is None:
         return None
@@ -279,7 +279,7 @@ def _solution(
     end = inner + len(rest.z)
     row = np.zeros(end + 1)
     np.multiply(statics.measure, plane.unknowns[:nv], out=row[:nv])
-    row[end] = plane.s / statics.reach**2
+    row[end] = plane.s / statics.reach / statics.reach
     blocks = tangents.K, tangents.B, tangents.Rz, tangents.Fq, tangents.Fz
     if isinstance(tangents.K, np.ndarray):
         bordered = np.zeros((end + 1, end + 1))

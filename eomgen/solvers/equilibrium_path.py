@@ -150,6 +150,8 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     result = corrected(statics, start, along, left if ends else way, plane)
     if result.trouble:
         return result.trouble
+    if not ends and 0.0 < left < np.inf and (result.rest.s - target) * along.s > 0.0:  # corrections pass the target
+        return step_to(statics, point, left, target)
     rest = LoadedState(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
     length = _length(statics, result, start, rest)
     if _off(statics, result, along, left if ends else way) > _SHARE * length:
@@ -182,5 +184,5 @@ def _off(statics: LoadedStatics, corrected: CorrectedPoint, along: Direction, wa
 
 
 def _cosine(statics: LoadedStatics, one: Direction, other: Direction) -> float:
-    nv = len(statics.sizes)
-    return float(one.unknowns[:nv] @ (statics.measure * other.unknowns[:nv]) + one.s * other.s / statics.reach**2)
+    nv, reach = len(statics.sizes), statics.reach
+    return float(one.unknowns[:nv] @ (statics.measure * other.unknowns[:nv]) + one.s / reach * other.s / reach)

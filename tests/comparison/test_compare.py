@@ -222,7 +222,8 @@ def test_refusals(tmp_path: Path) -> None:
     path = written(tmp_path / "four_bar.toml", SCENE)
     cases = (
         (lambda: eomgen.compare(path), "one description has no second one to be compared with"),
-        (lambda: eomgen.compare(path, path, states=0), "0 states compare no equations"),
+        (lambda: eomgen.compare(path, path, states=0), "states: a whole number from 1 on is needed, not 0"),
+        (lambda: eomgen.compare(path, path, seed=-1), "seed: a whole number from 0 on is needed, not -1; try: 0"),
         (lambda: eomgen.compare(path, path, tolerance=0.0), "0.0 would call rounding a difference"),
         (lambda: eomgen.compare(path, eomgen.load(path), reader="mujoco"), "mujoco reads files, not Scene objects"),
         (lambda: eomgen.compare(path, reader="bullet"), "there is no reader 'bullet'"),

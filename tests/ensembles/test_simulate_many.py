@@ -326,14 +326,14 @@ def test_histograms_hold_all_samples(cart: eomgen.Model) -> None:
         low, high = found.envelope("place")
         place = int(np.abs(found.t - t).argmin())
         assert edges[0] < low[place] and high[place] < edges[-1]
-    with pytest.raises(UsageError, match="bins must be a whole number from 1 on, not 0"):
+    with pytest.raises(UsageError, match="bins: a whole number from 1 on is needed, not 0"):
         found.histogram("place", 1.0, bins=0)
     with pytest.raises(UsageError, match="quantile: an array of real numbers is needed"):
         found.quantile("place", "half")
 
 
 def test_what_is_refused_leaves_no_ensemble_behind(cart: eomgen.Model, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="workers must be a whole number from 1 on, not 0"):
+    with pytest.raises(UsageError, match="workers: a whole number from 1 on is needed, not 0"):
         cart.simulate_many(vary=VARY, folder=tmp_path / "out", workers=0)
     assert not (tmp_path / "out").exists()
 
@@ -366,7 +366,7 @@ def test_a_failed_sample_is_kept_with_its_reason(cart: eomgen.Model, tmp_path: P
         ({"vary": {"q.rale": "normal(1, 0.1)"}}, "there is no parameter, input or initial state 'q.rale'; try: q.rail"),
         ({"vary": {"mass": 1.0}}, "vary mass: a distribution is needed, not float"),
         ({"vary": VARY, "design": "sobl"}, "design: there is no design 'sobl'; try: sobol"),
-        ({"vary": VARY, "samples": 0}, "samples must be a whole number from 1 on, not 0"),
+        ({"vary": VARY, "samples": 0}, "samples: a whole number from 1 on is needed, not 0"),
         ({"vary": {3: "normal(1, 0.1)"}}, "there is no parameter, input or initial state '3'"),
         ({"vary": VARY, "keep": 1}, "keep: solutions of samples are kept in a folder"),
         ({"vary": VARY, "resume": True}, "resume: there is no folder to go on with"),

@@ -260,7 +260,7 @@ def test_the_command_prints_writes_and_draws(tmp_path: Path, capsys: pytest.Capt
         ({"thresholds": 0.5}, "thresholds: a list of numbers is needed, not 0.5"),
         ({"thresholds": [1j]}, "thresholds: a list of numbers is needed, not [1j]"),
         ({"thresholds": [[1.0], [1.0, 2.0]]}, "thresholds: a list of numbers is needed, not [[1.0], [1.0, 2.0]]"),
-        ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: samples=1000"),
+        ({"samples": -1}, "samples: a whole number from 0 on is needed, not -1; try: 0"),
         ({"projected": 1.0}, "projected: the share 1 is not between 0 and 1; try: projected=0.999"),
         ({"projected": "most"}, "projected: a number is needed, not str"),
         ({"projected": np.nan}, "projected: projected is nan, not a finite number"),

@@ -65,6 +65,8 @@ def test_they_decide_inverse_dynamics_and_no_fewer_do(rng: np.random.Generator) 
     values = np.linalg.svd(Y.reshape(-1, Y.shape[-1]), compute_uv=False)
     assert len(found) == 36 == np.sum(values > 1e-10 * values[0])
     assert len(model.base_parameters(seed=5)) == 36
+    with pytest.raises(UsageError, match="seed: a whole number from 0 on is needed, not -1; try: 0"):
+        model.base_parameters(seed=-1)
     free = eomgen.build(load(robot_file("ur_description/urdf/ur5_robot.urdf"), root="free"), TERMS)
     assert len(free.base_parameters()) == 10 + 7 * 6  # nothing is at rest that could hide parameters of the root
     assert np.array_equal(model.base_parameters(seed=5).matrix, found.matrix)

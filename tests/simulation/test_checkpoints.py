@@ -276,7 +276,7 @@ def test_calls_that_cannot_be_taken(file: Path) -> None:
     for options, text in (
         ({"checkpoint_every": 5}, 'checkpoint_every: there is no file to write to; try: checkpoint="run.ckpt"'),
         ({"checkpoint": 5}, "checkpoint: a path is needed, not int"),
-        ({"checkpoint": file, "checkpoint_every": 0}, "checkpoint_every must be a whole number from 1 on, not 0"),
+        ({"checkpoint": file, "checkpoint_every": 0}, "checkpoint_every: a whole number from 1 on is needed, not 0"),
     ):
         with pytest.raises(eomgen.UsageError, match=re.escape(text)):
             pendulum().simulate(0.1, 1e-3, **options)  # type: ignore[arg-type]

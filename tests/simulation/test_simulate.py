@@ -242,7 +242,7 @@ def test_ctrl_c_returns_what_there_is_and_a_second_handler_is_restored() -> None
         ({"t_end": 1e6, "step": 1e-8}, "record_every: 100000000000002 rows of 4 numbers would take about"),
         ({"method": "rk5"}, "method: there is no method 'rk5'; try: rk4"),
         ({"rho_inf": 1.5}, "rho_inf: rho_inf must lie between 0 and 1, not 1.5"),
-        ({"record_every": 0}, "record_every: record_every must be a whole number from 1 on, not 0"),
+        ({"record_every": 0}, "record_every: a whole number from 1 on is needed, not 0"),
         ({"settings": {"rtl": 1e-6}}, "settings: generalized_alpha has no setting 'rtl'; try: rtol"),
         (
             {"settings": {"max_iterations": 1.5}},

@@ -130,12 +130,27 @@ def test_the_command_line_keeps_an_interrupted_path(
         (("lod", 1.0), "there is no tunable parameter or input 'lod' to be varied; try: load"),
         (("fixed", 1.0), "'fixed' to be varied; try: tunable = true, where the scene gives it"),
         (("load", 0.0), "load is to go from 0 to the same value; try: another value of to or start"),
+        (("load", float("nan")), "to: to is nan, not a finite number; try: a finite number"),
+        (("load", 1.7e308, -1.7e308), "to - start: to - start is inf, not a finite number; try: a finite number"),
     ],
 )
-def test_calls_that_cannot_be_answered(snap: Model, arguments: tuple[str, float], message: str) -> None:
+def test_calls_that_cannot_be_answered(snap: Model, arguments: tuple[Any, ...], message: str) -> None:
     with pytest.raises(UsageError) as caught:
         snap.equilibrium_path(*arguments)
     assert message in str(caught.value)
+
+
+def test_a_path_ends_at_the_value_that_its_corrections_pass() -> None:
+    """A weight on a spring: the path turns within the step to the last value."""
+    scene = truss() | {"gravity": [0.0, 0.0, -9.81], "parameters": {"k": {"value": 4.0, "tunable": True}}}
+    scene["joints"]["slide"] |= {"stiffness": "k"}
+    del scene["points"], scene["springs"], scene["forces"]
+    model = eomgen.build(scene, profile="quick")
+    path = model.equilibrium_path("k", 8.0, 4.0)
+    assert path.success
+    assert path.column("apex.z")[[0, -1]] == pytest.approx([-9.81 / 4.0, -9.81 / 8.0], rel=1e-9)
+    far = model.equilibrium_path("k", 1e300, 4.0)
+    assert far.message.endswith("the path ends at k = 4, not at 1e+300: the tangent stiffness is singular there [E2086]")
 
 
 def test_what_is_not_there_is_named(snap: Model) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import checked_call
 from eomgen.base.data import replace
 from eomgen.base.messages import shown
@@ -79,8 +80,8 @@ def compare(
     >>> eomgen.compare(scene, "examples/robot_arm/scene.toml").equal
     True
     """
-    if states < 1:
-        raise UsageError(Problem("states", f"{states} states compare no equations [E0560]", "states=10"))
+    count_of("states", states)
+    count_of("seed", seed, 0)
     if not tolerance > 0.0:
         raise UsageError(
             Problem("tolerance", f"{tolerance} would call rounding a difference [E0561]", "tolerance=1e-9")

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import checked_call, names_of
-from eomgen.compiled.arguments import check_name, count_of, number_of
+from eomgen.compiled.arguments import check_name, number_of
 from eomgen.compiled.initial_state import InitialState, check_initial, initial_state, starts_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.compiled.terms import Parameters

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.csv_tables import write_table
 from eomgen.base.data import dataclass, field, replace
 from eomgen.base.figures import axis_label, new_figure, saved
 from eomgen.base.files import make_folder, write_text
 from eomgen.base.json_text import json_text
 from eomgen.base.messages import nearest, shown
-from eomgen.compiled.arguments import count_of, numbers
+from eomgen.compiled.arguments import numbers
 from eomgen.errors import Problem, UsageError
 from eomgen.products.ensembles.discretisation import EnsembleJudgement
 from eomgen.products.ensembles.journal import BlockJournal

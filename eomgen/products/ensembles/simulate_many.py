@@ -15,7 +15,7 @@ from typing import Any, Unpack
 import numpy as np
 from numpy.typing import ArrayLike
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import with_options_of
 from eomgen.base.files import make_folder
 from eomgen.base.locks import sole_use
@@ -24,7 +24,6 @@ from eomgen.base.messages import shown as quoted
 from eomgen.base.progress import Progress, Reporter, duration, shown
 from eomgen.base.threads import thread_count
 from eomgen.base.version import __version__
-from eomgen.compiled.arguments import count_of
 from eomgen.compiled.model import CompiledModel
 from eomgen.errors import EomgenError, FileError, Problem, UsageError
 from eomgen.products.ensembles.cluster import connect_cluster
@@ -388,8 +387,7 @@ def _make_design(
     design: str,
     seed: int,
 ) -> tuple[list[Variation], Design, str]:
-    if isinstance(seed, bool) or not isinstance(seed, int) or seed < 0:
-        raise UsageError(Problem("seed", f"a whole number from 0 on is needed, not {seed!r} [E0675]", "seed=0"))
+    count_of("seed", seed, 0)
     if table is not None:
         if vary or design:
             other = "vary" if vary else "design"

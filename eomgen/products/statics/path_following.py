@@ -114,14 +114,15 @@ def equilibrium_path(
     UsageError
         There is no such parameter, or terms are missing.
     """
-    first, last = number_of("start", start), number_of("to", to)
+    kind = "number of seconds" if parameter == "t" else "number"
+    first, last = number_of("start", start, kind), number_of("to", to, kind)
     if first == last:
         fault = f"{parameter} is to go from {first:.6g} to the same value [E0077]"
         raise UsageError(Problem("equilibrium_path", fault, "another value of to or start"))
-    if number_of("max_step", max_step) <= 0.0 or max_points < 2:
+    if number_of("max_step", max_step, "number") <= 0.0 or max_points < 2:
         fault = "max_step is positive and max_points at least 2 [E0078]"
         raise UsageError(Problem("equilibrium_path", fault, "the defaults"))
-    given = (model, "equilibrium_path", parameter, first, last - first)
+    given = (model, "equilibrium_path", parameter, first, number_of("to - start", last - first, kind))
     varied, statics, onto = start_of_path(*given, initial, parameters, t, u)
     limits = StepLimits(max_step, _PART * abs(last - first))
     with shown(progress, f"{model.name}: {parameter}") as report, one_thread_of_algebra(model.nv):

@@ -212,13 +212,13 @@ FAILURES = [
     Failure(
         "A check at no state",
         2,
-        "usage error: states: a check needs at least one state, not 0; try: 8 [E1130]",
+        "usage error: states: a whole number from 1 on is needed, not 0; try: 1 [E0246]",
         command="check scene.toml --states 0",
     ),
     Failure(
         "A check with a negative seed",
         2,
-        "usage error: seed: the seed must not be negative, which -1 is; try: 0 [E1131]",
+        "usage error: seed: a whole number from 0 on is needed, not -1; try: 0 [E0246]",
         command="check scene.toml --seed -1",
     ),
     Failure(

@@ -3,6 +3,7 @@ formulas as trees."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Literal, get_args
@@ -21,6 +22,8 @@ OF_HAMILTONIANS = "eomgen.build(...).simulate(), or the commands info, simulate 
 NO_START = "another start, or other parameters: two bodies in one place, a mass of 0, the root of a negative number"
 #: Least and largest tolerance of the adaptive steps of rk45.
 TOLERANCES = (1e-14, 0.1)
+#: Largest number of steps of a run or trajectory: above it, times of rows are not distinct doubles.
+_MOST_STEPS = 1e15
 #: Dependence of a term of H: on momenta alone, on coordinates alone, or on both.
 Dependence = Literal["kinetic", "potential", "coupled"]
 DEPENDENCES: tuple[Dependence, ...] = get_args(Dependence)
@@ -325,3 +328,13 @@ class FieldSystem:
     def place(self, key: str) -> str:
         """Return file and line of a key, for messages."""
         return self.places.get(key, f"{self.name} ({key})")
+
+
+def check_step_count(name: str, end: float, step: float) -> None:
+    """Raise UsageError about the setting ``name`` for too many steps."""
+    if abs(end) > _MOST_STEPS * abs(step):
+        count = abs(end / step) if step else math.inf
+        fault = (
+            f"{count:.3g} steps of {step:g} would lead to {end:g}, and {_MOST_STEPS:.0e} are counted at most [E0788]"
+        )
+        raise UsageError(Problem(name, fault, f"a step of {end / _MOST_STEPS:.3g} or more, or an earlier end"))

@@ -15,7 +15,14 @@ from eomgen.base.calls import Defaults, NamedAttributes, NamedResults, checked_c
 from eomgen.base.messages import nearest, shown
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.families.adaptive import check_tolerance
-from eomgen.products.fields.documents.document import DEPENDENCES, NO_START, Hamiltonian, Output, Parameter
+from eomgen.products.fields.documents.document import (
+    DEPENDENCES,
+    NO_START,
+    Hamiltonian,
+    Output,
+    Parameter,
+    check_step_count,
+)
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
 from eomgen.products.fields.hamiltonian.solution import FINER, HamiltonianSolution, StepErrors, by_tolerance, estimated
 from eomgen.toolchain.builder import Builder
@@ -32,8 +39,6 @@ _COPIES, _MOST_BYTES = 4, 4e9
 _COUNTED = ("steps", "gradients", "iterations", "products")
 #: Changes of H, relative to its absolute parts, above which a run is doubtful, and above which it has failed.
 _DOUBTED, _EXPLODED = 0.3, 10.0
-#: Largest number of steps of a run: above it, times of rows are not distinct doubles.
-_MOST_STEPS = 1e15
 #: Reasons for the end of a run, by the status returned by C.
 _STATUSES = {
     1: "the equations of an implicit step were not solved by Newton's method; try: a step smaller than {step:.3g}",
@@ -430,13 +435,8 @@ def _whole_steps(t_end: float, step: float) -> int:
     """Return the number of steps to an end. Raises UsageError."""
     if not (math.isfinite(t_end) and math.isfinite(step)) or step == 0:
         raise UsageError(Problem("step", f"a finite step other than 0 is needed, not {step:g} [E0787]", "step=0.01"))
+    check_step_count("step", t_end, step)
     count = t_end / step
-    if abs(count) > _MOST_STEPS:
-        fault = (
-            f"{abs(count):.3g} steps of {step:g} would lead to {t_end:g}, and {_MOST_STEPS:.0e} are counted at"
-            f" most [E0788]"
-        )
-        raise UsageError(Problem("step", fault, f"a step of {t_end / _MOST_STEPS:.3g} or more, or an earlier end"))
     if count < 0:
         raise UsageError(
             Problem("t_end", f"steps of {step:g} lead away from {t_end:g} [E0789]", f"a step of {-step:g}")

@@ -27,6 +27,7 @@ from eomgen.base.data import dataclass, field
 from eomgen.base.files import read_arrays, write_arrays
 from eomgen.errors import FileError, NumericalError, Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named
+from eomgen.products.fields.documents.document import check_step_count
 from eomgen.products.fields.posteriors.mesh import Complex
 from eomgen.products.fields.posteriors.operators import LinearOperator
 from eomgen.products.fields.posteriors.posterior import FieldPosterior
@@ -228,6 +229,7 @@ class Sampler:
             self.chains.append(_Chain(number, spectrum, potential, 0.0))
         for chain in self.chains:
             chain.step = min(step or 0.5 * self.largest_step, self.largest_step)
+            check_step_count("Sampler: step, guard and duration", duration, chain.step)
 
     @property
     def largest_step(self) -> float:

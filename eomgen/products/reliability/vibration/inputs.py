@@ -129,14 +129,6 @@ def truncated_processes(model: Model, variables: Sequence[str], gradient: Array)
     return notes
 
 
-def check_counts(**counts: int) -> None:
-    for name, count in counts.items():
-        if isinstance(count, bool) or not isinstance(count, int) or count < 0:
-            raise UsageError(
-                Problem(name, f"a whole number from 0 on is needed, not {count!r} [E0675]", f"{name}=1000")
-            )
-
-
 def check_samples(**counts: int) -> None:
     """Raise UsageError for too few samples for an error estimate."""
     for name, count in counts.items():

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
-from eomgen.base.arrays import Array
+from eomgen.base.arrays import Array, count_of
 from eomgen.base.calls import with_options_of
 from eomgen.base.data import dataclass, field
 from eomgen.compiled.arguments import number_of
@@ -52,7 +52,6 @@ from eomgen.products.reliability.vibration.distributions import (
 )
 from eomgen.products.reliability.vibration.inputs import (
     FEWEST,
-    check_counts,
     check_output,
     check_samples,
     checked_options,
@@ -162,7 +161,8 @@ def random_vibration(
     differentiation (2021).
     """
     # one stage of the study a line: cut in two, each half would hand the other ten intermediate results
-    check_counts(samples=samples, tail_samples=tail_samples, pairs=pairs, seed=seed)
+    for name, count in {"samples": samples, "tail_samples": tail_samples, "pairs": pairs, "seed": seed}.items():
+        count_of(name, count, 0)
     check_samples(samples=samples, tail_samples=tail_samples)
     levels = numbers_of("levels", levels, "levels=[1.5]", least=0).tolist()
     times = numbers_of("times", times, "times=[1.0, 2.0]", least=0).tolist()

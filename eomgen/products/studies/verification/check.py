@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eomgen.base.arrays import count_of
 from eomgen.base.calls import meant_term
 from eomgen.base.data import replace
 from eomgen.base.messages import nearest, shown
@@ -265,12 +266,8 @@ def check(
     >>> check("examples/double_pendulum_on_shaking_base/scene.toml", states=2, only=["mass"], profile="quick").passed
     True
     """
-    if states < 1:
-        raise UsageError(
-            Problem("states", f"a check needs at least one state, not {states} [E1130]", f"{CHECK_STATES}")
-        )
-    if seed < 0:
-        raise UsageError(Problem("seed", f"the seed must not be negative, which {seed} is [E1131]", f"{CHECK_SEED}"))
+    count_of("states", states)
+    count_of("seed", seed, 0)
     described = pipeline.as_document(scene)[0]
     terms = _terms(described, only)
     system = pipeline.derive(described, terms)
