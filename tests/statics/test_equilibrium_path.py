@@ -150,7 +150,9 @@ def test_a_path_ends_at_the_value_that_its_corrections_pass() -> None:
     assert path.success
     assert path.column("apex.z")[[0, -1]] == pytest.approx([-9.81 / 4.0, -9.81 / 8.0], rel=1e-9)
     far = model.equilibrium_path("k", 1e300, 4.0)
-    assert far.message.endswith("the path ends at k = 4, not at 1e+300: the tangent stiffness is singular there [E2086]")
+    assert far.message.endswith(
+        "the path ends at k = 4, not at 1e+300: the tangent stiffness is singular there [E2086]"
+    )
 
 
 def test_what_is_not_there_is_named(snap: Model) -> None:

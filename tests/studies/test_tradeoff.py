@@ -308,6 +308,11 @@ def test_formulations_of_a_loop_begin_in_one_state(example: str) -> None:
         ({"steps": [0.02, -1.0]}, "steps: steps are positive numbers of seconds, which -1 is not; try: 1e-3"),
         ({"steps": [3.0]}, "steps: the coarsest step, 3 s, does not fit into a run of 1.28 s; try: smaller steps"),
         ({"t_end": 0.0}, "t_end: a study needs a later end than 0 s; try: 10"),
+        ({"inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in the scene"),
+        (
+            {"parameters": {"length": 1.0}},
+            "the parameter length exists, but its value is fixed in the code; try: length",
+        ),
     ],
 )
 def test_mistakes_are_named(options: dict[str, Any], message: str) -> None:

@@ -449,6 +449,7 @@ def test_the_judge_knows_a_motion_to_a_part_of_the_demand_and_no_better(error: f
         ({"error": 2.0}, "error: a demand lies in 1e-13..0.5, not 2.0; try: 1e-4"),
         ({"error": 1e-4, "output": "angel"}, "output: the scene has no output 'angel'; try: angle"),
         ({"error": 1e-4, "measure": "mean"}, "measure: there is no measure 'mean'; try: one of largest, rms, final"),
+        ({"error": 1e-4, "inputs": {"zz": 1.0}}, "there is no input 'zz': the scene has no inputs; try: [inputs] in"),
         ({"error": 1e-4, "iterations": 3}, "tune: the argument tune(iterations) was removed; try: a demand"),
     ],
 )

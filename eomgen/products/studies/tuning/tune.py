@@ -110,7 +110,7 @@ def tune(
     chosen = checked_axes(axes)
     others = formulated and "formulation" in chosen
     variants = formulations(scene, reading, others=others, fidelity="fidelity" in chosen)
-    defaults = variants.simulation
+    defaults = variants.description.simulation
     end = defaults.duration if t_end is None else t_end
     if not (math.isfinite(end) and end > 0.0):
         raise UsageError(Problem("t_end", f"a run needs a later end than {end:g} s [E1127]", "10"))

@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import os
 from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -26,7 +27,7 @@ from eomgen.pipeline import pipeline
 from eomgen.pipeline.model import Model
 from eomgen.scene.load import load as load_file
 from eomgen.scene.scene import Scene
-from eomgen.system.description import Simulation
+from eomgen.system.description import Description
 
 #: Largest number of Gauss-Newton steps, and the change below which the iteration ends, rad and m.
 MOST_STEPS, SETTLED = 50, 1e-14
@@ -210,11 +211,11 @@ class Formulations:
         """The name of the scene's own formulation."""
         return next(iter(self.scenes))
 
-    @property
-    def simulation(self) -> Simulation:
-        """Settings of the scene's own runs."""
+    @cached_property
+    def description(self) -> Description:
+        """Facts of the scene's own formulation."""
         document, front_end = pipeline.as_document(self.scenes[self.own])
-        return front_end.describe(document).simulation
+        return front_end.describe(document)
 
 
 def formulations(described: Any, options: Mapping[str, Any], *, others: bool, fidelity: bool = False) -> Formulations:

@@ -17,6 +17,7 @@ import numpy as np
 
 from eomgen.base.data import dataclass, field
 from eomgen.base.version import __version__
+from eomgen.compiled.arguments import check_name, number_of
 from eomgen.errors import EomgenError, Problem, ToolchainError, UsageError
 from eomgen.integrators.families.family import Family
 from eomgen.integrators.families.register import method_named, method_parameters, row_of
@@ -127,6 +128,11 @@ class Runner:
     parameters, inputs : as of ``simulate``
     limit : float
         Seconds that a run may take.
+
+    Raises
+    ------
+    UsageError
+        There is no tunable parameter or no input of a name.
     """
 
     def __init__(
@@ -137,6 +143,15 @@ class Runner:
         inputs: Mapping[str, Any] | None = None,
         limit: float = 10.0,
     ) -> None:
+        described = formulations.description
+        tunable = [item.name for item in described.parameters if item.tunable]
+        signals, fixed = [item.name for item in described.inputs], tuple(described.fixed)
+        kinds = (("parameter", parameters, tunable, fixed), ("input", inputs, signals, ()))
+        for kind, given, names, constants in kinds:
+            for name, value in (given or {}).items():
+                check_name(kind, name, names, constants)
+                if isinstance(value, float):
+                    number_of(f"{kind} {name}", value, "number")
         self.formulations = formulations
         self.grid = grid
         self.parameters = dict(parameters or {}) or None

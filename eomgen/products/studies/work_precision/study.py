@@ -264,7 +264,7 @@ def tradeoff(
                 Problem("steps", f"steps are positive numbers of seconds, which {step:g} is not [E1143]", "1e-3")
             )
     variants = formulations(scene, reading, others="formulation" in chosen, fidelity="fidelity" in chosen)
-    defaults = variants.simulation
+    defaults = variants.description.simulation
     end = defaults.duration if t_end is None else t_end
     if not (math.isfinite(end) and end > 0.0):
         raise UsageError(Problem("t_end", f"a study needs a later end than {end:g} s [E1144]", "10"))
