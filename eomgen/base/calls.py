@@ -292,14 +292,14 @@ def names_of(argument: str, kind: str, given: Iterable[str], example: str) -> tu
     """
     place = "" if argument == kind else argument
     if isinstance(given, str):
-        names = ", ".join(f'"{name.strip()}"' for name in given[:64].split(","))
+        quoted = ", ".join(f'"{name.strip()}"' for name in given[:64].split(","))
         fault = f"{kind} are a list of names, not the text {shown(given)} [E2191]"
-        raise UsageError(Problem(place, fault, f"{argument}=[{names}]"))
-    if not isinstance(given, Iterable):
-        raise UsageError(
-            Problem(place, f"{kind} are a list of names, not {shown(given)} [E2192]", f'{argument}=["{example}"]')
-        )
-    return tuple(given)
+        raise UsageError(Problem(place, fault, f"{argument}=[{quoted}]"))
+    names: tuple[Any, ...] = tuple(given) if isinstance(given, Iterable) else (given,)
+    if not all(isinstance(name, str) for name in names):
+        fault = f"{kind} are a list of names, not {shown(given)} [E2192]"
+        raise UsageError(Problem(place, fault, f'{argument}=["{example}"]'))
+    return names
 
 
 def with_options_of(source: Callable[..., Any], names: Iterable[str]) -> Callable[[Callable[P, R]], Callable[P, R]]:

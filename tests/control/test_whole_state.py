@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from scipy.integrate import quad_vec
 from scipy.linalg import expm, solve_discrete_lyapunov
 
 from eomgen.control import OutputFeedback, kalman, lqr, place, place_observer
-from eomgen.errors import EomgenError, ModelError, UsageError
+from eomgen.errors import EomgenError, ModelError, NumericalError, UsageError
 from eomgen.products.linear.augmentation import delay, delay_line, driven_by, shaping_filter
 from eomgen.products.linear.control.stationary import root_mean_squares, stationary_covariance
 from eomgen.products.linear.sampling import discretized
@@ -460,6 +461,39 @@ FINE = random_model(3, 1, 2, 1)
         ),
         (lambda: lqr(FINE, {"y1": 1.0}, {"force": 1.0}), UsageError, "there is no input 'force'; try: one of u1"),
         (lambda: lqr(FINE, {"y1": 1.0}, {"u1": 0.0}), UsageError, "some effort has zero weight"),
+        (lambda: lqr(FINE, {"y1": 1.0}, {}), UsageError, "R: the weight of u1 is NoneType, not a number; try: u1: 1.0"),
+        (lambda: lqr(FINE, "y1", [[1.0]]), UsageError, "Q is not a matrix of real numbers; try: an array of shape"),
+        (
+            lambda: lqr(FINE, 1.0, 1.0, inputs="u1"),
+            UsageError,
+            "inputs are a list of names, not the text 'u1'; try: inputs=[\"u1\"]",
+        ),
+        (lambda: lqr(FINE, 1.0, 1.0, inputs=[1]), UsageError, "inputs are a list of names, not [1]; try: inputs=["),
+        (
+            lambda: lqr(FINE, {"y1": 1e308}, {"u1": 1e-300}),
+            NumericalError,
+            "the Riccati equation could not be solved: overflow encountered in ",
+        ),
+        (
+            lambda: kalman(FINE, {"w1": 1e300}, {"y1": 1e-320}),
+            NumericalError,
+            "the Riccati equation could not be solved: ",
+        ),
+        (
+            lambda: lqr(HELD, {"y1": 1.0}, {"u1": 1.0}, sample=1e300),
+            UsageError,
+            "sample: motions over 1e+300 s are beyond all numbers; try: a shorter time between two samples",
+        ),
+        (
+            lambda: place(FINE, cast(Any, "fast")),
+            UsageError,
+            "poles: a list of numbers is needed, not 'fast'; try: [-1 + 2j, -1 - 2j], as many as states",
+        ),
+        (
+            lambda: place(FINE, [1e9, 2e9, 3e9], sample=1.0),
+            UsageError,
+            "poles: a pole is not finite; try: finite numbers",
+        ),
         (lambda: lqr(FINE, np.eye(2), [[1.0]]), UsageError, "Q has the shape (2, 2); try: (3, 3)"),
         (lambda: lqr(FINE, np.eye(3), [[1.0]], np.ones((2, 1))), UsageError, "N has the shape (2, 1); try: (3, 1)"),
         (

@@ -196,6 +196,12 @@ CALLS: list[tuple[str, Callable[[eomgen.Model], Any], type[Exception], str]] = [
     ("driven", lambda m: m.linearize(base=np.zeros(19)), UsageError, "the base of this scene is at rest"),
     (
         "driven",
+        lambda m: m.linearize(independent=3),
+        UsageError,
+        'independent: coordinates are a list of names, not 3; try: independent=["hinge"]',
+    ),
+    (
+        "driven",
         lambda m: m.linearize([0.1], independent=["hinj"]),
         UsageError,
         "there is no component 'hinj'; try: hinge",

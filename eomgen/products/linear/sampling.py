@@ -133,8 +133,12 @@ def sampled_with_cost(space: StateSpace, sample: float | str, delay: float | str
         rates = np.zeros((size, size))
         rates[:ns, :ns], rates[:ns, ns:newest], rates[:ns, at_work] = space.A, space.E, space.B
         select = np.concatenate([np.eye(size)[:ns], np.eye(size)[at_work]])
-        total += whole_step.T @ _cost_over(rates, select.T @ cost @ select, duration) @ whole_step
-        whole_step = expm(rates * duration) @ whole_step
+        with np.errstate(over="ignore", invalid="ignore"):
+            total += whole_step.T @ _cost_over(rates, select.T @ cost @ select, duration) @ whole_step
+            whole_step = expm(rates * duration) @ whole_step
+    if not (np.isfinite(whole_step).all() and np.isfinite(total).all()):
+        fault = f"motions over {period:.6g} s are beyond all numbers [E2238]"
+        raise UsageError(Problem("sample", fault, "a shorter time between two samples, or smaller weights"))
     kept = [*range(ns), *range(newest, asked)]
     A = np.zeros((ns + waiting * nu, ns + waiting * nu))
     B = np.zeros((len(A), nu))
@@ -166,7 +170,7 @@ def _cost_over(rates: Array, density: Array, duration: float) -> Array:
     size = len(rates)
     # the exponential of a short time squared up: over a long one the block with the opposite sign overflows
     halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(rates, 1)) * duration, 1e-300))))
-    short = duration / 2**halvings
+    short = math.ldexp(duration, -halvings)
     whole = expm(np.block([[-rates.T, density], [np.zeros_like(rates), rates]]) * short)
     step = whole[size:, size:]
     integral = step.T @ whole[:size, size:]

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array
+from eomgen.base.calls import names_of
 from eomgen.base.data import replace
 from eomgen.base.messages import listed, nearest, shown
 from eomgen.base.threads import one_thread_of_algebra
@@ -254,6 +255,7 @@ def linearize(
     p = model.evaluator.one_set(parameters)
     given: dict[str, Any] = {"q": q, "v": v, "a": a, "z": z, "multipliers": multipliers}
     specified = sorted(name for name, value in given.items() if value is not None)
+    independent = names_of("independent", "coordinates", independent, "hinge")
     able = able_to_linearize(model, moving=bool(specified) or at in ("initial", "steady"))
     point = OperatingPoint(number_of("t", t), p, u, None if base is None else able.evaluator.base(base))
     with one_thread_of_algebra(model.nv):

@@ -14,13 +14,14 @@ from typing import NoReturn
 import numpy as np
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import checked_call, checked_calls, not_unpacked
+from eomgen.base.calls import checked_call, checked_calls, names_of, not_unpacked
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
 from eomgen.base.messages import shown
 from eomgen.errors import Problem, UsageError
 from eomgen.products.linear.control.controllability import Dynamics, check_detectable, check_driven, check_observable
 from eomgen.products.linear.control.notebook import deviations_html, eigenvalues_html, gains_html
+from eomgen.products.linear.control.pole_placement import pole_array
 from eomgen.products.linear.control.regulator import optimal_gains, placed_gains
 from eomgen.products.linear.control.riccati_equation import sampled_solution, without_cross_terms
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, number, row_of, weight
@@ -144,7 +145,7 @@ def kalman(
     (('suspension_travel',), (4, 1))
     """
     space = state_space_of(space)
-    known = controlled_by(space, tuple(inputs)) if space.inputs else space
+    known = controlled_by(space, names_of("inputs", "inputs", inputs, "force")) if space.inputs else space
     measured, V = _measurement_noise(known, measurement_noise)
     G, F, W = _noise(known, noise, measured)
     if sample is None:
@@ -222,12 +223,11 @@ def place_observer(
     array([5., 6.])
     """
     space = state_space_of(space)
-    known = controlled_by(space, tuple(inputs)) if space.inputs else space
-    wanted = np.asarray(poles, dtype=complex)
+    known = controlled_by(space, names_of("inputs", "inputs", inputs, "force")) if space.inputs else space
     if sample is not None:
         known = discretized(known, sample, delay)
-        wanted = np.exp(wanted * known.sample)
-    names = tuple(measured)
+    wanted = pole_array("poles", poles, None if sample is None else known.sample)
+    names = names_of("measured", "signals", measured, "angle")
     observer = _without_gains(known, names)
     # sampled: A M corrects the prediction, so C A stands for C
     C = observer.C if known.sample is None else observer.C @ known.A

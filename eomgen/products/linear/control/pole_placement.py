@@ -3,14 +3,27 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 
 import numpy as np
 
 from eomgen.base.arrays import Array, Complex
+from eomgen.base.messages import shown
 from eomgen.errors import NumericalError, Problem, UsageError
 
 #: Distance of a reached pole from the requested place, as a share of the pole, above which a placement is refused.
 _REACHED = 1e-6
+
+
+def pole_array(where: str, poles: Sequence[complex], sample: float | None = None) -> Complex:
+    """Return poles as an array, with a ``sample`` as z = e^(s sample). Raises UsageError for anything but numbers."""
+    try:
+        wanted = np.asarray(poles, dtype=complex)
+        with np.errstate(over="ignore", invalid="ignore"):
+            return wanted if sample is None else np.asarray(np.exp(wanted * sample))
+    except (TypeError, ValueError):
+        fault = f"a list of numbers is needed, not {shown(poles)} [E2237]"
+        raise UsageError(Problem(where, fault, "[-1 + 2j, -1 - 2j], as many as states")) from None
 
 
 def check_poles(where: str, wanted: Complex, size: int) -> None:

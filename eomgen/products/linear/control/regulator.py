@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.calls import NamedAttributes, checked_call, checked_calls, not_unpacked
+from eomgen.base.calls import NamedAttributes, checked_call, checked_calls, names_of, not_unpacked
 from eomgen.base.data import dataclass, replace
 from eomgen.base.html import page
 from eomgen.errors import Problem, UsageError
@@ -36,8 +36,20 @@ from eomgen.products.linear.control.notebook import (
     plot_margins,
     with_more,
 )
-from eomgen.products.linear.control.pole_placement import check_poles, check_reached, pole_gains, repeated_pole
-from eomgen.products.linear.control.riccati_equation import sampled_solution, solution, whitening, without_cross_terms
+from eomgen.products.linear.control.pole_placement import (
+    check_poles,
+    check_reached,
+    pole_array,
+    pole_gains,
+    repeated_pole,
+)
+from eomgen.products.linear.control.riccati_equation import (
+    sampled_solution,
+    solution,
+    solvable,
+    whitening,
+    without_cross_terms,
+)
 from eomgen.products.linear.control.weights import Weighted, Weights, controlled_by, near, quadratic_cost
 from eomgen.products.linear.eigenvalues import balance
 from eomgen.products.linear.sampling import discretized, sampled_with_cost
@@ -219,7 +231,7 @@ def lqr(
     array([[4., 4.]])
     """
     space = state_space_of(space)
-    cost = quadratic_cost(space, Q, R, N, inputs)
+    cost = quadratic_cost(space, Q, R, N, names_of("inputs", "inputs", inputs, "force"))
     if sample is None:
         _only_with_sample(delay)
         regulate = _continuous if space.sample is None else _sampled_regulator
@@ -279,13 +291,12 @@ def place(
     array([[12., 10.]])
     """
     space = state_space_of(space)
-    plant = controlled_by(space, tuple(inputs))
-    wanted = np.asarray(poles, dtype=complex)
+    plant = controlled_by(space, names_of("inputs", "inputs", inputs, "force"))
     if sample is None:
         _only_with_sample(delay)
     else:
         plant = discretized(plant, sample, delay)
-        wanted = np.exp(wanted * plant.sample)
+    wanted = pole_array("poles", poles, None if sample is None else plant.sample)
     dynamics = Dynamics(plant.A, plant.states, plant.sample)
     gains = placed_gains(plant.B, wanted, dynamics, check_controllable)
     return Regulator(plant, gains)
@@ -315,6 +326,7 @@ def placed_gains(B: Array, wanted: Complex, dynamics: Dynamics, check: Check) ->
     return np.asarray(gains, dtype=float)
 
 
+@solvable()
 def optimal_gains(weights: Weights, B: Array, dynamics: Dynamics, check: Check) -> tuple[Array, Array]:
     """Return the gain (m, n) and the matrix (n, n) of the cost that is left, in continuous time.
 
@@ -343,6 +355,7 @@ def _continuous(space: StateSpace, weights: Weights) -> Regulator:
     return Regulator(space, *optimal_gains(weights, space.B, dynamics, check_weighted))
 
 
+@solvable()
 def _sampled_regulator(space: StateSpace, weights: Weights) -> Regulator:
     dynamics = Dynamics(space.A, space.states, space.sample)
     check_stabilisable(dynamics, space.B)

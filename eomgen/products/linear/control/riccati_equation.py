@@ -7,6 +7,9 @@ technique for the computation of the steady state gains for the discrete optimal
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+
 import numpy as np
 from scipy.linalg import (
     solve_continuous_are,
@@ -26,6 +29,17 @@ WHOLE: Blocks = ((slice(None), slice(None)),)
 TOLERANCE = 1e-10
 _NEWTON_STEPS = 8
 _NEGATIVE = 1e-12
+
+
+@contextmanager
+def solvable() -> Iterator[None]:
+    """Raise NumericalError in place of errors of linear algebra, and for numbers that overflow."""
+    try:
+        with np.errstate(over="raise", divide="ignore", invalid="ignore"):
+            yield
+    except (ArithmeticError, ValueError) as error:  # errors of linear algebra are of ValueError
+        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')} [E0412]"
+        raise NumericalError(fault, "weights that differ less in size") from None
 
 
 def whitening(R: Array) -> Array:
@@ -52,6 +66,7 @@ def without_cross_terms(Q: Array, cross: Array) -> tuple[Array, Array]:
     return (vectors * values) @ vectors.T, (vectors * np.sqrt(values)).T
 
 
+@solvable()
 def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[Array, float]:
     """Return the stabilising P of A^T P + P A - P B B^T P + cost = 0, and the residual.
 
@@ -68,11 +83,7 @@ def solution(A: Array, B: Array, cost: Array, blocks: Blocks = WHOLE) -> tuple[A
     reach = float(np.linalg.norm(B, 2)) or 1.0
     weight = size * reach**2  # of P B B^T P when cost and B have the norm 1
     unit, b = cost / size, B / reach
-    try:
-        P: Array = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
-    except (np.linalg.LinAlgError, ValueError) as error:
-        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')} [E0412]"
-        raise NumericalError(fault, "weights that differ less in size") from None
+    P: Array = np.asarray(solve_continuous_are(A, b, unit, np.eye(B.shape[1]) / weight), dtype=float)
     residual = _residual(A, b, unit, P, weight, blocks)
     for _ in range(_NEWTON_STEPS):
         gain = weight * b.T @ P
@@ -105,6 +116,7 @@ def _residual(A: Array, b: Array, cost: Array, P: Array, weight: float, blocks: 
     return worst
 
 
+@solvable()
 def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[Array, Array, float]:
     """Return the stabilising P of the Riccati equation of a sampled model, the gain (m, n) and the residual.
 
@@ -123,23 +135,19 @@ def sampled_solution(A: Array, B: Array, Q: Array, R: Array, S: Array) -> tuple[
     q, r, s = Q * np.outer(T, T), R * np.outer(inputs, inputs), S * np.outer(T, inputs)
     size = float(np.linalg.norm(q, 2)) or float(np.linalg.norm(r, 2)) or 1.0
     q, r, s = q / size, r / size, s / size
-    try:
-        P = np.asarray(solve_discrete_are(a, b, q, r, s=s), dtype=float)
-        gain, residual = _sampled_gain(a, b, q, r, s, P)
-        for _ in range(_NEWTON_STEPS):
-            closed = a - b @ gain
-            if np.max(np.abs(np.linalg.eigvals(closed))) >= 1.0:
-                break
-            spent = q - s @ gain - gain.T @ s.T + gain.T @ r @ gain
-            better = np.asarray(solve_discrete_lyapunov(closed.T, (spent + spent.T) / 2.0, "bilinear"), dtype=float)
-            better = (better + better.T) / 2.0
-            newer, reached = _sampled_gain(a, b, q, r, s, better)
-            if not reached < 0.5 * residual:
-                break
-            P, gain, residual = better, newer, reached
-    except (np.linalg.LinAlgError, ValueError) as error:
-        fault = f"the Riccati equation could not be solved: {str(error).splitlines()[0].rstrip('.')} [E0412]"
-        raise NumericalError(fault, "weights that differ less in size") from None
+    P = np.asarray(solve_discrete_are(a, b, q, r, s=s), dtype=float)
+    gain, residual = _sampled_gain(a, b, q, r, s, P)
+    for _ in range(_NEWTON_STEPS):
+        closed = a - b @ gain
+        if np.max(np.abs(np.linalg.eigvals(closed))) >= 1.0:
+            break
+        spent = q - s @ gain - gain.T @ s.T + gain.T @ r @ gain
+        better = np.asarray(solve_discrete_lyapunov(closed.T, (spent + spent.T) / 2.0, "bilinear"), dtype=float)
+        better = (better + better.T) / 2.0
+        newer, reached = _sampled_gain(a, b, q, r, s, better)
+        if not reached < 0.5 * residual:
+            break
+        P, gain, residual = better, newer, reached
     if not residual <= TOLERANCE or np.max(np.abs(np.linalg.eigvals(a - b @ gain)), initial=0.0) >= 1.0:
         fault = (
             f"the Riccati equation is solved with a relative residual of {residual:.1e} only, {TOLERANCE:g} is"

@@ -38,7 +38,13 @@ from eomgen.products.linear.control.plant import (
     check_stabilisable,
     first_order,
 )
-from eomgen.products.linear.control.pole_placement import check_poles, check_reached, pole_gains, repeated_pole
+from eomgen.products.linear.control.pole_placement import (
+    check_poles,
+    check_reached,
+    pole_array,
+    pole_gains,
+    repeated_pole,
+)
 from eomgen.products.linear.control.riccati_equation import solution, whitening, without_cross_terms
 from eomgen.products.linear.control.weights import Weights
 
@@ -121,7 +127,7 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     NumericalError
         Poles that are not reached to 1e-6.
     """
-    wanted = np.asarray(poles, dtype=complex)
+    wanted = pole_array("", poles)
     n, rate = plant.n, plant.scales.rate
     check_poles("", wanted, 2 * n)
     if repeated := repeated_pole(wanted, plant.m):

@@ -68,14 +68,14 @@ class Weights:
 def weight(name: str, value: ArrayLike, size: int) -> Array:
     """Return a weight as a symmetric matrix. Raises UsageError unless the value is a positive semidefinite matrix of
     this size."""
-    given = np.asarray(value, dtype=float)
+    given = np.asarray(value, dtype=object)  # texts are refused as entries
     if given.ndim < 2 and given.shape in ((), (size,)):
         given = np.diag(np.broadcast_to(given, (size,)))
     matrix = real_matrix(name, given, size, size)
     largest = float(np.abs(matrix).max(initial=0.0))
     if not np.allclose(matrix, matrix.T, rtol=0.0, atol=_ASYMMETRY * largest):
         raise UsageError(f"{name} is not symmetric [E0428]", "W and its transpose, halved")
-    matrix = (matrix + matrix.T) / 2.0
+    matrix = matrix / 2.0 + matrix.T / 2.0
     least = float(np.linalg.eigvalsh(matrix)[0]) if size else 0.0
     if least < -_ASYMMETRY * largest:
         fault = f"{name} is negative in some direction (eigenvalue {least:.4g}) [E0429]"
@@ -109,7 +109,7 @@ def quadratic_cost(
         raise UsageError(Problem("R", "the inputs that it names differ from `inputs` [E0430]", "one of both"))
     controlled = controlled_by(space, tuple(R) if isinstance(R, Mapping) else tuple(inputs))
     m, ns = len(controlled.inputs), len(controlled.states)
-    effort: ArrayLike = [number("R", name, R[name]) for name in controlled.inputs] if isinstance(R, Mapping) else R
+    effort: ArrayLike = [number("R", name, R.get(name)) for name in controlled.inputs] if isinstance(R, Mapping) else R
     state = np.zeros((ns, ns)) if isinstance(Q, Mapping) else weight("Q", Q, ns)
     cross = np.zeros((ns, m)) if N is None else real_matrix("N", N, ns, m)
     weights = Weights(state, weight("R", effort, m), cross)
