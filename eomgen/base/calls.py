@@ -206,13 +206,10 @@ class NamedResults(dict[str, T]):
 
         def __getattr__(self, name: str) -> object:
             if name in self:
-                fault = f"{_several(self.kind)} are by name, and {name} is none of the attributes [E0102]"
+                kinds = f"{self.kind}s".replace("ys", "ies")
+                fault = f"{kinds} are by name, and {name} is none of the attributes [E0102]"
                 raise UnknownAttribute(Problem("", fault, f"[{name!r}] in place of .{name}"))
             raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
-
-
-def _several(kind: str) -> str:
-    return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
 
 
 class ReadOnly(NamedResults[T]):
@@ -281,7 +278,7 @@ def checked_call(
     return decorated
 
 
-def names_of(argument: str, kind: str, given: Iterable[str], example: str) -> tuple[str, ...]:
+def names_of(argument: str, kind: str, given: object, example: str) -> tuple[str, ...]:
     """Return the names that a caller gives as a list. Raises UsageError for a text, and for anything else.
 
     Parameters

@@ -33,7 +33,7 @@ KINDS = {
 #: Classes of errors, and reports, which become a ``DescriptionError``.
 _ERROR = re.compile(r"\b(Usage|Description|Model|Toolchain|Numerical|File)Error\(|\breport\.add|\.refuse\(")
 #: A remedy after a text: a shorter one is a value, a longer one belongs to one case.
-_REMEDY = r',\s*(?:hint=)?f?"([^"\\\n]{6,60})"'
+_REMEDY = r',\s*(?:hint=)?f?"([^"\\\n]{6,60})(?<! \[[EW]\d{4}\])"'
 Literal = ast.Constant | ast.JoinedStr
 
 
@@ -129,8 +129,8 @@ def messages(module: str, source: str) -> Iterator[Row]:
         written, at = written_text(literal), literal.end_lineno or 0
         target = statement.targets[0] if isinstance(statement, ast.Assign) else None
         after = lines[at - 1].encode()[literal.end_col_offset :].decode() + "\n" + "\n".join(lines[at:end])
-        named = isinstance(target, ast.Name) and re.search(rf"\b{target.id}{_REMEDY}", after)
-        remedy = named or re.match(_REMEDY, after)
+        used = re.search(rf"\b{target.id}\s*[,)].*", after, re.DOTALL) if isinstance(target, ast.Name) else None
+        remedy = re.match(_REMEDY, after) or (used and re.match(r"\w+" + _REMEDY, used[0]))
         code = CODE.findall(written)[-1]
         if code[0] == "W":
             first = literal.lineno - 1

@@ -148,10 +148,9 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     ends = 0.0 < left <= 1.001 * way
     plane = held_factor(statics, start, np.sign(along.s)) if ends else along
     result = corrected(statics, start, along, left if ends else way, plane)
-    if result.trouble:
-        return result.trouble
-    if not ends and 0.0 < left < np.inf and (result.rest.s - target) * along.s > 0.0:  # corrections pass the target
-        return step_to(statics, point, left, target)
+    passes = not ends and 0.0 < left < np.inf and (result.rest.s - target) * along.s > 0.0  # by corrections
+    if result.trouble or passes:
+        return result.trouble or step_to(statics, point, left, target)
     rest = LoadedState(result.rest.q, result.rest.multipliers, result.rest.z, target) if ends else result.rest
     length = _length(statics, result, start, rest)
     if _off(statics, result, along, left if ends else way) > _SHARE * length:

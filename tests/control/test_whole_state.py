@@ -468,7 +468,11 @@ FINE = random_model(3, 1, 2, 1)
             UsageError,
             "inputs are a list of names, not the text 'u1'; try: inputs=[\"u1\"]",
         ),
-        (lambda: lqr(FINE, 1.0, 1.0, inputs=[1]), UsageError, "inputs are a list of names, not [1]; try: inputs=["),
+        (
+            lambda: lqr(FINE, 1.0, 1.0, inputs=cast(Any, [1])),
+            UsageError,
+            "inputs are a list of names, not [1]; try: inputs=[",
+        ),
         (
             lambda: lqr(FINE, {"y1": 1e308}, {"u1": 1e-300}),
             NumericalError,

@@ -151,6 +151,21 @@ def test_codes_are_unique() -> None:
     assert not [row for row in rows() if CODE.search(row.pattern + row.remedy)]
 
 
+def test_a_remedy_stands_next_to_its_fault() -> None:
+    source = """
+def check(heavy):
+    known = ("no such option [E0002]", "missing option [E0003]")
+    if heavy:
+        fault = "the load is heavy [E0004]"
+        raise UsageError(Problem("load", fault, lighter()))
+    fault = "the load is light [E0005]"
+    fault += " and small"
+    raise UsageError(Problem("load", fault, "a heavier one"))
+"""
+    remedies = {row.code: row.remedy for row in messages("module", source)}
+    assert remedies == {"E0002": "", "E0003": "", "E0004": "", "E0005": "a heavier one"}
+
+
 def test_errors_have_codes_in_python() -> None:
     with pytest.raises(eomgen.DescriptionError) as caught:
         eomgen.SceneBuilder("broken").body("arm", -1.0, inertia=[1, 1, 1]).joint(

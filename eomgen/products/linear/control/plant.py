@@ -194,8 +194,8 @@ def check_detectable(plant: Plant, A: Array, root: Array) -> None:
             shape = right[-1].conj()[:n]
             shape = shape if np.linalg.norm(shape) > _RANK else right[-1].conj()[n:]
             physical = plant.scales.state_back[:n, :n] @ shape
-            fault = f"{describe_mode(plant, plant.scales.rate * at, physical)} has zero weight [E0398]"
-            fault = f"{fault}, so optimal control would leave it as it is [E0399]"
+            mode = describe_mode(plant, plant.scales.rate * at, physical)
+            fault = f"{mode} has zero weight, so optimal control would leave it as it is [E0399]"
             raise ModelError(fault, "a weight on a coordinate or a velocity that it moves")
 
 

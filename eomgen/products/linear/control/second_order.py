@@ -132,8 +132,8 @@ def place(plant: Plant, poles: Sequence[complex]) -> Placement:
     check_poles("", wanted, 2 * n)
     if repeated := repeated_pole(wanted, plant.m):
         pole, count = repeated
-        fault = f"the pole {pole} is there {count} times [E0413]"
-        raise UsageError(f"{fault}, and {plant.m} actuators place {plant.m} at most [E0414]", "distinct poles")
+        fault = f"the pole {pole} is there {count} times, and {plant.m} actuators place {plant.m} at most [E0414]"
+        raise UsageError(fault, "distinct poles")
     check_controllable(plant)
     k, c, b = plant.scaled
     A, B = first_order(k, c), np.vstack([np.zeros_like(b), b])

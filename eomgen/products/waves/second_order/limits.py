@@ -94,15 +94,17 @@ def _check_second_order(amplitude: Array, k: Array, depth: float) -> None:
     highest = np.array([0.5 * breaking_height(float(one), depth) for one in k])
     if np.any(amplitude > highest):
         number = int(np.argmax(amplitude / highest))
-        fault = f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of [E1197]"
-        fault = f"{fault} {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
+        fault = (
+            f"component {number}, a wave of {2.0 * math.pi / k[number]:.4g} m, breaks from an amplitude of"
+            f" {highest[number]:.4g} m on, and has {amplitude[number]:.4g} m [E1199]"
+        )
         hint = "a smaller amplitude, or order = 1: Gerstner's waves do not break"
         raise UsageError(Problem(_COMPONENTS, fault, hint))
     if 4.0 * len(k) ** 2 * len(ENTRIES) > MOST_MEMORY:
-        fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes [E1201]"
         need = 4.0 * len(k) ** 2 * len(ENTRIES) / 1e9
+        fault = f"{len(k)} components have {len(k) * (len(k) - 1) // 2} pairs, whose table takes {need:.3g} GB [E1201]"
         hint = "fewer components, order = 1, or a SteppedSea, whose second order needs no pairs"
-        raise UsageError(Problem(_COMPONENTS, f"{fault} {need:.3g} GB", hint))
+        raise UsageError(Problem(_COMPONENTS, fault, hint))
 
 
 def warn_of_doubtful_waves(vectors: Array, amplitude: Array, depth: float, order: int) -> None:
