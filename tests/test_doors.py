@@ -524,7 +524,7 @@ LATE: dict[str, dict[str, str]] = {
     "pipeline.content": {"integrators.families": "methods are looked up with the library; loading a scene needs none"},
     "pipeline.libraries": {
         "codegen": "a library of the cache needs no Jinja",
-        "pipeline.known_texts": "a library of the cache needs no texts",
+        "pipeline.structures": "a library of the cache is not derived",
         "toolchain.cache": "likewise",
         "pipeline.model": "while a compiler runs",
         "simulation": "likewise",
@@ -580,7 +580,6 @@ LATE: dict[str, dict[str, str]] = {
     "system.system": {"symbolic.reading": "SymPy; only for reading a term"},
     "toolchain.library": {
         "toolchain.python_functions": "few models call functions in Python",
-        "toolchain.tape_data": "few libraries have a tape",
     },
 }
 SYMPY_ROOMS = {"symbolic", "mechanics", "lie", "products.pages", "products.sympy_mechanics", "products.waves"}

@@ -120,7 +120,7 @@ def test_a_cached_model_needs_no_scene(tmp_path: Path) -> None:
     step = f"{work}; model.simulate(1e-3, 1e-3)"
     first = start(step, tmp_path / "cache")
     assert {"sympy", "scipy", "matplotlib", "pint", "setuptools"}.isdisjoint(first[2])
-    check(start(work, tmp_path / "cache"), 121, 1, [])
+    check(start(work, tmp_path / "cache"), 122, 1, [])
     check(start(step, tmp_path / "cache"), 165, 10, [])
     loaded = step.replace('build("scene.toml"', 'build(eomgen.load("scene.toml")')
     check(start(loaded, tmp_path / "cache"), 173, 10, [])
@@ -151,7 +151,7 @@ with contextlib.redirect_stdout(io.StringIO()):
     main(["simulate", "scene.toml", "--out", "out", "--t-end", "0.01", "--profile", "quick"])
 """
     start(work, tmp_path / "cache")
-    check(start(work, tmp_path / "cache"), 228, 16, ["click", "csv", "zipfile"])
+    check(start(work, tmp_path / "cache"), 229, 16, ["click", "csv", "zipfile"])
 
 
 @pytest.mark.slow

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any
 
 from eomgen.base.data import dataclass, field, without_garbage_collection
 from eomgen.system.terms import Selection
 from eomgen.toolchain.library import Successor
 from eomgen.toolchain.profiles import FEW_COMPILERS
+from eomgen.toolchain.tables import packed_tables
 
 if TYPE_CHECKING:
     from eomgen.codegen.program import Program
-    from eomgen.codegen.targets.c.target import LibraryInTwo
+    from eomgen.codegen.targets.c.target import LibraryInTwo, LibraryTexts
     from eomgen.codegen.targets.target import Names
     from eomgen.integrators.families.register import Method
-    from eomgen.pipeline.known_texts import KnownTexts, Structure
+    from eomgen.pipeline.structures import KnownLibrary, Structure
     from eomgen.system.system import System
     from eomgen.toolchain.builder import Builder
     from eomgen.toolchain.compiler import RunningCompilers
@@ -42,15 +43,15 @@ class EarlyTexts:
     texts : by name: of the stepper and its headers, if the stepper is compiled first; all texts of a library on the
         tape engine, if all of its functions are data
     apart : whether these are texts of a library with its numbers in a separate file
-    structure : of a model whose texts are kept
-    known : all texts, of a library that differs in numbers alone
+    structure : finds the structure of the model, None for a model whose library is not kept for other numbers
+    known : the library, of an earlier model that differs in numbers alone
     """
 
     family: str = ""
     texts: dict[str, str] = field(default_factory=dict)
     apart: bool = True
-    structure: Structure | None = None
-    known: KnownTexts | None = None
+    structure: Callable[[], Structure | None] = lambda: None
+    known: KnownLibrary | None = None
 
 
 def begin_library(
@@ -61,8 +62,8 @@ def begin_library(
     functions: Sequence[str],
     names: Names,
 ) -> Program | None:
-    """Look for the texts of a library that differs in numbers alone, and return a Program without statements if there
-    is one. Else compile the stepper of a long model, or of one on the tape engine, while functions are scheduled, if
+    """Look for a library that differs in numbers alone, and return a Program without statements if there is one. Else
+    compile the stepper of a long model, or of one on the tape engine, while functions are scheduled, if
     its text depends on no statement; of a short model on the tape engine the whole library.
 
     Parameters
@@ -76,14 +77,13 @@ def begin_library(
     if tape.maps or tape.curves or data.get("inputs") == "series" or builder.real != "double":
         return None
     from eomgen.codegen.convert import to_program  # noqa: PLC0415  # a library of the cache is not derived
-    from eomgen.pipeline.known_texts import known_texts, structure_of  # noqa: PLC0415
+    from eomgen.pipeline.structures import known_library, structure_of  # noqa: PLC0415
 
     program = to_program(system, data, functions, names=names, scheduled=False)
     ready.apart = not builder.profile.on_tape
+    ready.structure = cache(partial(structure_of, system, functions, program, ready.family))
     if ready.apart:
-        ready.structure = structure_of(system, functions, program, builder.key, ready.family)
-    if ready.structure is not None:
-        ready.known = known_texts(builder, ready.structure, program)
+        ready.known = known_library(builder, ready.structure())
         if ready.known is not None:
             return program
     from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
@@ -183,7 +183,8 @@ def _first(
     with without_garbage_collection():
         files = _written(program, builder, ready.texts)
         layout = {**_layout(program, refusal, marks), "later": program.later}
-        first = _built(program, builder, _of_runs(content), files.of_runs, layout, None, files.straight)
+        tables = partial(_tables, files.of_runs)
+        first = _built(program, builder, _of_runs(content), files.of_runs, layout, None, files.straight, tables)
     made = partial(_whole, first, content, lambda: (program, refusal), builder, files, ready)
     first.successor = Successor(made)
     return first
@@ -203,7 +204,7 @@ def _whole(
     Parameters
     ----------
     files : of the first library, if its files were written before
-    ready : texts that ``program`` finds in the cache
+    ready : with the library, if ``program`` finds one of the same structure
     running : as of ``Builder.build``
     """
     with builder.claim(content):
@@ -212,12 +213,13 @@ def _whole(
             return cached
         made, _ = program()
         layout = {**first.layout, "digest": first.digest}
-        if (known := ready.known) is not None:
-            return _built_of_known(made, builder, content, known, layout, running)
+        if ready.known is not None:
+            return _kept(ready.known, builder, content, layout)
         if files is None:
             files = _written(made, builder, {})
             deque(files.of_runs, maxlen=0)
-        return _built(made, builder, content, files.whole, layout, running, files.straight)
+        tables = partial(_tables, files.whole, first.fingerprint)
+        return _built(made, builder, content, files.whole, layout, running, files.straight, tables)
 
 
 def _written(program: Program, builder: Builder, ready: Mapping[str, str]) -> LibraryInTwo:
@@ -242,30 +244,28 @@ def _built(
     layout: Mapping[str, Any],
     running: RunningCompilers | None = None,
     straight: Collection[str] = (),
-    tape: bytes = b"",
+    tables: Callable[[], bytes] | None = None,
 ) -> Library:
-    """Return the library of a Program, compiled of these files; ``tape``: as of ``Builder.build``."""
+    """Return the library of a Program, compiled of these files; ``tables``: as of ``Builder.build``."""
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
     from eomgen.codegen.targets.c.naming import file_name  # noqa: PLC0415
 
     written = {source.name: file_name(source.written) for source in program.sources}
-    return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight, tape)
+    return builder.build(content, files, INTERFACE_CDEF, layout, written, running, straight, tables)
 
 
-def _built_of_known(
-    program: Program,
-    builder: Builder,
-    content: bytes,
-    known: KnownTexts,
-    layout: Mapping[str, Any],
-    running: RunningCompilers | None,
-) -> Library:
-    """Return the library of a Program that differs from an earlier one in numbers alone."""
-    if known.library is None:
-        return _built(program, builder, content, known.files.items(), layout, running, known.straight)
+def _tables(texts: LibraryTexts, mark: str = "") -> bytes:
+    """Return the tables of a library whose texts are written; ``mark``: its fingerprint, if it has one already."""
+    from eomgen.codegen.targets.c.interface import fingerprint  # noqa: PLC0415
+
+    return packed_tables(fingerprint(texts.written).encode(), texts.numbers, fingerprint=mark.encode())
+
+
+def _kept(known: KnownLibrary, builder: Builder, content: bytes, layout: Mapping[str, Any]) -> Library:
+    """Return the library of an earlier model with other numbers."""
     from eomgen.codegen.targets.c.interface import INTERFACE_CDEF  # noqa: PLC0415
 
-    return builder.keep(content, known.files, INTERFACE_CDEF, layout, known.library)
+    return builder.keep(content, known.files, INTERFACE_CDEF, layout)
 
 
 def whole_library(
@@ -287,24 +287,25 @@ def whole_library(
     ready : as of ``library_in_two``
     """
     with without_garbage_collection():
-        if (known := ready.known) is not None:
-            layout = {**known.layout, "stepper_refused": refusal, **marks}
-            return _built_of_known(program, builder, content, known, layout, running)
         if builder.profile.on_tape:
             return _library_on_tape(program, refusal, builder, content, marks, running, ready)
+        from eomgen.pipeline.structures import keep_structure, known_library  # noqa: PLC0415
+
+        apart = builder.real == "double"  # others convert literals while compiling, tables at each use
+        structure = ready.structure() if apart else None
+        if (known := ready.known or known_library(builder, structure)) is not None:
+            layout = {**known.layout, "notes": program.notes, "stepper_refused": refusal, **marks}
+            return _kept(known, builder, content, layout)
         from eomgen.codegen.targets.c.target import straight_sources, written_library  # noqa: PLC0415
         from eomgen.toolchain.cache import TEMPLATES  # noqa: PLC0415
 
-        # other number types convert literals while compiling, tables at each use
-        apart = builder.real == "double"
         texts = ready.texts if apart == ready.apart else {}
         files = written_library(program, builder.cache.folder / TEMPLATES, apart=apart, ready=texts)
         layout, straight = _layout(program, refusal, marks), straight_sources(program)
-        library = _built(program, builder, content, files, layout, running, straight)
-        if apart and ready.structure is not None:
-            from eomgen.pipeline.known_texts import keep_texts  # noqa: PLC0415
-
-            keep_texts(builder.cache, ready.structure, library, sorted(straight))
+        tables = partial(_tables, files) if files.apart else None
+        library = _built(program, builder, content, files, layout, running, straight, tables)
+        if structure is not None:
+            keep_structure(builder, structure, library)
         return library
 
 
@@ -328,9 +329,10 @@ def _library_on_tape(
     early = f"{printed.prefix}.c" in texts and len(functions_of_data(printed)) == len(printed.functions)
     headers = {name: text for name, text in texts.items() if name != f"{printed.prefix}.c"}
     files = texts if early else written_on_tape(printed, builder.cache.folder / TEMPLATES, headers)
-    data = tape.data(len(printed.functions), fingerprint(files))
+    heads = tape.placed_heads(len(printed.functions))
+    data = packed_tables(fingerprint(files).encode(), {"tape": tape.numbers}, heads, tape.code)
     layout = _layout(printed, refusal, marks)
     if builder.is_compiling:
         from eomgen.pipeline import model  # noqa: F401, PLC0415  # which the caller needs next
         from eomgen.simulation import simulate  # noqa: F401, PLC0415  # likewise
-    return _built(printed, builder, content, files, layout, running, tape=data)
+    return _built(printed, builder, content, files, layout, running, tables=lambda: data)

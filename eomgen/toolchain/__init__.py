@@ -8,7 +8,7 @@ __all__ = [
     "doctor",
     "large_stack",
     "library",
-    "number_tables",
     "profiles",
     "python_functions",
+    "tables",
 ]

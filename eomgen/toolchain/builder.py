@@ -22,7 +22,13 @@ from eomgen.base.messages import Log
 from eomgen.base.progress import counted_units
 from eomgen.errors import EomgenError, Problem, ToolchainError
 from eomgen.toolchain.cache import Cache, Entry
-from eomgen.toolchain.cffi_build import companion_files, load_abi, load_api, python_headers, wrapper_source
+from eomgen.toolchain.cffi_build import (
+    companion_files,
+    load_abi,
+    load_api,
+    python_headers,
+    wrapper_source,
+)
 from eomgen.toolchain.compiler import (
     DEFAULT_TIMEOUT,
     Begun,
@@ -51,6 +57,7 @@ from eomgen.toolchain.profiles import (
     without_slow_passes,
 )
 from eomgen.toolchain.profiles import profile as profile_named
+from eomgen.toolchain.tables import TABLES, library_texts
 
 
 def library_key(content: bytes, compiler: Compiler, profile: Profile, flags: Sequence[str], mode: str) -> str:
@@ -103,11 +110,9 @@ _INCLUDED = r'(?m)^#include "([^"]+)"'
 _COMMENT = r'(?s)"(?:[^"\\\n]|\\.)*"|/\*.*?\*/'
 _OBJECT = "object.o"
 _LIBRARY, _LAYOUT, _CDEF, _COMMANDS = "model", "layout.json", "interface.cdef", "commands.txt"
-#: Code of the tape engine, which is data.
-_TAPE = "tape.bin"
 _LANES, _ROUTINE, SHARED = "lanes.so", "routine.so", "shared.so"
-#: Files by which another process loads a library; few have a tape.
-_FILES = (_LIBRARY, _LAYOUT, _CDEF, _TAPE)
+#: Files by which another process loads a library; libraries with their numbers in the text have no tables.
+_FILES = (_LIBRARY, _LAYOUT, _CDEF, TABLES)
 #: Seconds in which a process starts at most.
 _STARTING = 1.0
 #: Start of a loop in C.
@@ -278,7 +283,7 @@ class Builder:
         written: Mapping[str, str] | None = None,
         running: RunningCompilers | None = None,
         straight: Collection[str] = (),
-        tape: bytes = b"",
+        tables: Callable[[], bytes] | None = None,
     ) -> Library:
         """Compile files, keep the library under these content bytes, and load the library.
 
@@ -297,8 +302,8 @@ class Builder:
             Collection of the compiler's processes, for a caller who may stop these.
         straight
             Names of long sources without branches, which need few passes of the compiler.
-        tape
-            Code of the tape engine that the loader hands over to the library, if the library takes any.
+        tables
+            Returns the tables that the loader hands over to the library, when all files are written.
 
         Raises
         ------
@@ -361,11 +366,11 @@ class Builder:
             return commands
 
         def fill(folder: Path) -> None:
-            whole = files if tape and isinstance(files, Mapping) else {}
+            whole = files if self.profile.on_tape and isinstance(files, Mapping) else {}
             ready = self._linked(whole, cdef) if whole else None
             commands = compiled(folder) if ready is None else _copied(ready, whole, folder)
-            if tape:
-                (folder / _TAPE).write_bytes(tape)
+            if tables is not None:
+                (folder / TABLES).write_bytes(tables())
             self._describe(folder, content, cdef, layout)
             (folder / _COMMANDS).write_text("\n".join([self.compiler.version, *commands, ""]), encoding="utf-8")
 
@@ -394,25 +399,22 @@ class Builder:
         (folder / _CDEF).write_text(cdef, encoding="utf-8")
         (folder / _ORIGIN).write_text(origin_of(content, self.profile, self.flags, self.mode), encoding="utf-8")
 
-    def keep(
-        self, content: bytes, files: Mapping[str, str], cdef: str, layout: Mapping[str, Any], library: bytes
-    ) -> Library:
-        """Keep a library that is compiled already, with its sources, under these content bytes, and load the library.
+    def keep(self, content: bytes, files: Mapping[str, bytes], cdef: str, layout: Mapping[str, Any]) -> Library:
+        """Keep the files of a library that is compiled already under these content bytes, and load the library.
 
         Parameters
         ----------
-        content, files, cdef, layout : as of ``build``
-        library : bytes of the shared library
+        content, cdef, layout : as of ``build``
+        files : with the library and its tables
         """
 
         def fill(folder: Path) -> None:
-            for name, text in files.items():
-                (folder / name).write_text(text, encoding="utf-8")
-            (folder / self.binary).write_bytes(library)
+            for name, data in files.items():
+                (folder / name).write_bytes(data)
             self._describe(folder, content, cdef, layout)
 
         entry = self.cache.put(self.key(content), fill)
-        _LOG.info("changed the numbers in the library of an earlier model, %s", entry.file(self.binary))
+        _LOG.info("took the library of an earlier model with other numbers, %s", entry.file(self.binary))
         return self._load(entry, self.mode)
 
     def _object_key(self, name: str, texts: Mapping[str, str], flags: Sequence[str]) -> str:
@@ -543,8 +545,9 @@ class Builder:
         key = library_key(content, compiler, self.profile, flags, "abi")
 
         def fill(folder: Path) -> None:
-            there = {file.name: file.read_text(encoding="utf-8") for file in _sources(library.folder)}
-            made = files_of(there, partial(preprocessed, compiler))
+            made = files_of(
+                library_texts(library.folder, str(library.layout["prefix"])), partial(preprocessed, compiler)
+            )
             for name, text in made.items():
                 (folder / name).write_text(text, encoding="utf-8")
             sources = [folder / name for name in sorted(made) if name.endswith(".c")]
@@ -667,7 +670,7 @@ class Builder:
             The files cannot be kept.
         """
         digest = hashlib.sha256(b"given\0" + mode.encode())
-        names = [name for name in _FILES if name in files or name != _TAPE]
+        names = [name for name in _FILES if name in files or name != TABLES]
         for name in names:
             digest.update(hashlib.sha256(files[name]).digest())
 
@@ -683,8 +686,8 @@ class Builder:
         layout = json.loads(entry.text(_LAYOUT))
         path = entry.file(self.binary)
         ffi, lib = load_api(path) if mode == "api" else load_abi(path, entry.text(_CDEF))
-        tape = entry.file(_TAPE).read_bytes() if _TAPE in entry.files else b""
-        library = Library(ffi, lib, layout, mode, path, tape)
+        tables = entry.file(TABLES).read_bytes() if TABLES in entry.files else b""
+        library = Library(ffi, lib, layout, mode, path, tables)
         library.profile = self.profile.name
         sources = any(name.endswith(".c") for name in entry.files)
         if self.real == "double" and self._compiler is not None and not self.profile.on_tape and sources:
@@ -720,7 +723,7 @@ def library_files(library: Library) -> dict[str, bytes]:
     """Return the files by which another process loads a library, by names that are the same on all machines."""
     suffix = {_LIBRARY: library_suffix()}
     files = {name: library.folder / f"{name}{suffix.get(name, '')}" for name in _FILES}
-    return {name: file.read_bytes() for name, file in files.items() if name != _TAPE or file.is_file()}
+    return {name: file.read_bytes() for name, file in files.items() if name != TABLES or file.is_file()}
 
 
 def _copied(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
@@ -730,10 +733,6 @@ def _copied(linked: Entry, files: Mapping[str, str], folder: Path) -> list[str]:
     name = _LIBRARY + library_suffix()
     shutil.copy(linked.file(name), folder / name)
     return [linked.text(_COMMANDS)]
-
-
-def _sources(folder: Path) -> Iterator[Path]:
-    return (file for file in sorted(folder.iterdir()) if file.suffix in (".c", ".h"))
 
 
 @cache

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from eomgen.errors import ToolchainError
+from eomgen.toolchain.tables import library_texts
 
 MODULE = "_eomgen_model"
 _ABI_FLAGS = getattr(sys, "abiflags", "")  # not on Windows
@@ -113,12 +114,11 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
 
     prefix = str(layout["prefix"])
     number = [item["name"] for item in layout["functions"]].index(function)
-    headers = {path.name: path.read_text(encoding="utf-8") for path in sorted(folder.glob("*.h"))}
-    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers(_2)?|_tables)?\.c")
-    sources = [path for path in sorted(folder.glob("*.c")) if own.fullmatch(path.name)]
-    users = sorted(folder.glob(f"{prefix}_user_*.c"))
-    interface = (folder / "interface.c").read_text(encoding="utf-8")
-    texts = [path.read_text(encoding="utf-8") for path in sources]
+    files = library_texts(folder, prefix)
+    headers = {name: text for name, text in files.items() if name.endswith(".h")}
+    own = re.compile(rf"{re.escape(prefix)}(_\d+|_curves|_external|_numbers|_tables)?\.c")
+    texts = [text for name, text in files.items() if own.fullmatch(name)]
+    interface = files["interface.c"]
     # no prototypes: the types of the arguments are declared later, and the prototypes that follow fit to these
     names = (name for text in headers.values() for name in re.findall(_DECLARED, text))
     declared = {name for name in names if name.startswith(f"{prefix}_")}
@@ -133,5 +133,5 @@ def companion_files(folder: Path, layout: Mapping[str, Any], function: str) -> d
         *with_fetches(texts, interface, layout["functions"][number], prefix),
         interface,
     ]
-    written = {path.name: path.read_text(encoding="utf-8") for path in users}
-    return {**headers, SOURCE: "\n".join(text), **written}
+    users = {name: text for name, text in files.items() if name.startswith(f"{prefix}_user_") and name.endswith(".c")}
+    return {**headers, SOURCE: "\n".join(text), **users}

@@ -17,6 +17,7 @@ from eomgen.errors import EomgenError, ToolchainError, UsageError
 from eomgen.toolchain.cffi_build import load_abi
 from eomgen.toolchain.compiler import RunningCompilers, in_background
 from eomgen.toolchain.large_stack import with_stack
+from eomgen.toolchain.tables import hand_over
 
 Array = NDArray[Any]
 #: Seconds before the compiler of a successor begins: the first step goes first.
@@ -97,11 +98,11 @@ class Library:
     predecessor: Library | None = None
     companion: Callable[..., Library | None] | None = None
 
-    def __init__(self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path, tape: bytes = b"") -> None:
-        if tape:
-            from eomgen.toolchain.tape_data import hand_over  # noqa: PLC0415  # few libraries have a tape
-
-            hand_over(file, tape)
+    def __init__(
+        self, ffi: Any, lib: Any, layout: Mapping[str, Any], mode: str, file: Path, tables: bytes = b""
+    ) -> None:
+        if tables:
+            hand_over(file, tables)
         self.ffi, self._interface = ffi, lib
         self.lib = _called(lib, layout, file)
         self.layout = layout
@@ -113,7 +114,7 @@ class Library:
         self.dtype = np.dtype(np.complex128 if self.real == "complex" else np.float64)
         # a library with all functions has the bits of the library of runs that was made before
         self.lacking = frozenset(() if "digest" in layout else layout.get("later", ()))
-        self.digest = layout.get("digest") or hashlib.sha256(file.read_bytes() + tape).hexdigest()
+        self.digest = layout.get("digest") or hashlib.sha256(file.read_bytes() + tables).hexdigest()
         self._width = self.dtype.itemsize // 8
         self.types = tuple(ffi.typeof(text) for text in ("double[]", "double *[]", "long[]"))
         functions = layout["functions"]

@@ -28,6 +28,7 @@ from eomgen.toolchain import library
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.library import Library
+from eomgen.toolchain.tables import packed_tables
 from tests.codegen.hand_made import call, compile_program, make_system
 from tests.codegen.test_schedule import POINT, tangled
 
@@ -43,9 +44,10 @@ _REST = sorted({path.parent.name for path in EXAMPLES.glob("*/scene.toml")} - {*
 def _on_engine(program: Program, folder: Path, real: str = "double") -> Library:
     coded, tape = on_tape(program)
     files = written_on_tape(coded, folder / "templates")
-    data = tape.data(len(coded.functions), fingerprint(files))
+    heads = tape.placed_heads(len(coded.functions))
+    data = packed_tables(fingerprint(files).encode(), {"tape": tape.numbers}, heads, tape.code)
     builder = Builder("instant", real, None, Cache(folder))
-    return builder.build(data, files, INTERFACE_CDEF, interface_layout(coded), tape=data)
+    return builder.build(data, files, INTERFACE_CDEF, interface_layout(coded), tables=lambda: data)
 
 
 @pytest.fixture(scope="module")

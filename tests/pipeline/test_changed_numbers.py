@@ -14,12 +14,24 @@ import pytest
 
 import eomgen
 from benchmarks.build_scenes import seven_bodies
+from eomgen.codegen.metadata import interface_layout
 from eomgen.codegen.scheduling import scheduler
 from eomgen.codegen.targets.c import target
-from eomgen.pipeline import known_texts
+from eomgen.codegen.targets.c.interface import INTERFACE_CDEF
+from eomgen.codegen.targets.c.target import generate_files, generate_interface
+from eomgen.codegen.targets.register import C
+from eomgen.errors import ToolchainError
+from eomgen.pipeline import pipeline, structures
 from eomgen.pipeline.model import Model
 from eomgen.pipeline.pipeline import built_in
+from eomgen.pipeline.scenes import SCENES
+from eomgen.system.terms import Selection
 from eomgen.toolchain import compiler
+from eomgen.toolchain.builder import Builder
+from eomgen.toolchain.cache import Cache
+from eomgen.toolchain.compiler import find_compiler
+from eomgen.toolchain.tables import TABLES, library_texts
+from tests.codegen.hand_made import call
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 Change = Callable[[dict[str, Any]], None]
@@ -99,14 +111,69 @@ def test_a_changed_number_compiles_the_source_of_the_numbers_alone(
         scheduler, "schedule", lambda *given, **options: scheduled.append(given) or schedule(*given, **options)
     )
     second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
-    known = change is _other_mass  # the texts of equal structure, and on Linux the library
-    assert compiled == ([] if known and sys.platform == "linux" else ["pair_numbers.c"])
+    known = change is _other_mass
+    assert compiled == []
     assert bool(scheduled) != known
     assert second.library.digest != first.library.digest
     assert second.library.fingerprint != first.library.fingerprint
     elsewhere = built_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile="quick")
     assert _bits(second) == _bits(elsewhere) != _bits(first)
-    assert _texts(second) == _texts(elsewhere) != _texts(first)
+    assert _texts(second) == _texts(elsewhere)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="the compiler is a script of the shell")
+@pytest.mark.slow_cases("reproducible", "instant")
+@pytest.mark.parametrize("profile", ["quick", "reproducible", "instant"])
+def test_a_changed_mass_needs_no_compiler(profile: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    program = tmp_path / "compiler"
+    program.write_text(
+        f'#!/bin/sh\n[ -f {tmp_path}/broken ] && exit 1\nexec {" ".join(find_compiler().command)} "$@"\n',
+        encoding="utf-8",
+    )
+    program.chmod(0o700)
+    monkeypatch.setenv("CC", str(program))
+    if profile == "instant":  # the engine is compiled with the first model of all
+        built_in(tmp_path, eomgen.load({**PENDULUM, "name": "other"}), profile=profile).finish_compilation()
+    first = built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile=profile)
+    first.finish_compilation()
+    (tmp_path / "broken").touch()
+    scene = copy.deepcopy(PENDULUM)
+    _other_mass(scene)
+    second = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile=profile)
+    second.finish_compilation()
+    mass = scene["bodies"]["rod"]["mass"]
+    expected = 0.21 + mass * (0.31**2 + 0.5**2)
+    assert second.mass(np.array([0.3]))[0, 0] == pytest.approx(expected, rel=1e-14)
+    assert first.mass(np.array([0.3]))[0, 0] == pytest.approx(0.21 + 1.7 * (0.31**2 + 0.5**2), rel=1e-14)
+    with pytest.raises(ToolchainError):
+        built_in(tmp_path / "elsewhere", eomgen.load(scene), method="generalized_alpha", profile=profile)
+
+
+@pytest.mark.slow
+def test_compilations_of_other_tools_have_the_numbers_of_the_library_in_their_text(tmp_path: Path) -> None:
+    """As live pages and lanes are compiled; generated C has its numbers in the text itself."""
+    built_in(tmp_path, eomgen.load(PENDULUM), method="generalized_alpha", profile="quick")
+    scene = copy.deepcopy(PENDULUM)
+    _other_mass(scene)
+    model = built_in(tmp_path, eomgen.load(scene), method="generalized_alpha", profile="quick")
+    texts = library_texts(model.library.folder, "pair")
+    builder = Builder("quick", cache=Cache(tmp_path))
+    alone = builder.build(b"in the text", texts, INTERFACE_CDEF, model.library.layout)
+    assert not (alone.folder / TABLES).exists()
+    assert alone.fingerprint == model.library.fingerprint
+    every = Selection(None, "scene")
+    program, _ = pipeline._program(eomgen.load(scene), SCENES, every, "generalized_alpha", C)
+    files = generate_files(program)
+    files |= generate_interface(program, files)
+    generated = builder.build(b"generated", files, INTERFACE_CDEF, interface_layout(program))
+    random = np.random.default_rng(2)
+    for function in model.library.layout["functions"]:
+        inputs = {
+            name: random.random(size) for name, size in zip(function["inputs"], function["input_sizes"], strict=True)
+        }
+        expected = [item.tobytes() for item in call(model.library, function["name"], inputs)]
+        for library in (alone, *([generated] if function["name"] in generated.index else [])):
+            assert [item.tobytes() for item in call(library, function["name"], inputs)] == expected
 
 
 def _heavier_rod(scene: dict[str, Any]) -> None:
@@ -138,7 +205,7 @@ def test_numbers_of_long_models_and_of_loops_stand_apart_too(
     scene = copy.deepcopy(scene)
     change(scene)
     built_in(tmp_path, eomgen.load(scene), profile="quick", start="initial")
-    assert compiled == [f"{scene['name']}_numbers.c"]
+    assert compiled == []
 
 
 @pytest.mark.long
@@ -188,7 +255,7 @@ def test_tables_give_the_bits_of_numbers_in_the_text(
         return written(program, bytecode)
 
     monkeypatch.setattr(target, "written_library", in_text)
-    monkeypatch.setattr(known_texts, "structure_of", lambda *_: None)
+    monkeypatch.setattr(structures, "structure_of", lambda *_: None)
     literals = built_in(tmp_path / "literals", scene, profile=profile)
     assert not list(literals.library.folder.glob("*_numbers.c"))
     assert tables == _bits(literals)

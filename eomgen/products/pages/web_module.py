@@ -14,6 +14,7 @@ from eomgen.integrators.stepper_layout import row_layout, state_layout
 from eomgen.toolchain.cache import Cache
 from eomgen.toolchain.compiler import PIP_INSTALL, Compiler, run_compiler, zig_program
 from eomgen.toolchain.library import Library
+from eomgen.toolchain.tables import library_texts
 
 #: Functions of the model that a page evaluates; libraries have the first two if other functions need these.
 FUNCTIONS = (
@@ -71,21 +72,18 @@ def web_module(library: Library, *, left_to_stepper: bool) -> WebModule:
         Functions of the scene that are not C.
     """
     source, blocks = page_source(library.layout, left_to_stepper=left_to_stepper)
-    folder = library.folder
-    texts = {file.name: file.read_bytes() for file in sorted(folder.iterdir()) if file.suffix in (".c", ".h")}
-    texts.pop("main.c", None)
-    texts[_SOURCE] = source.encode()
+    texts = {**library_texts(library.folder, str(library.layout["prefix"])), _SOURCE: source}
     stack = int(library.layout.get("stack", 0)) + _STACK
     flags = (*_FLAGS, f"-Wl,-z,stack-size={stack - stack % 16}", *_REALS[library.real])
     compiler = _zig()
     digest = hashlib.sha256("\0".join(("web", compiler.identity, *flags)).encode())
     for name, text in texts.items():
-        digest.update(f"\0{name}\0".encode() + text)
+        digest.update(f"\0{name}\0{text}".encode())
     cache, key = Cache(), digest.hexdigest()
 
     def fill(place: Path) -> None:
         for name, text in texts.items():
-            (place / name).write_bytes(text)
+            (place / name).write_text(text, encoding="utf-8")
         sources = [name for name in sorted(texts) if name.endswith(".c")]
         run_compiler([*compiler.command, *flags, *sources, "-o", _MODULE], place / _MODULE)
 

@@ -260,13 +260,6 @@ class NumberTable:
             self.values.append(value)
         return f"{self.name}[{self._places[value]}]"
 
-    @property
-    def rows(self) -> str:
-        """The numbers as lines of an initializer, four in each."""
-        texts = [*map(number, self.values)]
-        rows = [", ".join(texts[k : k + 4]) for k in range(0, len(texts), 4)]
-        return "".join(["    ", ",\n    ".join(rows)])
-
     def first_of(self, values: Sequence[float]) -> int:
         """Append numbers and return the index of the first appended number."""
         self.values += values

@@ -11,8 +11,6 @@ copies stay C, between runs of instructions.
 
 from __future__ import annotations
 
-import hashlib
-import struct
 from collections.abc import Iterator
 from typing import Any
 
@@ -54,24 +52,13 @@ class TapeCode:
     numbers: list[float] = field(default_factory=list)
     heads: dict[int, list[int]] = field(default_factory=dict)
 
-    def data(self, functions: int, mark: str) -> bytes:
-        """Return the data that a library takes: a fingerprint, ended by zero, the lengths of three arrays, heads with
-        the places of the heads of all functions in front, constants, and code.
-
-        Parameters
-        ----------
-        functions : number of functions of the Program
-        mark : fingerprint of the files
-        """
+    def placed_heads(self, functions: int) -> list[int]:
+        """Return the heads of as many functions as a Program has, with their places in front."""
         places, rows, at = [0] * functions, list[int](), functions
         for function, head in self.heads.items():
             places[function] = at + len(rows)
             rows += head
-        heads = [*places, *rows]
-        sizes = (len(heads), len(self.numbers), len(self.code))
-        form = f"={3 + sizes[0]}q{sizes[1]}d{sizes[2]}H"
-        data = struct.pack(form, *sizes, *heads, *self.numbers, *self.code)
-        return hashlib.sha256(mark.encode() + data).hexdigest()[:16].encode() + bytes(8) + data
+        return [*places, *rows]
 
 
 def on_tape(program: Program) -> tuple[Program, TapeCode]:

@@ -152,6 +152,11 @@ SNAP = 8.0 * sys.float_info.epsilon
 EDGE = 1e-9
 #: Tables of numbers are private to a library, so that code reads entries without a lookup of addresses.
 _HIDDEN = '__attribute__((visibility("hidden")))'
+#: The function by which a library takes its tables from the loader.
+_TAKE_TABLES = (
+    '__attribute__((visibility("default"))) void eomgen_take_tables(const char *fingerprint, const double *numbers,'
+    " const void *heads, const void *code)"
+)
 #: Templates with lines that are long on purpose, or never.
 _NOT_FOLDED = (
     "c/main/README.md.jinja",
@@ -197,6 +202,11 @@ class _Context:
         if not self.apart:
             return None
         return self.number_tables.setdefault(name, NumberTable(f"{self.program.prefix}_{name}_numbers"))
+
+    @property
+    def filled_tables(self) -> list[NumberTable]:
+        """The tables of numbers of the functions that were printed before."""
+        return [table for table in self.number_tables.values() if table.values]
 
     def value(self, name: str, number_: float) -> str:
         """Return the text of a number that is alone in a statement of a function."""
@@ -295,6 +305,7 @@ class _Context:
                 values=self.values,
                 apart=self.apart,
                 hidden=_HIDDEN,
+                take_tables=_TAKE_TABLES,
                 kernel=self.kernel,
                 shared=self.shared,
                 base_of_step=self.base_of_step(),
@@ -317,36 +328,58 @@ def generate_files(program: Program, *, file_limit: int = FILE_LIMIT) -> dict[st
     return _files(_Context(program, file_limit))
 
 
+class LibraryTexts:
+    """Texts of a library by name, each written when it is asked for, headers before the sources that include them; with
+    the last text all numbers are known.
+
+    Attributes
+    ----------
+    written : the texts that were asked for
+    apart : whether the loader of the library hands the numbers over
+    """
+
+    def __init__(self, context: _Context, texts: Iterable[tuple[str, str]], written: dict[str, str]) -> None:
+        self._context, self._texts, self.written = context, texts, written
+        self.apart = context.apart
+
+    def __iter__(self) -> Iterator[tuple[str, str]]:
+        for name, text in self._texts:
+            self.written[name] = text
+            yield name, text
+
+    @property
+    def numbers(self) -> dict[str, Sequence[float]]:
+        """Numbers of the functions by the name of their array in C, in the order in which the library takes them; none
+        if the numbers are in the texts."""
+        return {table.name: table.values for table in self._context.filled_tables}
+
+
 def written_library(
     program: Program,
     bytecode: Path,
     *,
     apart: bool = False,
     ready: Mapping[str, str] = MappingProxyType({}),
-) -> Iterator[tuple[str, str]]:
-    """Yield the files of ``generate_files`` and ``generate_interface``, each as soon as written, headers before the
-    sources that include them.
+) -> LibraryTexts:
+    """Return the sources of ``generate_files`` but for ``main.c``, and of ``generate_interface``.
 
     Parameters
     ----------
     bytecode : the folder of the bytecode of the templates if the folder of the templates cannot be written
-    apart : whether the numbers of the functions are in a separate file, ``<prefix>_numbers.c``, so that other numbers
-        change no other source
+    apart : whether the loader of the library hands the numbers of the functions over, so that the texts are the same
+        for other numbers
     ready : the files of ``written_stepper``, if these were written
     """
     context = _context_of_library(program, bytecode, apart=apart, ready=ready)
-    files: dict[str, str] = {}
-    for name, text in _sources(context):
-        files[name] = text
-        yield name, text
-    if not apart:
-        mark = fingerprint(files)
-    else:
-        mark, (name, text) = _numbers(context, files)
-        files[name] = text
-        yield name, text
-    yield from _interface(context, mark).items()
-    yield from _documents(context, files, mark).items()
+    written: dict[str, str] = {}
+
+    def texts() -> Iterator[tuple[str, str]]:
+        yield from _sources(context)
+        if apart:
+            yield _numbers(context)
+        yield from _interface(context, "" if apart else fingerprint(written)).items()
+
+    return LibraryTexts(context, texts(), written)
 
 
 def written_on_tape(
@@ -398,51 +431,41 @@ class LibraryInTwo:
     Attributes
     ----------
     of_runs : the files of a library with the functions that runs call
-    whole : after these, all files of the library with all functions; the same texts but for the interface
+    whole : after these, all files of the library with all functions; the same texts but for the interface and the
+        declarations of the numbers
     straight : as of ``straight_sources``
     """
 
-    of_runs: Iterator[tuple[str, str]]
-    whole: Iterator[tuple[str, str]]
+    of_runs: LibraryTexts
+    whole: LibraryTexts
     straight: frozenset[str]
 
 
 def written_in_two(program: Program, bytecode: Path, ready: Mapping[str, str] = MappingProxyType({})) -> LibraryInTwo:
-    """Return the files of a library of which the functions ``program.later`` are compiled later, with all numbers in
-    separate files.
+    """Return the files of a library of which the functions ``program.later`` are compiled later, with numbers that the
+    loader hands over.
 
     Parameters
     ----------
     bytecode, ready : as of ``written_library``
     """
     context = _context_of_library(program, bytecode, apart=True, later=program.later, ready=ready)
-    files: dict[str, str] = {}
-    marks: list[str] = []
+    early: dict[str, str] = {}
 
     def of_runs() -> Iterator[tuple[str, str]]:
-        for name, text in _sources(context):
-            files[name] = text
-            yield name, text
-        mark, (name, text) = _numbers(context, files)
-        marks.append(mark)
-        files[name] = text
-        yield name, text
-        yield from _interface(context, mark, program.later).items()
+        yield from _sources(context)
+        yield _numbers(context)
+        yield from _interface(context, "", program.later).items()
 
     def whole() -> Iterator[tuple[str, str]]:
-        yield from list(files.items())
-        known = {name for name, table in context.number_tables.items() if table.values}
-        for name, text in _later_sources(context):
-            files[name] = text
-            yield name, text
-        tables = [table for name, table in context.number_tables.items() if table.values and name not in known]
-        name = f"{program.prefix}_numbers_2.c"
-        files[name] = context.render("c/model/numbers.c.jinja", first=False, number_tables=tables)
-        yield name, files[name]
-        yield from _interface(context, marks[0]).items()
-        yield from _documents(context, files, marks[0]).items()
+        last = (f"{program.prefix}_numbers.c", "interface.h", "interface.c")
+        yield from [item for item in early.items() if item[0] not in last]
+        yield from _later_sources(context)
+        yield _numbers(context)
+        yield from _interface(context, "").items()
 
-    return LibraryInTwo(of_runs(), whole(), _straight(program, context.files))
+    straight = _straight(program, context.files)
+    return LibraryInTwo(LibraryTexts(context, of_runs(), early), LibraryTexts(context, whole(), {}), straight)
 
 
 def _context_of_library(
@@ -464,13 +487,10 @@ def _context_of_library(
     return _Context(program, FILE_LIMIT, apart=apart, tape=tape, later=later, ready=ready)
 
 
-def _numbers(context: _Context, files: Mapping[str, str]) -> tuple[str, tuple[str, str]]:
-    """Return the fingerprint of the files with the numbers, and name and text of the file of the numbers."""
-    name, template = f"{context.program.prefix}_numbers.c", "c/model/numbers.c.jinja"
-    tables = [table for table in context.number_tables.values() if table.values]
-    text = context.render(template, mark="", first=True, number_tables=tables)
-    mark = fingerprint({**files, name: text})
-    return mark, (name, text.replace('fingerprint[] = ""', f'fingerprint[] = "{mark}"', 1))
+def _numbers(context: _Context) -> tuple[str, str]:
+    """Return name and text of the file with the tables of the functions that were printed before."""
+    text = context.render("c/model/numbers.c.jinja", number_tables=context.filled_tables)
+    return f"{context.program.prefix}_numbers.c", text
 
 
 def _of_part(function: ProgramFunction, part: int) -> str:
@@ -490,6 +510,7 @@ def _straight(program: Program, files: Sequence[SourceFile]) -> frozenset[str]:
 
 def _files(context: _Context) -> dict[str, str]:
     files = dict(_sources(context))
+    files["main.c"] = context.render(f"c/{'controller' if context.program.controller else 'main'}/main.c.jinja")
     return files | _documents(context, files, fingerprint(files))
 
 
@@ -528,8 +549,6 @@ def _sources(context: _Context) -> Iterator[tuple[str, str]]:
         yield "eomgen_uniform.h", context.render("c/uniform/eomgen_uniform.h.jinja", **texts)
         yield f"{prefix}_uniform.h", context.render("c/uniform/model.h.jinja", **texts)
         yield f"{prefix}_uniform.c", context.render("c/uniform/model.c.jinja", **texts)
-    if not context.tape:
-        yield "main.c", context.render("c/controller/main.c.jinja" if program.controller else "c/main/main.c.jinja")
 
 
 def _stepper(context: _Context) -> tuple[str, str]:

@@ -284,7 +284,7 @@ def lane_files(
     kept = {
         name: seen + text if name.endswith(".c") else text
         for name, text in files.items()
-        if name.endswith((".c", ".h")) and name not in ("main.c", "interface.c", "interface.h", numbers, step)
+        if name.endswith((".c", ".h")) and name not in ("interface.c", "interface.h", numbers, step)
     }
     return {
         **kept,

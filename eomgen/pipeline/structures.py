@@ -1,0 +1,131 @@
+"""Structures of models: a model that differs from an earlier one in numbers alone has its library, with other numbers.
+
+The texts of a library follow from the operations of the functions, the data of the stepper and the names, whose digest
+is the *structure* of a model; the loader of the library hands the numbers of the functions over. The cache has by
+structure the library that was made first, and for each of its numbers the constant of the tape that it is.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from math import copysign
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eomgen.base.data import dataclass, replace
+from eomgen.base.version import __version__, checkout_stamp
+from eomgen.codegen.targets.c.printer import stays_in_text
+from eomgen.symbolic.operations import Op
+from eomgen.toolchain.tables import TABLES, fingerprints_and_numbers, packed_tables
+
+if TYPE_CHECKING:
+    from eomgen.codegen.program import Program
+    from eomgen.system.system import System
+    from eomgen.toolchain.builder import Builder
+    from eomgen.toolchain.library import Library
+
+_RECORD = "structure.json"
+
+
+@dataclass(frozen=True)
+class KnownLibrary:
+    """A library with the structure and the numbers of a model: files, and the layout but for notes."""
+
+    files: Mapping[str, bytes]
+    layout: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Structure:
+    """The structure of a model, as a digest, and the constants of its functions, in the order of the tape."""
+
+    digest: bytes
+    constants: Sequence[float]
+
+
+def structure_of(system: System, functions: Sequence[str], program: Program, family: str) -> Structure | None:
+    """Return the structure of a System; None for a System whose texts have further numbers: with loops, curves, or C
+    of the scene.
+
+    Parameters
+    ----------
+    functions : of the model
+    program : of these functions, without statements
+    family : digest of the method's code and templates, if it is of another distribution
+    """
+    tape = system.tape
+    if tape.maps or tape.curves or program.sources or program.series or system.sample.parts:
+        return None
+    results = [np.array(system.functions[name].refs, int) for name in functions]
+    live = np.array(tape.live(np.concatenate(results).tolist()))
+    op, places = np.array(tape.op)[live], np.zeros(len(tape.op), int)
+    places[live] = np.arange(1, len(live) + 1)
+    constants = [tape.constants[tape.a[node]] for node in live[op == Op.CONST].tolist()]
+    if len({*constants}) < len(constants):
+        return None
+
+    def placed(refs: Any) -> Any:
+        return np.sign(refs) * places[np.abs(refs)]
+
+    leaves = (op == Op.CONST) | (op == Op.INPUT)
+    operands = [np.where(leaves, 0, placed(np.array(column)[live])) for column in (tape.a, tape.b, tape.c)]
+    recorded = {
+        "constants": [value if stays_in_text(value) else None for value in constants],
+        "inputs": [tape.inputs[tape.a[node]] for node in live[op == Op.INPUT].tolist()],
+        "functions": [functions, *(placed(refs).tolist() for refs in results)],
+        "blocks": [[int(np.searchsorted(live, node)), label] for node, label in tape.blocks],
+        "names": [[int(places[node]), name] for node, name in tape.names.items() if places[node]],
+        "program": vars(replace(program, constants=(), notes=())),  # of which C has none
+        "code": [__version__, checkout_stamp(), tape.reciprocals, family],
+    }
+    digest = hashlib.sha256(b"structure\0" + json.dumps(recorded, default=_plain).encode())
+    for column in (op, *operands):
+        digest.update(column.tobytes())
+    signs = [] if 1.0 in constants else [1.0]  # in tables of shared stretches
+    return Structure(digest.digest(), constants + signs)
+
+
+def _plain(value: Any) -> Any:
+    return vars(value) if hasattr(value, "__dict__") else dict(value)
+
+
+def keep_structure(builder: Builder, structure: Structure, library: Library) -> None:
+    """Keep which library has a structure, unless a number of a function is none of its constants."""
+    places = {value: place for place, value in enumerate(structure.constants, 1)}
+    taken: dict[str, list[float]] = {}
+    _, _, numbers = fingerprints_and_numbers((library.folder / TABLES).read_bytes())
+    numbers.pop(f"{library.layout['prefix']}_start_numbers", None)  # the initial state belongs to the structure
+    for name, values in numbers.items():
+        if not all(abs(value) in places for value in values):
+            return
+        taken[name] = [copysign(places[abs(value)], value) for value in values]
+    record = json.dumps({"library": library.folder.name, "places": taken})
+
+    def write(folder: Path) -> None:
+        (folder / _RECORD).write_text(record, encoding="utf-8")
+
+    builder.cache.put(builder.key(structure.digest), write)
+
+
+def known_library(builder: Builder, structure: Structure | None) -> KnownLibrary | None:
+    """Return the library of a structure with these constants, None if the cache has none, or without a structure."""
+    if structure is None:
+        return None
+    cache, key = builder.cache, builder.key(structure.digest)
+    entry = cache.get(key)
+    if entry is None:
+        return None
+    record = json.loads(entry.text(_RECORD))
+    library = cache.get(record["library"])
+    if library is None:
+        cache.quarantine(key)
+        return None
+    files = {name: library.file(name).read_bytes() for name in library.files}
+    _, texts, numbers = fingerprints_and_numbers(files[TABLES])
+    for name, places in record["places"].items():
+        numbers[name] = [copysign(structure.constants[abs(int(place)) - 1], place) for place in places]
+    return KnownLibrary({**files, TABLES: packed_tables(texts, numbers)}, json.loads(files["layout.json"]))

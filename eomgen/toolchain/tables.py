@@ -1,0 +1,89 @@
+"""Tables of a library: its numbers, and code of the tape engine. The loader hands them over; no compiler has read them.
+
+A library is a structure, so models that differ in numbers alone have copies of one file, each with numbers of its own:
+the system's loader gives memory of its own to each file.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import hashlib
+import json
+import struct
+from array import array
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+#: File of the tables in an entry of the cache.
+TABLES = "tables.bin"
+#: Fingerprints of the library and of its texts, ended by zeros, and the lengths of heads, numbers, instructions, and of
+#: the sizes of the arrays in C by name as JSON.
+_START = struct.Struct("=24s24s4q")
+#: Memory of the tables of each library on the tape engine by digest, which is read for as long as the process runs.
+_KEPT: dict[bytes, ctypes.Array[ctypes.c_char]] = {}
+_HIDDEN = '__attribute__((visibility("hidden")))'
+
+
+def packed_tables(
+    texts: bytes,
+    numbers: Mapping[str, Sequence[float]],
+    heads: Sequence[int] = (),
+    code: Sequence[int] = (),
+    fingerprint: bytes = b"",
+) -> bytes:
+    """Return the tables of a library as bytes.
+
+    Parameters
+    ----------
+    texts : fingerprint of the library's texts
+    numbers : by the name of their array in C, in the order in which the library takes the arrays
+    heads, code : of functions on the tape engine
+    fingerprint : of the library; by default made of ``texts`` and of the tables
+    """
+    sizes = json.dumps({name: len(values) for name, values in numbers.items()}).encode()
+    values = array("d", [value for row in numbers.values() for value in row])
+    data = array("q", heads).tobytes() + values.tobytes() + array("H", code).tobytes() + sizes
+    mark = fingerprint or hashlib.sha256(texts + data).hexdigest()[:16].encode()
+    return _START.pack(mark, texts, len(heads), len(values), len(code), len(sizes)) + data
+
+
+def fingerprints_and_numbers(tables: bytes) -> tuple[bytes, bytes, dict[str, list[float]]]:
+    """Return the fingerprints of a library and of its texts, and its numbers by the name of their array in C."""
+    mark, texts, heads, count, code, _ = _START.unpack_from(tables)
+    place = _START.size + 8 * heads
+    values = array("d", tables[place : place + 8 * count]).tolist()
+    numbers: dict[str, list[float]] = {}
+    for name, size in json.loads(tables[place + 8 * count + 2 * code :]).items():
+        numbers[name], values = values[:size], values[size:]
+    return mark.rstrip(b"\0"), texts.rstrip(b"\0"), numbers
+
+
+def library_texts(folder: Path, prefix: str) -> dict[str, str]:
+    """Return the C sources and headers of a library with its numbers in the text, for compilations of their own.
+
+    Raises
+    ------
+    OSError, UnicodeError
+        The sources cannot be read.
+    """
+    files = sorted(file for file in folder.iterdir() if file.suffix in (".c", ".h"))
+    texts = {file.name: file.read_text(encoding="utf-8") for file in files}
+    if f"{prefix}_numbers.c" in texts:
+        mark, _, numbers = fingerprints_and_numbers((folder / TABLES).read_bytes())
+        arrays = {f"char {prefix}_fingerprint[24]": f'"{mark.decode()}"'}
+        arrays |= {f"double {name}[{len(row)}]": f"{{ {', '.join(map(repr, row))} }}" for name, row in numbers.items()}
+        lines = (f"extern const {array} {_HIDDEN};\nconst {array} = {row};\n" for array, row in arrays.items())
+        texts[f"{prefix}_numbers.c"] = "".join(lines)
+    return texts
+
+
+def hand_over(library: Path, tables: bytes) -> None:
+    """Give its tables to a loaded library, before the first call."""
+    _, _, heads, numbers, code, _ = _START.unpack_from(tables)
+    memory = ctypes.create_string_buffer(tables, len(tables))
+    if code:
+        memory = _KEPT.setdefault(hashlib.sha256(tables).digest(), memory)
+    start = ctypes.addressof(memory)
+    first = start + _START.size
+    places = (start, first + 8 * heads, first, first + 8 * (heads + numbers))
+    ctypes.CDLL(str(library)).eomgen_take_tables(*map(ctypes.c_void_p, places))
