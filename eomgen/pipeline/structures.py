@@ -2,7 +2,7 @@
 
 The texts of a library follow from the operations of the functions, the data of the stepper and the names, whose digest
 is the *structure* of a model; the loader of the library hands the numbers of the functions over. The cache has by
-structure the library that was made first, and for each of its numbers the constant of the tape that it is.
+structure the library that was made first, and the constant of the tape for each number of that library.
 """
 
 from __future__ import annotations
