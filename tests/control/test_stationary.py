@@ -11,8 +11,9 @@ from scipy.integrate import quad
 from eomgen.errors import ModelError
 from eomgen.products.linear.control.plant import Plant
 from eomgen.products.linear.control.second_order import lqr
-from eomgen.products.linear.control.stationary import road_intensity, stationary
+from eomgen.products.linear.control.stationary import stationary
 from eomgen.products.linear.control.weights import Weights
+from eomgen.spectra import Road
 from tests.anchors import anchor
 from tests.control.plants import ROAD, SPRUNG, TYRE, UNSPRUNG, quarter_car
 
@@ -47,7 +48,7 @@ GAINS = {"passive": NONE, "skyhook": SKYHOOK, "soft": optimal(1e3, 1e4), "hard":
 def test_the_published_table(road: str, controller: str, acceleration: str, travel: str, load: str) -> None:
     """To the printed digits; the last of them may be cut instead of rounded."""
     G = GAINS[controller]
-    found = stationary(quarter_car(), ROAD, road_intensity(road, 20.0), G[:, :2], G[:, 2:])
+    found = stationary(quarter_car(), ROAD, Road(road).velocity_intensity(20.0), G[:, :2], G[:, 2:])
     values = found.rms(found.acceleration[0])[0], 1e3 * found.rms(TRAVEL)[0], found.rms(DYNAMIC_LOAD)[0]
     for value, digits in zip(values, (acceleration, travel, load), strict=True):
         assert abs(value - float(digits)) <= 1.0 * 10.0 ** -len(digits.partition(".")[2]), (value, digits)
@@ -60,7 +61,7 @@ def test_the_published_table(road: str, controller: str, acceleration: str, trav
 def test_covariances_are_integrals_of_spectra(controller: str) -> None:
     """The one-sided density of the road's velocity through the frequency responses, added up over all frequencies."""
     plant, G = quarter_car(), GAINS[controller]
-    density = 2.0 * road_intensity("C", 20.0)
+    density = 2.0 * Road("C").velocity_intensity(20.0)
     K, C = plant.K + plant.B @ G[:, :2], plant.C + plant.B @ G[:, 2:]
     r = np.ones((2, 1))  # a raised road raises all
 
@@ -72,7 +73,7 @@ def test_covariances_are_integrals_of_spectra(controller: str) -> None:
         z = np.linalg.solve(s**2 * plant.M + s * C + K, (ROAD + plant.B @ G[:, :2] @ r) * w)[:, 0]
         return np.array([s**2 * z[0], z[0] - z[1], TYRE * (z[1] - w)])
 
-    found = stationary(plant, ROAD, road_intensity("C", 20.0), G[:, :2], G[:, 2:])
+    found = stationary(plant, ROAD, Road("C").velocity_intensity(20.0), G[:, :2], G[:, 2:])
     values = found.rms(np.array([found.acceleration[0], TRAVEL, DYNAMIC_LOAD]))
     corners = np.array([1e-6, 0.3, 1.0, 1.5, 3.0, 9.0, 11.0, 14.0, 40.0, 200.0, 1e4, 1e6])
     for k, value in enumerate(values):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import pytest
 
 import eomgen
 from eomgen.base.files import template_folder
+from eomgen.products.fmu.binary import platform_folder
 from tests.fmu.importers import run, written
 
 SCENES = Path(__file__).parents[2] / "examples" / "coupled_fmus" / "scenes"
@@ -162,3 +164,29 @@ def test_machines_are_named() -> None:
         eomgen.fmu(SCENES / "plant.toml", "unwritten.fmu", machines=["arm-windows"])
     with pytest.raises(eomgen.UsageError, match=r"FMI 2\.0 names x86 machines alone"):
         eomgen.fmu(SCENES / "plant.toml", "unwritten.fmu", version=2, machines=["aarch64-linux"])
+
+
+@pytest.mark.parametrize(
+    ("system", "processor", "name"),
+    [("linux", "aarch64", "aarch64-linux"), ("darwin", "arm64", "aarch64-darwin")],
+)
+def test_fmi2_has_no_folder_for_libraries_of_arm(
+    system: str, processor: str, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("eomgen.products.fmu.binary.sys.platform", system)
+    monkeypatch.setattr("eomgen.products.fmu.binary.platform.machine", lambda: processor)
+    assert platform_folder(3) == name
+    text = f"binary: FMI 2.0 names x86 machines alone, and this one is {name}; try: version=3; or binary=False"
+    with pytest.raises(eomgen.UsageError, match=re.escape(text)):
+        platform_folder(2)
+    monkeypatch.setattr("eomgen.products.fmu.binary.platform.machine", lambda: "x86_64")
+    assert platform_folder(2) == {"linux": "linux64", "darwin": "darwin64"}[system]
+
+
+def test_fmi2_on_arm_is_refused_before_a_model_is_built(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("eomgen.products.fmu.binary.platform.machine", lambda: "aarch64")
+    monkeypatch.setattr(
+        "eomgen.products.fmu.export.pipeline.load_scene", lambda *_, **__: pytest.fail("a scene is read")
+    )
+    with pytest.raises(eomgen.UsageError, match=r"FMI 2\.0 names x86 machines alone, and this one is aarch64-"):
+        eomgen.fmu(SCENES / "plant.toml", "unwritten.fmu", version=2)

@@ -150,6 +150,12 @@ def test_faults_have_file_line_and_remedy(old: str, new: str, message: str, file
         ),
         ("<damping>1.5</damping>", "<friction>1.5</friction>", "not modelled: dry friction (1: rail)"),
         ("</model>", '<plugin name="a" filename="b"/></model>', "not modelled: <plugin> (1: features)"),
+        ("</model>", "<enable_wind>true</enable_wind></model>", "not modelled: <enable_wind> (1: features)"),
+        (
+            "</link>",
+            '<enable_wind of="1">true</enable_wind></link>',
+            "not read: the attribute 'of' of <enable_wind> (1: ",
+        ),
     ],
 )
 def test_no_part_of_a_file_passes_unread(old: str, new: str, note: str, file: Path) -> None:

@@ -24,12 +24,21 @@ _SYSTEMS = {"linux": ("linux", "linux64", ".so"), "darwin": ("darwin", "darwin64
 _SYSTEMS["win32"] = ("windows", "win64", ".dll")
 
 
-def binary_path(interface: Interface) -> str:
-    """Return the path of this platform's library in the archive."""
-    system, old, ending = _SYSTEMS.get(sys.platform, (sys.platform, sys.platform, ".so"))
+def platform_folder(version: int) -> str:
+    """Return the folder of this machine's library. Raises UsageError if the version of FMI has no name for the
+    machine."""
+    system, old, _ = _SYSTEMS.get(sys.platform, (sys.platform, sys.platform, ".so"))
     processor = _PROCESSORS.get(platform.machine(), platform.machine())
-    folder = old if interface.version == 2 else f"{processor}-{system}"
-    return f"binaries/{folder}/{interface.identifier}{ending}"
+    if version == 2 and processor != "x86_64":
+        fault = f"FMI 2.0 names x86 machines alone, and this one is {processor}-{system} [E0859]"
+        raise UsageError(Problem("binary", fault, "version=3; or binary=False (--no-binary), for sources alone"))
+    return old if version == 2 else f"{processor}-{system}"
+
+
+def binary_path(interface: Interface) -> str:
+    """Return the path of this machine's library in the archive."""
+    ending = _SYSTEMS.get(sys.platform, ("", "", ".so"))[2]
+    return f"binaries/{platform_folder(interface.version)}/{interface.identifier}{ending}"
 
 
 def headers(version: int) -> dict[str, str]:

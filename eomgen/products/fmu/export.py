@@ -23,7 +23,7 @@ from eomgen.integrators.families.register import terms_of
 from eomgen.pipeline import pipeline
 from eomgen.products.fmu.archive import documents, packed, token_of
 from eomgen.products.fmu.arrays import listed
-from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named
+from eomgen.products.fmu.binary import binary_path, built, cross_built, machine_named, platform_folder
 from eomgen.products.fmu.dae import MANIFEST, dae_manifest
 from eomgen.products.fmu.dependencies import PATTERNS
 from eomgen.products.fmu.derivatives import derivative_data
@@ -215,6 +215,8 @@ def fmu_files(
     options = replace(_checked(version, types, inputs, dae, arrays, minimal), about=about)
     version = options.version
     others = [machine_named(name, version) for name in machines]
+    if binary:
+        platform_folder(version)
     document = pipeline.load_scene(scene)
     described = pipeline.as_document(document)[1].describe(document)
     _check_exported(document, described, options)

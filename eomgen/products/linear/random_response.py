@@ -18,7 +18,6 @@ import numpy as np
 import scipy.linalg
 
 from eomgen.base.arrays import Array, Complex
-from eomgen.base.random_inputs import REFERENCE_FREQUENCY
 from eomgen.errors import ModelError, NumericalError, Problem, UsageError
 from eomgen.products.linear.modes import Modes
 from eomgen.products.linear.spectra import Excitation, RoadExcitation, weighting_response
@@ -188,8 +187,8 @@ def white_noise_road(space: StateSpace, modes: Modes, excitation: RoadExcitation
             f"{output} follows the road itself, and the variance of that has no bound without ends of the band [E0455]"
         )
         raise ModelError(Problem(_PLACE, fault, "rms, over the band of the road"))
-    intensity = 2.0 * np.pi**2 * REFERENCE_FREQUENCY**2 * road.reference_roughness * excitation.speed
-    variance = intensity * float(np.sum(coherence[np.ix_(first, first)] * steps.products()))
+    products = float(np.sum(coherence[np.ix_(first, first)] * steps.products()))
+    variance = road.velocity_intensity(excitation.speed) * products
     return float(np.sqrt(max(variance, 0.0)))
 
 

@@ -8,7 +8,6 @@ equation.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -18,7 +17,6 @@ from scipy.linalg import solve_continuous_lyapunov, solve_discrete_lyapunov
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.base.messages import shown
-from eomgen.base.random_inputs import REFERENCE_FREQUENCY, ROUGHNESS
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.products.linear.control.plant import Plant, real_matrix
 from eomgen.products.linear.control.weights import near, number
@@ -119,12 +117,6 @@ def _entering(space: StateSpace, noise: Mapping[str, float]) -> tuple[Array, Arr
     columns = [names.index(name) for name in noise]
     W = np.diag(np.array([number("noise", name, value) for name, value in noise.items()], dtype=float))
     return np.hstack([space.E, space.B])[:, columns], np.hstack([space.F, space.D])[:, columns], W
-
-
-def road_intensity(road_class: str, speed: float) -> float:
-    """Return the intensity of the vertical velocity of a road of class A to H at a speed (m/s), m^2/s."""
-    roughness: float = ROUGHNESS[road_class]
-    return 2.0 * math.pi**2 * REFERENCE_FREQUENCY**2 * roughness * speed
 
 
 @dataclass(frozen=True)

@@ -160,6 +160,27 @@ class Road:
         """
         return self.over_distance(np.asarray(frequencies, dtype=float) / speed) / speed
 
+    def velocity_intensity(self, speed: float) -> float:
+        """Return the intensity of the white noise that is the vertical velocity of a road of exponent 2.
+
+        Parameters
+        ----------
+        speed : float
+            m/s.
+
+        Returns
+        -------
+        float
+            m^2/s, half of the one-sided spectral density over Hz.
+
+        Examples
+        --------
+        >>> from eomgen.spectra import Road
+        >>> round(Road("C").velocity_intensity(20.0), 6)
+        0.001011
+        """
+        return 2.0 * math.pi**2 * REFERENCE_FREQUENCY**2 * self.reference_roughness * speed
+
 
 def _check(name: str, value: float, needed: str) -> None:
     if not (isinstance(value, int | float) and 0.0 < value < math.inf):

@@ -194,9 +194,7 @@ class _FileReader:
             element.get("canonical_link"),
             element.get("placement_frame"),
         )
-        wind = element.first("enable_wind")
-        if wind is not None and self.values.flag(element, "enable_wind", default=False):
-            self.reader.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
+        self.note_wind(element, name)
         before = len(self.reader.defaulted)
         self.contents(element, "model", result)
         if result.static:  # inertias of static links are not used
@@ -205,6 +203,12 @@ class _FileReader:
             fault = f"the model {shown(name)} has no link [E1955]"
             self.values.refuse(element, fault, "one link, or <static>true</static>")
         return result
+
+    def note_wind(self, element: Element, name: str) -> None:
+        """Note wind that acts on a model or on a link."""
+        wind = element.first("enable_wind")
+        if wind is not None and self.values.flag(element, "enable_wind", default=False):
+            self.reader.leftovers.noted.setdefault("enable_wind", []).append((self.place(wind), name))
 
     def frame(self, element: Element) -> Frame:
         name = element.get("name")
@@ -219,18 +223,12 @@ class _FileReader:
         if values.flag(element, "kinematic", default=False):
             fault = f"the link {shown(name)} is kinematic: Gazebo moves it without forces [E1956]"
             values.refuse(element, fault, "a prescribed motion (drive) in a scene that includes the file")
-        for tag in ("enable_wind", "velocity_decay"):
-            child = element.first(tag)
-            if child is None:
-                continue
-            acts = (
-                any(values.number(child, part, 0.0) for part in ("linear", "angular"))
-                if tag == "velocity_decay"
-                else values.flag(element, tag, default=False)
-            )
-            if acts:
-                self.reader.leftovers.noted.setdefault(tag, []).append((self.place(child), name))
-            self.reader.leftovers.keep(child, tag, self.file, name)
+        self.note_wind(element, name)
+        decay = element.first("velocity_decay")
+        if decay is not None:
+            if any(values.number(decay, part, 0.0) for part in ("linear", "angular")):
+                self.reader.leftovers.noted.setdefault("velocity_decay", []).append((self.place(decay), name))
+            self.reader.leftovers.keep(decay, "velocity_decay", self.file, name)
         pulled = values.flag(element, "gravity", default=True)
         pose = values.pose(element, name)
         visuals = self.reader.visuals.of_link(name, element, values, self.folder, self.reader.packages)
