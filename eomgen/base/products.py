@@ -170,6 +170,7 @@ MOVED = {"analysis": "eomgen.compiled.rest", "analysis.base_parameters": "eomgen
 REMOVED: Mapping[str, Mapping[str, str]] = {
     "method": {
         "hermite": "rk4, or taylor for small errors",
+        "bcss2": "bcss3, with a step half as large again",
         **{f"{name}_adaptive": f"{name}, with steps of one size" for name in ("tdg1", "tdg1_star", "tdg2", "tdg3")},
     }
 }

@@ -646,6 +646,7 @@ def test_mistakes_in_files_have_one_clear_message(data: dict[str, Any], text: st
     [
         ("henon_heiles", {"method": "rk5"}, "there is no method 'rk5' of Hamiltonian systems"),
         ("henon_heiles", {"method": "leapfrg"}, "try: leapfrog"),
+        ("henon_heiles", {"method": "bcss2"}, "method: the method bcss2 was removed; try: bcss3"),
         ("henon_heiles", {"method": "Velocity-Verlet"}, 'try: leapfrog, which first="kick" begins with a kick'),
         ("henon_heiles", {"method": "ias15"}, "try: gauss12 or kahan_li8, or rk45, which chooses its steps"),
         ("henon_heiles", {"t_end": 1e10, "step": 1e-300}, r"inf steps of 1e-300 would lead to 1e\+10, and 1e\+15 are"),

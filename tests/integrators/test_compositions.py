@@ -26,7 +26,6 @@ EVERY = [*compositions("drift"), *compositions("kick")]
 MEASURED = {
     "leapfrog": (2, 1, 2.0, 0.1770),
     "minimum_norm2": (2, 2, 2.55315, 1.70e-3),
-    "bcss2": (2, 2, 2.63423, 1.61e-2),
     "bcss3": (2, 3, 4.66185, 3.57e-3),
     "yoshida4": (4, 3, 1.57340, 5.42e-2),
     "suzuki4": (4, 5, 2.72097, 5.07e-3),
@@ -143,6 +142,8 @@ def test_wrong_lists_are_refused() -> None:
         Composition("mine", 2, "drift", (0.4, 1.0, 0.6))
     with pytest.raises(UsageError, match=r"mine has kicks that sum up to 0\.9 instead of 1"):
         Composition("mine", 2, "drift", (0.5, 0.9, 0.5))
+    with pytest.raises(UsageError, match="composition: the method bcss2 was removed; try: bcss3, with a step half as"):
+        composition_named("bcss2")
     with pytest.raises(UsageError, match="there is no composition 'yosida4'; try: yoshida4"):
         composition_named("yosida4")
     with pytest.raises(UsageError, match=r"there is no recursion of leapfrogs of order 5 with 2 on either side"):

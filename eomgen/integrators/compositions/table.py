@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from decimal import Decimal, localcontext
 
 from eomgen.base.messages import nearest, shown
+from eomgen.base.products import fault_of_removed
 from eomgen.errors import Problem, UsageError
 from eomgen.integrators.compositions.composition import Composition, Part
 
@@ -128,7 +129,6 @@ _KAHAN_LI = "Kahan and Li 1997"
 _TABULATED: Mapping[str, tuple[int, str, Mapping[Part, tuple[float, ...]]]] = {
     "leapfrog": (2, "Verlet 1967", {"drift": (0.5, 1.0, 0.5)}),
     "minimum_norm2": (2, _OMELYAN, {"drift": _minimum_norm()}),
-    "bcss2": (2, _BLANES, {"drift": _two_kicks(Decimal("0.21178"))}),
     "bcss3": (2, _BLANES, {"drift": _three_kicks(Decimal("0.11888010966548"), Decimal("0.29619504261126"))}),
     "omf4": (
         4,
@@ -223,7 +223,7 @@ _ALIASES: Mapping[str, str] = {
 
 
 def composition_named(name: str, first: Part = "drift") -> Composition:
-    """Return a composition by name: ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``,
+    """Return a composition by name: ``leapfrog``, ``minimum_norm2``, ``bcss3``, ``omf4``,
     ``blanes_moan4``, ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, or by rule ``yoshida<order>``,
     ``suzuki<order>``, ``creutz_gocksch<order>_<leapfrogs on either side>``.
 
@@ -263,7 +263,8 @@ def _made(name: str, first: Part) -> Composition:
     if rule is None or not names_composition(name):
         known = dict.fromkeys((*_TABULATED, "yoshida4", "yoshida6", "suzuki4", "suzuki6"))
         hint = nearest(name, known) or "yoshida<order>, suzuki<order> or one of " + ", ".join(_TABULATED)
-        raise UsageError(Problem("composition", f"there is no composition {shown(name)} [E0330]", hint))
+        unknown = f"there is no composition {shown(name)} [E0330]", hint
+        raise UsageError(Problem("composition", *(fault_of_removed("method", name) or unknown)))
     return leapfrog_recursion(int(rule[2]), _FORWARD.get(rule[1]) or int(rule[3]), first, name)
 
 

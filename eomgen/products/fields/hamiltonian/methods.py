@@ -13,6 +13,7 @@ from numpy.polynomial import Legendre
 
 from eomgen.base.data import dataclass
 from eomgen.base.messages import listed, nearest
+from eomgen.base.products import fault_of_removed
 from eomgen.errors import DescriptionError, Problem, UsageError
 from eomgen.integrators.compositions import Composition, composition_named, names_composition
 from eomgen.integrators.compositions import compositions as every_composition
@@ -198,8 +199,8 @@ def check_name(name: str) -> None:
     key = name.lower().replace("-", "_")
     if not (key == MIDPOINT or key in _OF_GAUSS or key in EXPLICIT or names_composition(key)):
         known = [*(item.name for item in every_composition()), MIDPOINT, *_OF_GAUSS, *EXPLICIT]
-        hint = nearest(key, known, ELSEWHERE)
-        raise UsageError([Problem("method", f"there is no method {key!r} of Hamiltonian systems [E0779]", hint)])
+        unknown = f"there is no method {key!r} of Hamiltonian systems [E0779]", nearest(key, known, ELSEWHERE)
+        raise UsageError([Problem("method", *(fault_of_removed("method", key) or unknown))])
 
 
 def _composition(name: str, first: str) -> Composition:

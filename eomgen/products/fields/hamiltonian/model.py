@@ -175,7 +175,7 @@ class HamiltonianModel(NamedAttributes):
         t_end, step : float
             The file's by default; negative steps go backwards.
         method : str
-            If H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
+            If H is T(p) + V(q): ``leapfrog``, ``minimum_norm2``, ``bcss3``, ``omf4``, ``blanes_moan4``,
             ``blanes_moan6``, ``kahan_li6``, ``kahan_li8``, and for even orders to 12 ``yoshida<order>``,
             ``suzuki<order>`` and ``creutz_gocksch<order>_<i>``. ``implicit_midpoint`` and, for even orders from 4
             to 12, ``gauss<order>`` for any H, as ``rk4`` and ``rk45``, which are not symplectic; of recursions of
