@@ -79,11 +79,6 @@ def _symmetric(*half: Decimal) -> tuple[float, ...]:
     return tuple(float(value) for value in (*half, *half[-2::-1]))
 
 
-def _two_kicks(outer: Decimal) -> tuple[float, ...]:
-    """Return drifts of ``outer``, the rest and ``outer`` with half a kick between them."""
-    return _symmetric(outer, Decimal("0.5"), 1 - 2 * outer)
-
-
 def _three_kicks(outer: Decimal, kick: Decimal) -> tuple[float, ...]:
     return _symmetric(outer, kick, Decimal("0.5") - outer, 1 - 2 * kick)
 
@@ -115,7 +110,8 @@ def _minimum_norm() -> tuple[float, ...]:
     with localcontext() as context:
         context.prec = _DIGITS
         root = (2 * Decimal(326).sqrt() + 36) ** (Decimal(1) / 3)
-        return _two_kicks(Decimal("0.5") - root / 12 + 1 / (6 * root))
+        outer = Decimal("0.5") - root / 12 + 1 / (6 * root)
+        return _symmetric(outer, Decimal("0.5"), 1 - 2 * outer)
 
 
 _OMELYAN = "Omelyan, Mryglod and Folk 2003"
