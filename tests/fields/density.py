@@ -11,14 +11,14 @@ import pytest
 
 from eomgen.base.arrays import Array
 from eomgen.fields import CellEnergy, FieldPosterior, LinearOperator, Mesh, lognormal_amplitude, poisson
-from eomgen.products.fields.posteriors.cells import _compiled
+from eomgen.products.fields.posteriors.cells import _compile
 from eomgen.toolchain.builder import Builder
 
 
 @pytest.fixture(scope="module", autouse=True)
 def optimised() -> Iterator[None]:
     """Compile as users do: gradients take a sixth of the time then, and the C of a cell is short."""
-    _compiled.cache_clear()
+    _compile.cache_clear()
     with pytest.MonkeyPatch.context() as changed:
         changed.setattr("eomgen.products.fields.posteriors.cells.Builder", partial(Builder, "fast"))
         yield

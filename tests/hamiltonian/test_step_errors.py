@@ -16,7 +16,7 @@ from eomgen.base.arrays import Array
 from eomgen.cli import main
 from eomgen.errors import NumericalError
 from eomgen.products.fields.hamiltonian.model import HamiltonianModel
-from eomgen.products.fields.hamiltonian.solution import estimated
+from eomgen.products.fields.hamiltonian.solution import estimate_errors
 from tests.hamiltonian.test_hamiltonian import HENON_HEILES
 from tests.models.cache import shared_cache
 
@@ -80,7 +80,7 @@ def test_what_is_not_known_is_said() -> None:
     def fails(multiple: float, spacing: int) -> Array | None:
         return None
 
-    found = estimated(np.zeros((3, 2)), 0.1, 1, 2, 2, ["x", "p_x"], fails)
+    found = estimate_errors(np.zeros((3, 2)), 0.1, 1, 2, 2, ["x", "p_x"], fails)
     assert str(found) == "not known: a run in steps of 0.05 failed"
     exact = model.simulate(4.0, 0.1, method="gauss12").error_estimate
     assert exact.relative < 1e-13

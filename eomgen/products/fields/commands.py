@@ -150,7 +150,7 @@ def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
     rows = [
         ("method", f"{metadata['method']}, order {metadata['order']}, step {metadata['step']:.6g}"),
         ("end", f"t = {solution.t[-1]:.9g}, {counted(len(solution.t), 'row')}"),
-        *_changed(metadata["parameters"], document),
+        *_changed_parameters(metadata["parameters"], document),
         ("steps", str(stats["steps"])),
         ("gradients", str(stats["gradients"])),
         ("time of computation", f"{stats['wall_time']:.3g} s"),
@@ -166,7 +166,7 @@ def _print(solution: HamiltonianSolution, document: Hamiltonian) -> None:
     print_table(metadata["name"], ("", ""), rows)
 
 
-def _changed(values: Mapping[str, float], document: Hamiltonian) -> list[tuple[str, str]]:
+def _changed_parameters(values: Mapping[str, float], document: Hamiltonian) -> list[tuple[str, str]]:
     """Return a row for each parameter whose value in a run is another than in the file."""
     return [
         (f"parameter {item.name}", f"{value:.9g}{' ' + item.unit if item.unit else ''}, in the scene {item.value:.9g}")

@@ -36,7 +36,7 @@ from eomgen.products.fields.documents.schema import (
     FieldFile,
     OperatorTable,
     PowerTable,
-    said,
+    value_text,
 )
 from eomgen.scene.formula.namespaces import mentions_any
 from eomgen.scene.formula.scope import SceneNames, Scope
@@ -129,8 +129,8 @@ class _FieldReader(FieldEntries[FieldFile]):
         fields = _last(operators)
         columns: tuple[str, ...] = ()
         if not (report.concerns("operators") or report.concerns("data")):  # else names are unknown because of faults
-            given = self.drawn(given, operators)
-            named, columns = self.used(energy, where, operators, given)
+            given = self.read_random_data(given, operators)
+            named, columns = self.names_in_cell(energy, where, operators, given)
             fields = named or fields
         sampling = self.sampling(fields)
         if report.noted:
@@ -173,7 +173,7 @@ class _FieldReader(FieldEntries[FieldFile]):
         if not isinstance(sides, tuple):
             return (sides,) * axes
         if len(sides) != axes:
-            fault = f"the length of the box cannot be {said(sides)} [E0727]"
+            fault = f"the length of the box cannot be {value_text(sides)} [E0727]"
             self.report.add("mesh.length", fault, f"one number for all axes, or a list of {axes}")
         return sides
 
@@ -218,7 +218,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             of = ""
         if kind is None:
             return None
-        where, value = self.named(f"{key}.where", entry.where, self.waves), getattr(entry, kind)
+        where, value = self.auxiliary_formulas(f"{key}.where", entry.where, self.waves), getattr(entry, kind)
         if kind == "white":
             return Operator(name, "white", of=of)
         if kind == "smoothing":
@@ -250,7 +250,9 @@ class _FieldReader(FieldEntries[FieldFile]):
             return None
         return given[0]
 
-    def named(self, key: str, entry: Mapping[str, float | str], own: Sequence[str]) -> tuple[tuple[str, Formula], ...]:
+    def auxiliary_formulas(
+        self, key: str, entry: Mapping[str, float | str], own: Sequence[str]
+    ) -> tuple[tuple[str, Formula], ...]:
         """Return the formulas of a table ``where``; each formula may use the previous names."""
         made: list[tuple[str, Formula]] = []
         for name, text in entry.items():
@@ -289,7 +291,7 @@ class _FieldReader(FieldEntries[FieldFile]):
             made.append(Data(name, kind, read or ZERO, None, entry.file or "", entry.column, least))
         return made
 
-    def drawn(self, given: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
+    def read_random_data(self, given: Sequence[Data], operators: Sequence[Operator]) -> list[Data]:
         """Return data with the formulas of random data, which are about fields of the truth."""
         made: list[Data] = []
         own = _with_variances(item.name for item in operators)
@@ -324,7 +326,7 @@ class _FieldReader(FieldEntries[FieldFile]):
 
     # -- energy ------------------------------------------------------------------------------------------------------
 
-    def used(
+    def names_in_cell(
         self, energy: str, where: Mapping[str, str], operators: Sequence[Operator], given: Sequence[Data]
     ) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Return the operators and the data named in formulas of a cell, in the order of the file."""

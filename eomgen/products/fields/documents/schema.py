@@ -40,7 +40,7 @@ def _cells(value: object) -> tuple[int, ...]:
     """Return numbers of cells along one to three axes."""
     counts = value if isinstance(value, list | tuple) else [value]
     if not 1 <= len(counts) <= 3 or any(type(count) is not int or count < 2 for count in counts):
-        text = f"the numbers of cells cannot be {said(value)} [E0726]"
+        text = f"the numbers of cells cannot be {value_text(value)} [E0726]"
         raise PydanticCustomError("cells", "{text}", {"text": text})
     return tuple(counts)
 
@@ -50,7 +50,7 @@ def _sides(value: object) -> float | tuple[float, ...]:
     sides = value if isinstance(value, list | tuple) else [value]
     lengths = [float(side) for side in sides if is_plain_number(side) and 1e-100 <= side <= 1e100]
     if not sides or len(lengths) < len(sides):
-        text = f"the length of the box cannot be {said(value)} [E0727]"
+        text = f"the length of the box cannot be {value_text(value)} [E0727]"
         raise PydanticCustomError("length", "{text}", {"text": text})
     return tuple(lengths) if sides is value else lengths[0]
 
@@ -62,7 +62,7 @@ def _truth_value(value: object) -> bool:
     return value
 
 
-def said(value: object) -> str:
+def value_text(value: object) -> str:
     """Return a value as messages say it, lists with their entries."""
     return f"[{', '.join(map(repr, value))}]"[:60] if isinstance(value, list | tuple) else described(value)
 

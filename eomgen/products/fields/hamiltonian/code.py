@@ -116,7 +116,7 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
         tape,
         tuple(Factor("R", item.name, k, 1, k, 1) for k, item in enumerate(document.coordinates)),
         {function.name: function for function in functions},
-        tuple(Quantity(item.name, item.value, 1, item.unit, _described(item)) for item in document.parameters),
+        tuple(Quantity(item.name, item.value, 1, item.unit, _description(item)) for item in document.parameters),
         (),
         tuple(Quantity(item.name, unit=item.unit) for item in document.outputs),
         (),
@@ -129,7 +129,7 @@ def _system(document: Hamiltonian, tape: Tape, functions: Sequence[Function]) ->
     )
 
 
-def _described(item: Parameter) -> str:
+def _description(item: Parameter) -> str:
     """Return the description of a parameter, and the parameters on which it depends in files, but not in a struct of
     C."""
     leaders = [] if item.formula is None else sorted({symbol.name for symbol in symbols(item.formula)})

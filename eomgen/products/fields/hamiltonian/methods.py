@@ -78,7 +78,7 @@ class Method:
     error: tuple[float, ...] = ()
 
     @property
-    def composed(self) -> bool:
+    def is_composition(self) -> bool:
         """Whether steps are of drifts and kicks."""
         return self.stages == 0
 
@@ -90,11 +90,11 @@ class Method:
     @property
     def gradients(self) -> int:
         """Evaluations of forces in a step of a composition; 0 for other methods."""
-        return len(self.fractions) // 2 if self.composed else 0
+        return len(self.fractions) // 2 if self.is_composition else 0
 
     def work(self, n: int) -> int:
         """Return the numbers of memory for steps of n coordinates: of drifts and kicks none."""
-        if self.composed:
+        if self.is_composition:
             return 0
         vectors = krylov(n)
         return 2 * n * (1 + self.stages * (8 + vectors)) + (vectors + 1) * (vectors + 3)

@@ -24,7 +24,13 @@ from eomgen.products.fields.documents.document import (
     check_step_count,
 )
 from eomgen.products.fields.hamiltonian.methods import KINDS, Method, method_for
-from eomgen.products.fields.hamiltonian.solution import FINER, HamiltonianSolution, StepErrors, by_tolerance, estimated
+from eomgen.products.fields.hamiltonian.solution import (
+    FINER,
+    HamiltonianSolution,
+    StepErrors,
+    by_tolerance,
+    estimate_errors,
+)
 from eomgen.toolchain.builder import Builder
 from eomgen.toolchain.library import Library
 
@@ -224,7 +230,7 @@ class HamiltonianModel(NamedAttributes):
         seconds = time.perf_counter() - began
         taken = np.minimum(np.arange(len(rows)) * every, counted[0])
 
-        def compared(multiple: float, spacing: int, by_tolerance: float = 1.0) -> Array | None:
+        def run_for_comparison(multiple: float, spacing: int, by_tolerance: float = 1.0) -> Array | None:
             grid = (multiple * step, round(steps / multiple), round(spacing / multiple))
             result, _, ended = self._steps(chosen, grid, state, values, allowed * by_tolerance, compensated=kept)
             if ended < 0:
@@ -236,14 +242,14 @@ class HamiltonianModel(NamedAttributes):
             names = [*self.q_names, *self.p_names]
             try:
                 if chosen.chooses_steps:
-                    finer = compared(1.0, every, FINER)
+                    finer = run_for_comparison(1.0, every, FINER)
                     errors = by_tolerance(rows, finer, taken * step, allowed, names)
                 else:
-                    errors = estimated(rows, step, every, steps, chosen.order, names, compared)
+                    errors = estimate_errors(rows, step, every, steps, chosen.order, names, run_for_comparison)
             except KeyboardInterrupt:  # the rows so far are kept
                 errors = StepErrors(reason="it was interrupted")
         t, q, p = taken * step, rows[:, : self.n].copy(), rows[:, self.n :].copy()
-        energy, outputs = self._observed(q, p, values)
+        energy, outputs = self._energies_and_outputs(q, p, values)
         changed, exploded = _change_of_energy(energy, chosen, step)
         notes = [_ending(status, t, step, steps), self._too_large(chosen, step, state[0], values), changed]
         return HamiltonianSolution(
@@ -260,7 +266,7 @@ class HamiltonianModel(NamedAttributes):
             interrupted=status < 0,
         )
 
-    def _observed(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], NamedResults[Array]]:
+    def _energies_and_outputs(self, q: Array, p: Array, values: Array) -> tuple[dict[str, Array], NamedResults[Array]]:
         """Return the parts of H and the outputs at states, (rows, n) each."""
         parts = self._call("hamiltonian", [q, p], values)[0]
         energy: dict[str, Array] = {
@@ -284,7 +290,7 @@ class HamiltonianModel(NamedAttributes):
             "name": self.name,
             "method": chosen.name,
             "order": chosen.order,
-            "first": first if chosen.composed else "",
+            "first": first if chosen.is_composition else "",
             "step": step,
             "tolerance": tolerance if chosen.chooses_steps else None,
             "compensated": compensated,

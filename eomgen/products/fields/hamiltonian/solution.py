@@ -85,7 +85,7 @@ class StepErrors:
         }
 
 
-def estimated(
+def estimate_errors(
     own: Array, step: float, every: int, steps: int, order: int, names: Sequence[str], rows: Rows
 ) -> StepErrors:
     """Return the estimate of a run by runs in steps twice and four times as long, or else half as long.
@@ -113,13 +113,17 @@ def estimated(
             seen = math.log2(float(further.max()) / float(apart.max())) if not small else math.nan
             if small or (abs(seen - order) < _OTHER_ORDER and float(further.max()) < LOST):
                 made = f"runs in steps of {2 * step:.6g} and {4 * step:.6g}"
-                return _made(apart / (2**order - 1), scale, [ends[k] * step for k in common], names, seen, order, made)
+                return _step_errors(
+                    apart / (2**order - 1), scale, [ends[k] * step for k in common], names, seen, order, made
+                )
     finer = rows(0.5, every)
     if finer is None:
         return StepErrors(reason=f"a run in steps of {step / 2:.6g} failed", declared_order=order)
     apart = np.abs(own - finer) / scale
     made = f"a run in steps of {step / 2:.6g}"
-    return _made(apart * 2**order / (2**order - 1), scale, [end * step for end in ends], names, math.nan, order, made)
+    return _step_errors(
+        apart * 2**order / (2**order - 1), scale, [end * step for end in ends], names, math.nan, order, made
+    )
 
 
 def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, names: Sequence[str]) -> StepErrors:
@@ -128,7 +132,7 @@ def by_tolerance(own: Array, finer: Array | None, t: Array, tolerance: float, na
         return StepErrors(reason=f"a run at tolerance {tolerance * FINER:.3g} failed")
     scale = _scale(own)
     made = f"a run at tolerance {tolerance * FINER:.3g}"
-    return _made(np.abs(own - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
+    return _step_errors(np.abs(own - finer) / scale, scale, t.tolist(), names, math.nan, math.nan, made)
 
 
 def _scale(own: Array) -> Array:
@@ -137,7 +141,7 @@ def _scale(own: Array) -> Array:
     return np.asarray(np.where(result > 0, result, np.maximum(np.abs(own).max(axis=0), np.finfo(float).tiny)))
 
 
-def _made(
+def _step_errors(
     shares: Array, scale: Array, t: Sequence[float], names: Sequence[str], seen: float, order: float, method: str
 ) -> StepErrors:
     at = shares.max(axis=1)

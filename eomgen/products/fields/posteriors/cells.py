@@ -231,12 +231,12 @@ def cell_tape(energy: CellEnergy, fields: Sequence[str], data: Sequence[str], ma
     known |= {name: algebra.scalar(float(value)) for name, value in energy.parameters.items()}
     defined, of_where = named_expressions(energy.definitions), dict[str, Scalar]()
 
-    def recorded(key: str, text: str) -> Scalar:
+    def record(key: str, text: str) -> Scalar:
         return record_at(key, algebra, cell_formula(key, text, known, defined, of_where), {**known, **of_where})
 
     for name, text in energy.where.items():
-        of_where[name] = recorded(f"cell energy (where.{name})", text)
-    h = recorded("cell energy", energy.formula)
+        of_where[name] = record(f"cell energy (where.{name})", text)
+    h = record("cell energy", energy.formula)
     slopes = gradient(tape, h.ref, [item.ref for item in q])
     products = jacobian_vector(tape, slopes, {item.ref: to.ref for item, to in zip(q, along, strict=True)})
     return CellTape(tape, h.ref, tuple(slopes), tuple(products))
@@ -278,7 +278,7 @@ class CellRoutines:
     """
 
     def __init__(self, text: str, idle: bool, single: bool = False, threads: int = 1) -> None:
-        self.ffi, self.lib = _compiled(text, idle, single and not idle)
+        self.ffi, self.lib = _compile(text, idle, single and not idle)
         self.threads = threads
 
     def pointers(self, arrays: Sequence[Reals]) -> Any:
@@ -303,7 +303,7 @@ class CellRoutines:
         def part(a: Any, x: Any, y: Any) -> None:
             made(x.size, *self._symbol(a), self.address(x), self.address(y))
 
-        self._shared(part, symbol, x, y)
+        self._share(part, symbol, x, y)
 
     def residual(self, fields: Sequence[Reals], data: Sequence[Array]) -> None:
         """Put the derivatives of the energy of each cell in place of the fields, in double or single precision."""
@@ -314,7 +314,7 @@ class CellRoutines:
             own, others = arrays[: len(fields)], arrays[len(fields) :]
             made(own[0].size, self.pointers(own), self.pointers(others))
 
-        self._shared(part, *fields, *data)
+        self._share(part, *fields, *data)
 
     def add(
         self, size: float, symbol: Array | Complex | None, x: Spectrum, y: Complex, beside: Complex | None = None
@@ -326,9 +326,9 @@ class CellRoutines:
             turns, address = self._symbol(a)
             made(x.size, turns, size, address, self.address(x), self.address(beside), self.address(y))
 
-        self._shared(part, symbol, x, beside, y)
+        self._share(part, symbol, x, beside, y)
 
-    def _shared(self, part: Callable[..., None], *arrays: Reals | Spectrum | None) -> None:
+    def _share(self, part: Callable[..., None], *arrays: Reals | Spectrum | None) -> None:
         """Call a function with arrays of one size, or with the same parts of each in several threads."""
         size = next(array.size for array in arrays if array is not None)
         if self.threads == 1 or size < _SHARED:
@@ -351,5 +351,5 @@ class CellRoutines:
 
 
 @functools.lru_cache(maxsize=32)
-def _compiled(text: str, idle: bool, single: bool) -> tuple[Any, Any]:
+def _compile(text: str, idle: bool, single: bool) -> tuple[Any, Any]:
     return Builder(real="lanes").build_routine(text, _CDEF + _CELLS * (not idle) + _SINGLE * single)

@@ -220,7 +220,7 @@ class Mesh:
         (k, power) : (bins,) each
             Mean |k| of the amplitudes in each bin; NaN if there are none.
         """
-        number, inside, count, mean = _binned(self, bins)
+        number, inside, count, mean = _bins(self, bins)
         weights = np.broadcast_to(self.weights, self.half)
         result = np.bincount(number, (weights * np.abs(spectrum) ** 2).ravel()[inside], bins)
         with np.errstate(invalid="ignore"):
@@ -275,7 +275,7 @@ def numbers_of_cells(mesh: Mesh, values: ArrayLike, least: float, key: str) -> A
 
 
 @functools.lru_cache(maxsize=4)
-def _binned(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], Array, Array]:
+def _bins(mesh: Mesh, bins: int) -> tuple[NDArray[np.int64], NDArray[np.bool_], Array, Array]:
     """Return the bin of each binned amplitude, the mask of binned amplitudes, and the number and mean |k| of each
     bin."""
     nyquist = min(math.pi * count / length for count, length in zip(mesh.cells, mesh.lengths, strict=True))

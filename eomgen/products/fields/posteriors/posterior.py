@@ -103,7 +103,7 @@ class FieldPosterior:
                 )
         #: Bytes of the arrays of a trajectory.
         self.memory = mesh.require_memory(_SPECTRA, len(fields) + len(data or {}) + 2, "a trajectory")
-        self.data = {name: self._checked(name, values) for name, values in (data or {}).items()}
+        self.data = {name: self._check(name, values) for name, values in (data or {}).items()}
         masked = {name: operator.mask for name, operator in self.operators.items() if operator.mask is not None}
         made = cell_tape(self.energy_of_cell, list(self.operators), list(self.data), list(masked))
         #: Whether there is no energy of cells: fields follow the prior.
@@ -118,12 +118,12 @@ class FieldPosterior:
         self._transforms = make_transforms(mesh, transforms, len(self.operators))
         #: Buffers of ``add_gradient``.
         self._fast = make_transforms(mesh, transforms, len(self.operators), single=True) if single else self._transforms
-        self._symbols = [_scaled(operator, self._transforms.scale) for operator in self.operators.values()]
+        self._symbols = [_scale(operator, self._transforms.scale) for operator in self.operators.values()]
         self._even = mesh.cells[-1] % 2 == 0
         #: Evaluations of the gradient so far, of the energy, and products with the Hessian.
         self.gradients, self.energies, self.products = 0, 0, 0
 
-    def _checked(self, name: str, values: ArrayLike) -> Array:
+    def _check(self, name: str, values: ArrayLike) -> Array:
         made = np.asarray(values, dtype=float)
         if made.ndim and made.shape != self.mesh.cells:
             fault = f"the array has the shape {made.shape}, and the mesh {self.mesh.cells} [E0810]"
@@ -613,7 +613,7 @@ class FieldPosterior:
         return result
 
 
-def _scaled(operator: LinearOperator, scale: float) -> Array | Complex | None:
+def _scale(operator: LinearOperator, scale: float) -> Array | Complex | None:
     """Return an operator's filter times the scale of transforms, as a new array; None if there is no filter and the
     scale is 1."""
     if scale == 1.0:

@@ -38,7 +38,7 @@ def split_r_hat(chains: ArrayLike) -> Array:
     >>> round(float(split_r_hat(chains)), 2)
     1.0
     """
-    values = _of_chains(chains)
+    values = _chain_values(chains)
     half = values.shape[1] // 2
     parts = np.concatenate([values[:, :half], values[:, -half:]])
     within = parts.var(axis=1, ddof=1).mean(axis=0)
@@ -76,7 +76,7 @@ def autocorrelation_time(chains: ArrayLike) -> Array:
     >>> round(float(autocorrelation_time(chains)))
     1
     """
-    values = _of_chains(chains)
+    values = _chain_values(chains)
     count = values.shape[1]
     centred = values - values.mean(axis=1, keepdims=True)
     spectra = np.fft.rfft(centred, 2 * count, axis=1)
@@ -109,7 +109,7 @@ def autocorrelation_error(times: ArrayLike, samples: int) -> Array:
     return np.asarray(np.sqrt(2.0 * (2.0 * _WINDOW * np.maximum(times, 1.0) + 1.0) / samples))
 
 
-def _of_chains(chains: ArrayLike) -> Array:
+def _chain_values(chains: ArrayLike) -> Array:
     values = np.asarray(chains, dtype=float)
     if values.ndim < 2 or values.shape[1] < 4:
         fault = f"samples of the shape {values.shape} are not chains of four samples or more [E0818]"

@@ -133,7 +133,7 @@ def field_problem(system: FieldSystem, chains: int = 0) -> FieldProblem:
     made = _FileObjects(system, mesh)
     for item in system.data:
         if item.kind not in DRAWN:
-            made.data[item.name] = made.given(item)
+            made.data[item.name] = made.fixed_data(item)
     for operator in system.operators:
         with _at(system, f"operators.{operator.name}"):
             made.operators[operator.name] = made.operator(operator)
@@ -288,7 +288,7 @@ class _FileObjects:
         elif item.kind == "filter":
             made = LinearOperator("filter", mesh, self.filter(item))
         else:
-            power = self.tabled(item.table) if item.table is not None else self.power(item)
+            power = self.interpolate_power(item.table) if item.table is not None else self.power(item)
             made = amplitude(mesh, power) if item.kind == "power" else lognormal_amplitude(mesh, power, warn=False)
         made = made @ self.operators[item.of] if item.of else made
         if not math.isfinite(made.variance):
@@ -299,7 +299,7 @@ class _FileObjects:
 
     def power(self, item: Operator) -> Array:
         """Return a power spectrum by formula, which has to be the same at k and at -k. Raises ModelError."""
-        values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
+        values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
         finite = np.isfinite(values) & np.isfinite(turned)
         if not np.allclose(values[finite], turned[finite], rtol=1e-12, atol=1e-300):
             fault = "the power is not the same at k and at -k, and the power of a real field is [E0835]"
@@ -308,7 +308,7 @@ class _FileObjects:
 
     def filter(self, item: Operator) -> Array:
         """Return a real filter, which has to be the same at k and at -k. Raises ModelError."""
-        values, turned = (self.of_waves(item, sign) for sign in (1.0, -1.0))
+        values, turned = (self.symbol_values(item, sign) for sign in (1.0, -1.0))
         if not np.all(np.isfinite(values)):
             place = np.unravel_index(int(np.argmax(~np.isfinite(values))), values.shape)
             fault = f"the filter has no finite value at k = {self.mesh.wave_numbers[place]:.6g} [E0836]"
@@ -320,7 +320,7 @@ class _FileObjects:
             )
         return values
 
-    def of_waves(self, item: Operator, sign: float) -> Array:
+    def symbol_values(self, item: Operator, sign: float) -> Array:
         """Return the values of an operator's formula at the wave numbers; of components with the sign."""
         mesh = self.mesh
         known: dict[str, Any] = {"k": mesh.wave_numbers, **self.values}
@@ -330,7 +330,7 @@ class _FileObjects:
         result = evaluate_batch(item.formula, lambda symbol: known[symbol.name])
         return np.array(np.broadcast_to(result, mesh.half))
 
-    def tabled(self, table: Table) -> Array:
+    def interpolate_power(self, table: Table) -> Array:
         """Return the power of a table at the wave numbers, straight lines of logarithms; 0 at k = 0."""
         path = self.system.folder / table.file
         names, rows = read_table(path)
@@ -375,11 +375,11 @@ class _FileObjects:
                 known[name] = ((np.arange(count) + 0.5) * (length / count)).reshape(shape)
         return evaluate_batch(formula, lambda symbol: known[symbol.name])
 
-    def given(self, item: Data) -> Array:
+    def fixed_data(self, item: Data) -> Array:
         """Return numbers from a file or by a formula. Raises FileError, ModelError."""
-        return self.checked(item, self.read(item) if item.kind == "file" else self.in_cells(item.formula, {}))
+        return self.check(item, self.read(item) if item.kind == "file" else self.in_cells(item.formula, {}))
 
-    def checked(self, item: Data, values: Array) -> Array:
+    def check(self, item: Data, values: Array) -> Array:
         """Return numbers for all cells. Raises ModelError for impossible numbers."""
         least = -math.inf if item.minimum is None else item.minimum
         return numbers_of_cells(self.mesh, values, least, self.system.place(f"data.{item.name}"))
@@ -434,10 +434,10 @@ class _FileObjects:
                     raise ModelError(Problem(key, fault, f"a formula of finite values{bound}"))
             stream = np.random.Generator(np.random.Philox(key=[seed, number + 1]))
             with _at(self.system, f"data.{item.name}"):
-                self.data[item.name] = self.checked(item, _drawn(item, stream, mean, spread))
+                self.data[item.name] = self.check(item, _draw(item, stream, mean, spread))
 
 
-def _drawn(item: Data, stream: np.random.Generator, mean: Array, spread: list[Array]) -> Array:
+def _draw(item: Data, stream: np.random.Generator, mean: Array, spread: list[Array]) -> Array:
     try:
         if item.kind == "normal":
             return mean + spread[0] * stream.standard_normal(mean.shape)

@@ -412,7 +412,7 @@ def _slices(result: FieldSamples) -> Any:
         axes.set_title(title, loc="left", fontsize="medium")
     for axes in every[len(panels) :]:
         axes.set_visible(False)
-    figure.suptitle(f"{result.name}{where}, {_made(result)}")
+    figure.suptitle(f"{result.name}{where}, {_title(result)}")
     return figure
 
 
@@ -434,7 +434,7 @@ def _lines(result: FieldSamples, panels: list[tuple[str, Array, str]]) -> Any:
         axes.plot(x, values, ".", color=GREY, markersize=3)
         _frame(axes, ylabel=title)
     every[-1].set_xlabel(axis_label("x", unit))
-    figure.suptitle(f"{result.name}, {_made(result)}")
+    figure.suptitle(f"{result.name}, {_title(result)}")
     return figure
 
 
@@ -473,7 +473,7 @@ def _power(result: FieldSamples) -> Any:
         beside.set_ylabel("split R-hat", color=VERMILION)
         beside.ticklabel_format(useOffset=False)
     _frame(right, "chains", xlabel=x)
-    figure.suptitle(f"{result.name}: {result.problem.watched}, {_made(result)}")
+    figure.suptitle(f"{result.name}: {result.problem.watched}, {_title(result)}")
     return figure
 
 
@@ -511,7 +511,7 @@ def _chains(result: FieldSamples) -> Any:
         right.hist(r_hats, bins=40, color=BLUE, alpha=0.6)
         title = f"R-hat of {r_hats.size} cells, largest {r_hats.max():.3f}"
         _frame(right, title, xlabel="split R-hat", ylabel="cells")
-    figure.suptitle(f"{result.name}, {_made(result)}")
+    figure.suptitle(f"{result.name}, {_title(result)}")
     return figure
 
 
@@ -529,6 +529,6 @@ def _column(scales: list[Scale], name: str) -> Array:
     return np.array([getattr(scale, name) for scale in scales])
 
 
-def _made(result: FieldSamples) -> str:
+def _title(result: FieldSamples) -> str:
     chains = len(result.samples.accepted)
     return f"{result.settings.method}, {chains} x {result.count} samples"

@@ -126,12 +126,12 @@ class _Run:
         self.warmed = np.zeros(settings.chains, int)
         self.seconds, self.gradients = 0.0, 0
         stored = self.read(folder) if resume and folder is not None else None
-        self.sampler = self.started(stored is not None)
+        self.sampler = self.start(stored is not None)
         self.record = self.sampler.record(settings.samples)
         if stored is not None:
             self.take(*stored)
 
-    def started(self, resume: bool) -> Sampler:
+    def start(self, resume: bool) -> Sampler:
         settings = self.settings
         given: Any = {name: value for name, value in vars(settings).items() if name in _OF_SAMPLERS}
         if resume:
@@ -153,7 +153,7 @@ class _Run:
         def stop() -> bool:
             return interrupts.heard
 
-        def drawn(_: int, outcome: Outcome, __: float) -> None:
+        def report_sample(_: int, outcome: Outcome, __: float) -> None:
             nonlocal saved
             now = time.perf_counter()
             self.gradients += outcome.gradients
@@ -164,20 +164,20 @@ class _Run:
                 self.save(self.folder)
                 saved = now
 
-        def warmed(chain: int, outcome: Outcome, potential: float) -> None:
+        def record_warm_up(chain: int, outcome: Outcome, potential: float) -> None:
             row = (outcome.error, outcome.accepted, outcome.gradients, potential)
             self.warm_up[chain, self.warmed[chain]] = row
             self.warmed[chain] += 1
-            drawn(chain, outcome, potential)
+            report_sample(chain, outcome, potential)
 
         if bar is not None:
             bar(int(self.warmed.sum() + self.record.counts.sum()), total)
         whole = True
         if not self.record.counts.any():
             adapt = settings.step == 0.0
-            whole = self.sampler.warm_up(settings.warm_up, adapt=adapt, goes_on=True, stop=stop, seen=warmed)
+            whole = self.sampler.warm_up(settings.warm_up, adapt=adapt, goes_on=True, stop=stop, seen=record_warm_up)
         if whole:
-            whole = self.sampler.fill(self.record, self.problem.watched, stop=stop, seen=drawn)
+            whole = self.sampler.fill(self.record, self.problem.watched, stop=stop, seen=report_sample)
         self.seconds = spent + time.perf_counter() - began
         if self.folder is not None:
             self.save(self.folder)
@@ -196,7 +196,7 @@ class _Run:
 
     # -- checkpoints -------------------------------------------------------------------------------------------------
 
-    def fixed(self) -> dict[str, Any]:
+    def fixed_settings(self) -> dict[str, Any]:
         """Return the settings that have to be the same if a run goes on."""
         settings = {name: value for name, value in vars(self.settings).items() if name not in _OPEN}
         return {**settings, "mass": self.mass, "field": self.problem.watched, "posterior": self.problem.digest}
@@ -205,7 +205,12 @@ class _Run:
         arrays, metadata = self.sampler.state()
         record = {f"record.{name}": array for name, array in self.record.arrays().items()}
         more = {"warm_up": self.warm_up, "warmed": self.warmed.astype(float)}
-        told = {"settings": self.fixed(), "chains": metadata, "seconds": self.seconds, "gradients": self.gradients}
+        told = {
+            "settings": self.fixed_settings(),
+            "chains": metadata,
+            "seconds": self.seconds,
+            "gradients": self.gradients,
+        }
         write_arrays(folder / CHECKPOINT, {**arrays, **record, **more}, told)
 
     def read(self, folder: Path) -> tuple[dict[str, Array], dict[str, Any]]:
@@ -217,7 +222,7 @@ class _Run:
         if missing:
             fault = f"this is not a checkpoint of chains: {listed(missing)} is missing [E0855]"
             raise FileError(Problem(str(path), fault, "a folder of eomgen sample --out"))
-        own, theirs = self.fixed(), told["settings"]
+        own, theirs = self.fixed_settings(), told["settings"]
         for name, value in own.items():
             if name not in theirs or theirs[name] != value:
                 fault = f"it is of a run with {name} = {theirs.get(name)!r}, and here it is {value!r} [E0857]"
