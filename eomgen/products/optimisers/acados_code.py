@@ -64,9 +64,9 @@ class Family:
         return self.equations
 
     @property
-    def timed(self) -> bool:
+    def takes_time(self) -> bool:
         """Whether a function takes the time."""
-        return self.step.timed if self.step is not None else self.known_equations.timed
+        return self.step.timed if self.step is not None else self.known_equations.takes_time
 
     @cached_property
     def entries(self) -> Mapping[str, Callable[[_Sizes, Texts], dict[str, Any]]]:
@@ -266,7 +266,9 @@ def _file(ending: str, shared: Mapping[str, Any], firsts: Iterable[str], seconds
     entry, second = family.entries[ending](sizes, texts), ending.endswith("_hess")
     included = seconds if second else firsts if ending == next(iter(family.entries)) else ()
     first = entry["kind"] not in ("value", "step_0", "implicit_hessian") or bool(family.step and family.step.nu)
-    of_model = [{"name": one.name, "components": texts.of_components(one, first, second)} for one in family.functions]
+    of_model = [
+        {"name": one.name, "components": texts.component_derivatives(one, first, second)} for one in family.functions
+    ]
     names = {**shared, "entry": entry, "symbol": f"{shared['prefix']}_{ending}", "second": second}
     names |= {"included": sorted(file for file in included if file.endswith(".c")), "functions": of_model}
     names |= {"sparsities": texts.patterns, "tables": texts.tables}
@@ -288,7 +290,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     files, symbols = dict[str, str](), list[dict[str, Any]]()
     states = program.input_size("q") + program.sizes["v"] + program.sizes["z"]
     inputs, rows = program.sizes["u"], program.sizes["lam"]
-    timed = any(family.timed for family in made)
+    timed = any(family.takes_time for family in made)
     parameters = program.sizes["p"] + timed
     # Explicit rates and explicit steps are made of the same functions.
     names_of = {family.name: {function.name for function in family.functions} for family in made}

@@ -29,7 +29,7 @@ def arguments_of(name: str) -> list[str]:
     return [block for block in ARGUMENTS if block in TERMS[f"{name}_derivatives"].inputs]
 
 
-def of_run(
+def run_arguments(
     q: Array, v: Array, parameters: object, inputs: object, array: Callable[[str, Any], Array]
 ) -> dict[str, Any]:
     """Return the arguments of a run in which derivatives are taken, nested; ``array`` makes each. Raises UsageError."""

@@ -45,7 +45,7 @@ class Texts:
 
     def pattern(self, pattern: Pattern) -> int:
         """Return the number of a pattern."""
-        return _number(self.patterns, pattern.compressed)
+        return _number(self.patterns, pattern.casadi_sparsity)
 
     def table(self, numbers: Iterable[int]) -> int:
         """Return the number of a table."""
@@ -55,7 +55,9 @@ class Texts:
         """Return an input or output of a function of CasADi."""
         return {"name": name, "sparsity": self.pattern(pattern)}
 
-    def of_components(self, exported: Exported, first: bool = True, second: bool = True) -> dict[str, Any] | None:
+    def component_derivatives(
+        self, exported: Exported, first: bool = True, second: bool = True
+    ) -> dict[str, Any] | None:
         """Return the products that give first and second derivatives in the components of q, with numbers of tables."""
         if exported.components is None:
             return None
@@ -98,7 +100,7 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
         numbered = {"number": len(inputs), "count": len(block.rows)}
         inputs.append({"name": name, "size": size, **numbered, **numbers})
     function = {"name": exported.name, "inputs": inputs, "step": is_step, "first": exported.first}
-    function |= {"components": texts.of_components(exported), "bent": exported.work > exported.first}
+    function |= {"components": texts.component_derivatives(exported), "bent": exported.work > exported.first}
     own = [texts.argument(name, dense(size)) for name, size in exported.sizes.items()]
     result = texts.argument(output, dense(rows))
     after, weights = texts.argument(f"out_{output}", empty(rows, 1)), texts.argument(f"adj_{output}", dense(rows))
@@ -121,12 +123,14 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
             second.add(f"jac_adj_{name}_{other}", exported.hessian.block(of_rows, of_columns), "H")
         size = exported.sizes[name]
         second.add(f"jac_adj_{name}_out_{output}", empty(size, rows), "")
-        second.add(f"jac_adj_{name}_adj_{output}", of_jacobian[name].transposed, "J")
+        second.add(f"jac_adj_{name}_adj_{output}", of_jacobian[name].transpose, "J")
     forward = [texts.argument(f"fwd_{name}", dense(size)) for name, size in exported.sizes.items()]
     any_gradient = [f"res[{k}] != NULL" for k, item in enumerate(inputs) if item["count"]]
     return [
         entry("", "step" if is_step else "value", own, [result]),
-        entry("jac_", "jacobian", [*own, after], first.outputs, blocks=first.blocks, first_blocks=first.asked("J")),
+        entry(
+            "jac_", "jacobian", [*own, after], first.outputs, blocks=first.blocks, first_blocks=first.conditions("J")
+        ),
         entry("adj1_", "adjoint", [*own, after, weights], gradients, first_blocks=any_gradient),
         entry(
             "jac_adj1_",
@@ -134,14 +138,14 @@ def _functions_of(program: Program, exported: Exported, texts: Texts) -> list[di
             [*own, after, weights, *unused],
             second.outputs,
             blocks=second.blocks,
-            first_blocks=second.asked("J"),
-            second_blocks=second.asked("H"),
+            first_blocks=second.conditions("J"),
+            second_blocks=second.conditions("H"),
         ),
-        *_of_all_rows(exported, entry, (own, after, forward), texts),
+        *_row_functions(exported, entry, (own, after, forward), texts),
     ]
 
 
-def _of_all_rows(
+def _row_functions(
     exported: Exported, entry: Callable[..., dict[str, Any]], arguments: tuple[list[Any], Any, list[Any]], texts: Texts
 ) -> list[dict[str, Any]]:
     """Return the functions of CasADi that take second derivatives of each row: derivatives along a direction, and
@@ -188,7 +192,7 @@ def _of_all_rows(
             [*own, after, *forward, fixed],
             of_direction.outputs,
             blocks=of_direction.blocks,
-            first_blocks=of_direction.asked("J"),
+            first_blocks=of_direction.conditions("J"),
         ),
     ]
 
@@ -254,7 +258,7 @@ class _Blocks:
             rows_of_parts += [{**one, "direction": number} for one in self._rows(tables, len(row))]
         self._add(name, pattern, rows=rows_of_parts, nonzeros=len(flat))
 
-    def asked(self, source: str) -> list[str]:
+    def conditions(self, source: str) -> list[str]:
         """Return the conditions, in C, that a block of these numbers is asked for."""
         return [f"res[{b['number']}] != NULL" for b in self.blocks if b["count"] and b["source"] == source]
 
@@ -285,7 +289,7 @@ def files_of(program: Program, method: str | None) -> dict[str, str]:
     step = chain_of(program, functions, method, ("u", "p", "t", "h"))
     whole = generate_files(replace(program, uniform=True))
     files = {name: text for name, text in whole.items() if name not in ("main.c", "README.md", MANIFEST)}
-    exported = [*functions, *([] if step is None else [step.exported()])]
+    exported = [*functions, *([] if step is None else [step.export()])]
     if not exported:
         hint = "inverse_dynamics; residual and constraint, of scenes with constraints"
         fault = f"{program.prefix} has none of the functions that the terms name [E2195]"

@@ -24,7 +24,7 @@ from eomgen.codegen.program import Program
 from eomgen.errors import ModelError, Problem, UsageError
 from eomgen.integrators.families.family import LinearStep
 from eomgen.integrators.families.register import canonical_name, method_named
-from eomgen.products.optimisers.functions import Exported, exported_group_function, of_dense, of_lower
+from eomgen.products.optimisers.functions import Exported, dense_pattern, exported_group_function, lower_pattern
 from eomgen.products.optimisers.group_functions import GroupFunction, group_function
 
 Nonzero = NDArray[np.bool_]
@@ -188,7 +188,7 @@ class Chain:
         """Return values, zero unless a sum is written into some."""
         return self._new(size)
 
-    def padded(self, part: Slot, place: int, size: int) -> Slot:
+    def pad(self, part: Slot, place: int, size: int) -> Slot:
         """Return values, zero but for some."""
         if part.size == size:
             return part
@@ -217,19 +217,19 @@ class Chain:
                 self._node(ChainFunction(exported_group_function(function), function), (one, other), own.size, own)
         return result
 
-    def updated(self, q: Slot, increment: Slot) -> Slot:
+    def update(self, q: Slot, increment: Slot) -> Slot:
         """Return q o exp(increment)."""
         return self._by_factor("update", self.nq, q, increment, of_q=True)
 
     def increment_rate(self, increment: Slot, v: Slot) -> Slot:
         """Return the rate of an increment at a velocity, up to two brackets."""
-        return self._turned("increment_rate", increment, v)
+        return self._by_rotation("increment_rate", increment, v)
 
     def cotangent(self, increment: Slot, momentum: Slot) -> Slot:
         """Return a momentum, taken along an increment."""
-        return self._turned("cotangent", increment, momentum)
+        return self._by_rotation("cotangent", increment, momentum)
 
-    def _turned(self, name: str, increment: Slot, vector: Slot) -> Slot:
+    def _by_rotation(self, name: str, increment: Slot, vector: Slot) -> Slot:
         if all(factor["group"] == "R" for factor in self.program.factors):
             return vector
         return self._by_factor(name, self.nv, increment, vector, of_q=False)
@@ -292,7 +292,7 @@ class Chain:
         places = accumulate(parts.values(), initial=self.nx * self.ny + self.ny * self.ny)
         return dict(zip((*parts, "work"), places, strict=True))
 
-    def exported(self) -> Exported:
+    def export(self) -> Exported:
         """Return the step with the patterns of both derivatives, by the chain rule on structural nonzeros."""
         ny, along = self.ny, np.zeros((self.count, self.nn), bool)
         along[: self.nn] = np.eye(self.nn, dtype=bool)
@@ -328,8 +328,8 @@ class Chain:
             "step",
             self.sizes,
             ("x_next", self.nx),
-            of_dense(jacobian, ny),
-            of_lower(hessian),
+            dense_pattern(jacobian, ny),
+            lower_pattern(hessian),
             self.nx * ny,
             self.first["work"],
         )
@@ -344,16 +344,16 @@ def inverse_pattern(matrix: Nonzero) -> Nonzero:
     size = len(matrix)
     owner = [-1] * size  # column -> row
 
-    def placed(row: int, tried: set[int]) -> bool:
+    def assign(row: int, tried: set[int]) -> bool:
         for column in np.flatnonzero(matrix[row]).tolist():
             if column not in tried:
                 tried.add(column)
-                if owner[column] < 0 or placed(owner[column], tried):
+                if owner[column] < 0 or assign(owner[column], tried):
                     owner[column] = row
                     return True
         return False
 
-    if not all(placed(row, set()) for row in range(size)):
+    if not all(assign(row, set()) for row in range(size)):
         return np.ones((size, size), bool)
     paths = matrix[owner]
     for _ in range(max(size - 1, 1).bit_length()):
@@ -451,7 +451,7 @@ def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Se
     chain = Chain(program, functions, method.title(constrained=False), along, {})
     slopes: list[tuple[Slot, Slot, Slot]] = []
 
-    def moved(weights: Sequence[Any]) -> tuple[Slot, Slot, list[Term]]:
+    def state_after(weights: Sequence[Any]) -> tuple[Slot, Slot, list[Term]]:
         """Return the increment, the velocity and terms of the internal states for weights of the slopes so far."""
         used = [(float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
         if not used:
@@ -460,13 +460,13 @@ def _runge_kutta(program: Program, functions: _Functions, method: Any, along: Se
         return chain.sum(*theta), chain.sum(Term(1.0, chain.v), *v), [Term(1.0, chain.z), *z]
 
     for row, share in zip(method.A, method.c, strict=True):
-        theta, v, of_z = moved(row)
-        state = {"q": chain.updated(chain.q, theta) if slopes else chain.q, "v": v, "t": chain.time(float(share))}
+        theta, v, of_z = state_after(row)
+        state = {"q": chain.update(chain.q, theta) if slopes else chain.q, "v": v, "t": chain.time(float(share))}
         state["z"] = chain.sum(*of_z) if slopes else chain.z
         rate = chain.increment_rate(theta, v) if slopes else v
         slopes.append((rate, chain.call("forward_dynamics", **state), chain.rate_of_states(**state)))
-    theta, v, of_z = moved(method.b)
-    chain.ends_with(chain.updated(chain.q, theta), v, of_z)
+    theta, v, of_z = state_after(method.b)
+    chain.ends_with(chain.update(chain.q, theta), v, of_z)
     return chain
 
 
@@ -483,7 +483,7 @@ def _composition(program: Program, functions: _Functions, method: Any, along: Se
         a = chain.call("forward_dynamics", q=q, v=v, t=chain.time(float(times[number])))
         v = chain.sum(Term(1.0, v), Term(float(kick), a, 1))
         if number < len(parts.drifts):
-            q = chain.updated(q, chain.sum(Term(float(parts.drifts[number]), v, 1)))
+            q = chain.update(q, chain.sum(Term(float(parts.drifts[number]), v, 1)))
     chain.ends_with(q, v, [Term(1.0, chain.z)])
     return chain
 
@@ -510,7 +510,7 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     for k, part in enumerate(stages):
         state = {"q": chain.q, "v": chain.v, "z": chain.z, "t": chain.time(part)}
         if part:
-            state |= _predicted(chain, first, k, part)
+            state |= _predict(chain, first, k, part)
         if rows:
             state |= {"a": chain.unknowns[f"a_{k}"], "lam": chain.unknowns[f"lam_{k}"]}
             chain.equations += [chain.call("residual", **state), chain.call("constraint_acceleration", **state)]
@@ -530,8 +530,8 @@ def _alpha(program: Program, functions: _Functions, method: Any, along: Sequence
     theta = chain.sum(Term(1.0, chain.v, 1), Term(0.5 - step.beta, a, 2), Term(step.beta, after, 2))
     v = chain.sum(Term(1.0, chain.v), Term(1.0 - step.gamma, a, 1), Term(step.gamma, after, 1))
     if holonomic:
-        theta = chain.sum(Term(1.0, theta), Term(-1.0, _stabilised(chain, weighed), 1))
-    state = {"q": chain.updated(chain.q, theta), "v": v, "a": vdot, "z": chain.unknowns["z"]}
+        theta = chain.sum(Term(1.0, theta), Term(-1.0, _stabilise(chain, weighed), 1))
+    state = {"q": chain.update(chain.q, theta), "v": v, "a": vdot, "z": chain.unknowns["z"]}
     state |= {"lam": chain.unknowns["lam"], "t": chain.time(1.0)}
     chain.equations.append(chain.call("residual" if rows else "inverse_dynamics", **state))
     if rows:
@@ -557,10 +557,10 @@ def _add_rates(
     chain.equations.append(chain.sum(Term(1.0, chain.z), Term(-1.0, end["z"]), *terms))
 
 
-def _predicted(chain: Chain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
+def _predict(chain: Chain, start: Mapping[str, Slot], k: int, part: float) -> dict[str, Slot]:
     """Return the state a part of the step after the start, with the accelerations of the start."""
     moved = chain.sum(Term(part, chain.v, 1), Term(0.5 * part * part, start["a"], 2))
-    state = {"q": chain.updated(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, start["a"], 1))}
+    state = {"q": chain.update(chain.q, moved), "v": chain.sum(Term(1.0, chain.v), Term(part, start["a"], 1))}
     return state | ({"z": _predicted_states(chain, start, chain.unknowns[f"z_{k}"], part)} if chain.nz else {})
 
 
@@ -584,7 +584,7 @@ def _components_of_positions(program: Program, functions: _Functions) -> list[in
     return sorted({int(row) for row in exported.jacobian.rows[of_rows]})
 
 
-def _stabilised(chain: Chain, weighed: Sequence[int]) -> Slot:
+def _stabilise(chain: Chain, weighed: Sequence[int]) -> Slot:
     """Return W B^T eta at the start of a step, W = diag(1/M_ii), zero for components without such constraints.
 
     The residual is linear in accelerations and multipliers, so M e_i x_i and B^T eta are differences of residuals, and
@@ -595,14 +595,14 @@ def _stabilised(chain: Chain, weighed: Sequence[int]) -> Slot:
     first = exported.slices["a"].start if "a" in exported.slices else exported.jacobian.shape[1]
     nonzeros = set(zip(exported.jacobian.rows.tolist(), exported.jacobian.columns.tolist(), strict=True))
     still = {"q": chain.q, "v": chain.zero.part(0, nv), "z": chain.z}
-    multipliers, result = chain.padded(eta, 0, chain.nl), chain.room(nv)
+    multipliers, result = chain.pad(eta, 0, chain.nl), chain.room(nv)
     pushed, free = chain.call("residual", **still, lam=multipliers), chain.call("residual", **still)
     for number, i in enumerate(weighed):
         own = shift.part(number, 1)
         chain.sum(Term(1.0, own), into=result.part(i, 1))
         balance = [Term(-1.0, pushed.part(i, 1)), Term(1.0, free.part(i, 1))]
         if (i, first + i) in nonzeros:
-            moved = chain.call("residual", **still, a=chain.padded(own, i, nv))
+            moved = chain.call("residual", **still, a=chain.pad(own, i, nv))
             balance += [Term(1.0, moved.part(i, 1)), Term(-1.0, free.part(i, 1))]
         else:
             balance.append(Term(1.0, own))
@@ -619,7 +619,7 @@ def _variational(program: Program, functions: _Functions, method: Any, along: Se
     mean, v, z = (chain.unknowns[name] for name in ("mean", "v", "z"))
     chain.guesses += [(mean, chain.v), (v, chain.v), (z, chain.z)]
     increment = chain.sum(Term(1.0, mean, 1))
-    start, end = {"q": chain.q, "z": chain.z}, {"q": chain.updated(chain.q, increment), "z": z, "t": chain.time(1.0)}
+    start, end = {"q": chain.q, "z": chain.z}, {"q": chain.update(chain.q, increment), "z": z, "t": chain.time(1.0)}
     momenta = [chain.call("momenta", **state) for state in ({**start, "v": mean}, {**end, "v": mean})]
     middle = chain.sum(*(Term(0.5, one.part(0, nv)) for one in momenta))
     back = chain.cotangent(chain.sum(Term(-1.0, mean, 1)), middle)

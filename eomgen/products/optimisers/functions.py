@@ -42,12 +42,12 @@ class Pattern:
         return Pattern(shape, self.rows[inside] - rows.start, self.columns[inside] - columns.start, self.places[inside])
 
     @property
-    def transposed(self) -> Pattern:
+    def transpose(self) -> Pattern:
         """The transposed matrix."""
-        return ordered(self.shape[::-1], self.columns, self.rows, self.places)
+        return column_order(self.shape[::-1], self.columns, self.rows, self.places)
 
     @property
-    def compressed(self) -> tuple[int, ...]:
+    def casadi_sparsity(self) -> tuple[int, ...]:
         """Rows, columns, starts of the columns and rows of the nonzeros, in the form of CasADi."""
         height, width = self.shape
         if len(self.rows) == height * width and width:
@@ -56,7 +56,7 @@ class Pattern:
         return (height, width, 0, *starts.tolist(), *self.rows.tolist())
 
 
-def ordered(shape: tuple[int, int], rows: Places, columns: Places, places: Places) -> Pattern:
+def column_order(shape: tuple[int, int], rows: Places, columns: Places, places: Places) -> Pattern:
     """Return a pattern in the order of compressed columns."""
     order = np.lexsort((rows, columns))
     return Pattern(shape, rows[order], columns[order], places[order])
@@ -66,7 +66,7 @@ def symmetric(width: int, low: Places, left: Places) -> Pattern:
     """Return the pattern of a symmetric matrix from rows and columns of its lower triangle, in both triangles."""
     numbers, off = np.arange(len(low)), low != left
     rows, columns = np.concatenate([low, left[off]]), np.concatenate([left, low[off]])
-    return ordered((width, width), rows, columns, np.concatenate([numbers, numbers[off]]))
+    return column_order((width, width), rows, columns, np.concatenate([numbers, numbers[off]]))
 
 
 def dense(height: int, width: int = 1) -> Pattern:
@@ -138,7 +138,7 @@ def plain(program: Program, name: str) -> Exported:
     width = sum(sizes.values())
     rows, across = unpacked_places(program.patterns[f"{name}_derivatives"])
     low, left = (columns[places] for places in unpacked_places(program.patterns[f"{name}_hessian"]))
-    jacobian = ordered((height, width), rows, columns[across], np.arange(len(rows)))
+    jacobian = column_order((height, width), rows, columns[across], np.arange(len(rows)))
     output, first = (function.outputs[0].name, height), len(rows)
     result = Exported(name, sizes, output, jacobian, symmetric(width, low, left), first, first + len(low))
     return in_components(program, result) if turning(program) and "q" in sizes else result
@@ -211,10 +211,8 @@ def in_components(program: Program, tangent: Exported) -> Exported:
     rest = sum(tangent.sizes.values()) - program.sizes["v"]
     width, to_q = program.input_size("q") + rest, _map_of(program, rest)
     entries = _entries(tangent.jacobian)
-    known, of_first = _collected(
-        ((row, c), number, place) for row, k, number in entries for c, place in to_q.columns[k]
-    )
-    middle, of_middle = _collected(
+    known, of_first = _collect(((row, c), number, place) for row, k, number in entries for c, place in to_q.columns[k])
+    middle, of_middle = _collect(
         ((row, c), number, place) for row, k, number in _entries(tangent.hessian) for c, place in to_q.columns[k]
     )
     there = {column for _, column, _ in entries} & {i for i, *_ in to_q.bends}
@@ -238,7 +236,7 @@ def in_components(program: Program, tangent: Exported) -> Exported:
         tangent.name,
         {**tangent.sizes, "q": program.input_size("q")},
         tangent.output,
-        ordered((tangent.output[1], width), low, across, np.arange(len(known))),
+        column_order((tangent.output[1], width), low, across, np.arange(len(known))),
         symmetric(width, *np.array(lower, np.int64).reshape(-1, 2).T),
         len(known),
         sum(counts.values()),
@@ -246,7 +244,7 @@ def in_components(program: Program, tangent: Exported) -> Exported:
     )
 
 
-def _collected(
+def _collect(
     products: Iterable[tuple[tuple[int, int], int, int]],
 ) -> tuple[dict[tuple[int, int], int], list[tuple[int, int, int]]]:
     """Return the numbers of the places of a matrix, and (number, factor, factor) of each product that is added."""
@@ -356,7 +354,7 @@ class Equations:
             first += part.function.first
         signs = [(row, column, first + (sign < 0)) for row, column, sign in linear]
         places.append(tuple(np.array(signs, np.int64).reshape(-1, 3).T))
-        return _gathered((self.height, self.width), places)
+        return _gather((self.height, self.width), places)
 
     def _lower(self) -> Pattern:
         """Return the lower triangle of the Hessian of the parts."""
@@ -367,7 +365,7 @@ class Equations:
             column = np.where((one >= 0) & (other >= 0), np.minimum(one, other), -1)
             places.append((np.maximum(one, other), column, hessian.places + first))
             first += part.function.work_of_hessian
-        return _gathered((self.width, self.width), places)
+        return _gather((self.width, self.width), places)
 
     @property
     def groups(self) -> list[GroupFunction]:
@@ -375,7 +373,7 @@ class Equations:
         return list({part.group[0].name: part.group[0] for part in self.parts if part.group is not None}.values())
 
     @property
-    def timed(self) -> bool:
+    def takes_time(self) -> bool:
         """Whether a function takes the time."""
         return any("t" in part.function.sizes for part in self.parts)
 
@@ -390,11 +388,11 @@ class Equations:
         return self.jacobian.block(slice(0, self.height), slice(first, first + self.sizes[name]))
 
 
-def _gathered(shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> Pattern:
+def _gather(shape: tuple[int, int], parts: Sequence[tuple[Any, ...]]) -> Pattern:
     """Return the pattern of rows, columns and places side by side, without negative columns."""
     rows, columns, places = (np.concatenate([np.zeros(0, np.int64), *arrays]) for arrays in zip(*parts, strict=True))
     kept = columns >= 0
-    return ordered(shape, rows[kept], columns[kept], places[kept])
+    return column_order(shape, rows[kept], columns[kept], places[kept])
 
 
 def rates(program: Program, functions: Sequence[Exported], along: Sequence[str]) -> Equations | None:
@@ -427,19 +425,19 @@ def exported_group_function(function: GroupFunction) -> Exported:
     width = sum(function.sizes.values())
     rows, columns = np.array(function.jacobian).T
     low, left = np.array(function.hessian).T
-    jacobian = ordered((function.size, width), rows, columns, np.arange(len(rows)))
+    jacobian = column_order((function.size, width), rows, columns, np.arange(len(rows)))
     output, work = ("out", function.size), len(rows) + len(low)
     return Exported(function.name, function.sizes, output, jacobian, symmetric(width, low, left), len(rows), work)
 
 
-def of_dense(nonzero: NDArray[np.bool_], width: int) -> Pattern:
+def dense_pattern(nonzero: NDArray[np.bool_], width: int) -> Pattern:
     """Return the pattern of nonzeros that are computed row by row in a whole matrix."""
     columns, rows = np.nonzero(nonzero.T)
     return Pattern((nonzero.shape[0], nonzero.shape[1]), rows, columns, rows * width + columns)
 
 
-def of_lower(nonzero: NDArray[np.bool_]) -> Pattern:
+def lower_pattern(nonzero: NDArray[np.bool_]) -> Pattern:
     """Return the pattern of a symmetric matrix, of which the lower triangle is computed row by row."""
-    pattern = of_dense(nonzero, len(nonzero))
+    pattern = dense_pattern(nonzero, len(nonzero))
     high, low = np.maximum(pattern.rows, pattern.columns), np.minimum(pattern.rows, pattern.columns)
     return replace(pattern, places=high * len(nonzero) + low)

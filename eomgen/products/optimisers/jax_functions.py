@@ -29,7 +29,7 @@ from eomgen.products.optimisers.arguments import (
     gradient_in_components,
     left_trivialised,
     no_array,
-    of_run,
+    run_arguments,
 )
 from eomgen.products.optimisers.runs import Runs
 from eomgen.system.sparsity import unpacked_places
@@ -156,7 +156,7 @@ class JaxFunctions:
             A wrong shape, or an unknown parameter.
         """
         self._scene.check_unconstrained()
-        return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
+        return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(
         self,
@@ -192,7 +192,7 @@ class JaxFunctions:
         UsageError
             A wrong shape, or an unknown parameter.
         """
-        return self._evaluated("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
+        return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
 
     def simulate(
         self,
@@ -251,7 +251,7 @@ class JaxFunctions:
         """
         jnp = self._jax.numpy
         _check_precision(self._jax)
-        given = of_run(q, v, parameters, inputs, self._array)
+        given = run_arguments(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         unknown = {name: np.zeros(array.shape) for name, array in given["inputs"].items()}
@@ -294,7 +294,7 @@ class JaxFunctions:
         """Whether batches of the terms called so far are evaluated in lanes, by term."""
         return {name: call.in_lanes for name, call in self._calls.items()}
 
-    def _evaluated(self, name: str, given: Mapping[str, Any]) -> Array:
+    def _evaluate(self, name: str, given: Mapping[str, Any]) -> Array:
         jnp = self._jax.numpy
         values = {}
         for block, value in given.items():
@@ -522,7 +522,7 @@ def _primitive() -> Any:
     def shape(*arguments: Array, of: _Function) -> Any:
         return package.core.ShapedArray((*_leading(arguments), of.size), np.float64)
 
-    def batched(arguments: Sequence[Array], axes: Sequence[int | None], *, of: _Function) -> tuple[Array, int]:
+    def batch(arguments: Sequence[Array], axes: Sequence[int | None], *, of: _Function) -> tuple[Array, int]:
         def first(x: Array, axis: int | None) -> Array:
             return x[np.newaxis] if axis is None else jnp.moveaxis(x, axis, 0) if axis else x
 
@@ -536,28 +536,28 @@ def _primitive() -> Any:
 
         mapped: Callable[..., tuple[Array, Array]] = rule
         for _ in range(arguments[0].ndim - 1):
-            mapped = _mapped(package, mapped)
+            mapped = _map(package, mapped)
         return mapped(*parts)
 
     primitive.def_impl(package.jit(primitive.bind, static_argnames="of"))
     primitive.def_abstract_eval(shape)
     mlir.register_lowering(primitive, mlir.lower_fun(values, multiple_results=False))
-    batching.primitive_batchers[primitive] = batched
+    batching.primitive_batchers[primitive] = batch
     ad.primitive_jvps[primitive] = along
     return primitive
 
 
-def _mapped(package: Any, function: Callable[..., Any]) -> Callable[..., Any]:
+def _map(package: Any, function: Callable[..., Any]) -> Callable[..., Any]:
     """Return a function mapped over the first axis of all arguments; axes of length 1 are constant."""
 
-    def mapped(*arguments: Array) -> Any:
+    def map_arguments(*arguments: Array) -> Any:
         constant = [argument.shape[0] == 1 for argument in arguments]
         parts = [x[0] if one else x for x, one in zip(arguments, constant, strict=True)]
         if all(constant):
             return package.tree.map(lambda x: x[np.newaxis], function(*parts))
         return package.vmap(function, [None if one else 0 for one in constant])(*parts)
 
-    return mapped
+    return map_arguments
 
 
 def _refusal(place: str, fault: str, remedy: str) -> Callable[..., Any]:

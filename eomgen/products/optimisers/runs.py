@@ -59,7 +59,7 @@ class Runs:
         parts = [nest[block] for block in self._taken]
         return parts + [nest[block][name] for block, names in self._names.items() for name in names]
 
-    def nested(self, values: Sequence[Any]) -> dict[str, Any]:
+    def nest(self, values: Sequence[Any]) -> dict[str, Any]:
         """Return arrays in the form of a nest, the inverse of ``flat``."""
         remaining = iter(values)
         result: dict[str, Any] = {"q": None, "v": None} | {block: next(remaining) for block in self._taken}

@@ -22,7 +22,7 @@ from eomgen.products.optimisers.arguments import (
     bracket,
     gradient_in_components,
     no_array,
-    of_run,
+    run_arguments,
 )
 from eomgen.products.optimisers.runs import Runs
 
@@ -117,7 +117,7 @@ class TorchFunctions:
             A scene with constraints.
         """
         self._scene.check_unconstrained()
-        return self._evaluated("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
+        return self._evaluate("forward_dynamics", {"q": q, "v": v, "t": t, "u": u, "z": z, "p": parameters})
 
     def inverse_dynamics(
         self,
@@ -153,7 +153,7 @@ class TorchFunctions:
         UsageError
             A wrong shape, float32, a tensor of another device, or an unknown parameter.
         """
-        return self._evaluated("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
+        return self._evaluate("inverse_dynamics", {"q": q, "v": v, "a": a, "t": t, "u": u, "z": z, "p": parameters})
 
     def simulate(
         self,
@@ -199,13 +199,13 @@ class TorchFunctions:
         UsageError
             As ``model.sensitivities``: no outputs, or a method without derivatives.
         """
-        given = of_run(q, v, parameters, inputs, self._array)
+        given = run_arguments(q, v, parameters, inputs, self._array)
         options = {"t_end": t_end, "step": step, "of": of, "method": method, "record_every": record_every}
         runs = Runs(self._model, {**options, "settings": settings}, given)
         table = self._operators.run(runs, *runs.flat(given))
         return runs.by_output(table)
 
-    def _evaluated(self, name: str, given: Mapping[str, Any]) -> Tensor:
+    def _evaluate(self, name: str, given: Mapping[str, Any]) -> Tensor:
         package, tensors = self._operators.package, dict[str, Tensor]()
         for block, value in given.items():
             if value is None and block == "u":
@@ -284,7 +284,7 @@ class TorchFunctions:
             In SI units.
         """
         values = self._scene.evaluator.functions("inputs", {"t": t.numpy(force=True), "p": p.numpy(force=True)})[0]
-        return self._made(values)
+        return self._tensor(values)
 
     @property
     def inputs(self) -> int:
@@ -321,7 +321,7 @@ class TorchFunctions:
         (..., nv) tensor
             Its values.
         """
-        return self._made(getattr(self._model, name)(**self._keywords(name, tensors)))
+        return self._tensor(getattr(self._model, name)(**self._keywords(name, tensors)))
 
     def gradient(self, name: str, tensors: Sequence[Tensor], weights: Tensor) -> Tensor:
         """Evaluate the product of the transposed Jacobian of a term with weights.
@@ -363,7 +363,7 @@ class TorchFunctions:
         pattern, nonzeros = self._jacobian(name, tensors)
         order = np.argsort(pattern.rows, kind="stable")
         products = nonzeros * along.numpy(force=True)[..., self._places(name, pattern)[pattern.columns]]
-        return self._made(_sums(products[..., order], np.bincount(pattern.rows, minlength=self._scene.sizes["v"])))
+        return self._tensor(_sums(products[..., order], np.bincount(pattern.rows, minlength=self._scene.sizes["v"])))
 
     def curvature(self, name: str, tensors: Sequence[Tensor], weights: Tensor, along: Tensor) -> Tensor:
         """Evaluate the change of J^T weights . along in each direction, (..., directions).
@@ -422,7 +422,7 @@ class TorchFunctions:
         parts["t"] = parts["t"][..., 0]
         return list(parts.values())
 
-    def _made(self, array: Any) -> Tensor:
+    def _tensor(self, array: Any) -> Tensor:
         return self._operators.package.from_numpy(np.array(array, float))
 
     def _places(self, name: str, pattern: Sparsity) -> Any:
@@ -445,7 +445,7 @@ class TorchFunctions:
         """Return the sums of the columns of a pattern, (..., directions)."""
         result = np.zeros((*products.shape[:-1], self.size(name)))
         result[..., self._places(name, pattern)] = _sums(products, np.diff(pattern.starts))
-        return self._made(result)
+        return self._tensor(result)
 
 
 #: Functions by the number that operators take.
@@ -623,7 +623,7 @@ def _operators() -> Operators:
     class Run(OfRuns):
         @staticmethod
         def forward(runs: Runs, *tensors: Tensor) -> Tensor:
-            values = runs.nested([tensor.numpy(force=True) for tensor in tensors])
+            values = runs.nest([tensor.numpy(force=True) for tensor in tensors])
             runs.learn_shapes(values)
             return package.from_numpy(runs.outputs(values))
 
@@ -634,7 +634,7 @@ def _operators() -> Operators:
     class Adjoint(OfRuns):
         @staticmethod
         def forward(runs: Runs, weights: Tensor, *tensors: Tensor) -> tuple[Tensor, ...]:
-            values = runs.nested([tensor.numpy(force=True) for tensor in tensors])
+            values = runs.nest([tensor.numpy(force=True) for tensor in tensors])
             gradient = runs.gradient(values, weights.numpy(force=True))
             if gradient["q"] is not None:
                 q, of_q = (package.from_numpy(np.array(x)) for x in (values["q"], gradient["q"]))
