@@ -158,8 +158,8 @@ class StartedRun(LinearRun[PartType]):
         self.along = (
             on_constraints(self.beginning, self.asked, self.inverse_inertia) if model.multipliers else self.asked
         )
-        self.stages = self.beginning.stages(self.of_equations(self.along))
-        self.state, self.record = self.beginning.tangents(self.of_equations(self.along), self.stages)
+        self.stages = self.beginning.stages(self.equation_directions(self.along))
+        self.state, self.record = self.beginning.tangents(self.equation_directions(self.along), self.stages)
 
     @cached_property
     def beginning(self) -> LinearizedStart:
@@ -168,7 +168,7 @@ class StartedRun(LinearRun[PartType]):
         share = alpha_m - alpha_f if np.any(start["a"] != start["vdot"]) else 0.0
         return self.linear_start(self._prescribed_at, share)
 
-    def of_equations(self, along: StateDirections) -> StateDirections:
+    def equation_directions(self, along: StateDirections) -> StateDirections:
         """Return directions without motions of multipliers of velocities, which are not in the equations."""
         return StateDirections(along.dq, along.dv, along.dz, along.dp[: self.equations.parameters])
 
@@ -192,7 +192,7 @@ class StartedRun(LinearRun[PartType]):
 class AlphaRun(StartedRun[AlphaPart]):
     """A run of generalized-alpha with linearised steps."""
 
-    def of_part(self, part: RunSegment) -> AlphaPart:
+    def linearise_part(self, part: RunSegment) -> AlphaPart:
         """Make a part of the run linear."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)

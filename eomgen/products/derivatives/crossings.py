@@ -101,7 +101,7 @@ def _crossings(run: LinearRun[Any], branches: Branches) -> list[BranchCrossing]:
     moving = [{one.block for one in branch.symbols} - {"t", "p"} for branch in branches.branches]
     for part in run.motion.forwards():
         rows, first, last = run.without_jumps(part)
-        before, after = _of_tape(first), _of_tape(last)
+        before, after = _tape_blocks(first), _tape_blocks(last)
         arguments = branches.arguments(before), branches.arguments(after)
         changed = branches.sides(arguments[0]) != branches.sides(arguments[1])
         changed |= (arguments[0] == 0.0) & (arguments[1] == 0.0)
@@ -160,7 +160,7 @@ def _shifts(run: LinearRun[Any], branches: Branches, jumps: Sequence[BranchCross
 def _tangents_at(run: LinearRun[Any], rows: set[int]) -> dict[int, Array]:
     """Return tangents (record, directions) at rows of a run."""
     state, result = run.state.copy(), {0: run.record}
-    for part in map(run.of_part, run.motion.forwards()):
+    for part in map(run.linearise_part, run.motion.forwards()):
         record = run.tangents(part, run.along.dp, state)
         result |= {row: record[row - part.first - 1] for row in rows if 0 < row - part.first <= len(record)}
         if all(row in result for row in rows):
@@ -194,7 +194,7 @@ def _along(
     return {**values, **moved}
 
 
-def _of_tape(blocks: Mapping[str, Array]) -> dict[str, Array]:
+def _tape_blocks(blocks: Mapping[str, Array]) -> dict[str, Array]:
     """Return input blocks with times as blocks of size 1."""
     return {name: array[:, np.newaxis] if name == "t" else array for name, array in blocks.items()}
 

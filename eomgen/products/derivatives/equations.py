@@ -93,7 +93,7 @@ def bordered_matrix(M: Array, B: Array, across: Array | None = None) -> Array:
     return np.concatenate([np.concatenate([M, across], axis=-1), below], axis=-2)
 
 
-def solved(matrix: Array, right: Array, times: Array) -> Array:
+def solve(matrix: Array, right: Array, times: Array) -> Array:
     """Return -matrix^-1 right of n steps or rows. Raises NumericalError."""
     try:
         return np.asarray(-np.linalg.solve(matrix, right), dtype=np.float64)
@@ -220,7 +220,7 @@ class Equations:
             vdot, lam = accelerations(self.model.functions, values)
         else:
             (residual,), (M,) = self.of("residual", values).values(), self.of("mass", values).values()
-            vdot, lam = solved(M, residual[..., np.newaxis], values["t"])[..., 0], values["lam"]
+            vdot, lam = solve(M, residual[..., np.newaxis], values["t"])[..., 0], values["lam"]
         return {**values, "a": vdot, "lam": lam}
 
     def partials(self, values: Mapping[str, Array], *, parameters: bool = True) -> EquationPartials:

@@ -33,7 +33,7 @@ class RowWeights:
     kind: str
     table: Array | None = None
 
-    def of_rows(self, first: int, count: int, steps: int, step: float) -> Array:
+    def row_weights(self, first: int, count: int, steps: int, step: float) -> Array:
         """Return the weights of rows, (count, outputs), of a run of ``steps`` steps of equal size, s."""
         if self.table is not None:
             return self.table[first : first + count]

@@ -82,7 +82,7 @@ class JumpMotion(ReplayedRun):
         """Whether the step before a part is cut, and ends with new accelerations, by the first step of the part."""
         return {}
 
-    def _stepped(self, row: Array) -> RunSegment:
+    def _step(self, row: Array) -> RunSegment:
         run, done = self.run, self.done
         size = min(self.length, self.steps - done)
         times: Array = run.grid.start + run.grid.step * np.arange(done, done + size + 1, dtype=float)
@@ -198,9 +198,9 @@ class JumpMotion(ReplayedRun):
     def _stretch(
         self, first: Array, last: Array, samples: NDArray[np.bool_], event: int, p: Array, *, renews: bool = False
     ) -> Stretch:
-        if len(self.held):  # values that are held over the stretch
+        if len(self.sampled_places):  # values that are held over the stretch
             first = first.copy()
-            first[self.held] = last[self.held]
+            first[self.sampled_places] = last[self.sampled_places]
         short = last[0] - first[0] <= SHORTEST * self.run.grid.step
         return Stretch(first, last, samples, event, bool(short), renews, p)
 
@@ -220,7 +220,7 @@ class JumpMotion(ReplayedRun):
         return clocks
 
     @property
-    def held(self) -> NDArray[np.intp]:
+    def sampled_places(self) -> NDArray[np.intp]:
         """Places of the sampled states in a row."""
         first = self.stepper.sizes["row"] - self.run.model.nz
         return first + np.array([int(row["state"]) for row in self._clocks["rows"]], dtype=np.intp)

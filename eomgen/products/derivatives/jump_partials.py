@@ -76,7 +76,7 @@ class JumpPartials:
             return np.zeros((count, e.nv + e.nz + e.holonomic + e.nl)), np.zeros((count, e.nl))
         moved = {name: array.astype(complex) for name, array in values.items() if name not in ("t", "du")}
         moved["t"] = values["t"] + 1j * _TINY
-        self._prescribed(moved, 1j * _TINY * rates)
+        self._prescribe(moved, 1j * _TINY * rates)
         parts = [self._of("residual", moved)[0]]
         if e.nz:
             parts.append(-self._of("internal_rate", moved)[0])
@@ -94,7 +94,7 @@ class JumpPartials:
 
     # -- jumps -----------------------------------------------------------------------------------------------------
 
-    def of_samples(self, values: Mapping[str, Array], due: NDArray[np.bool_], rates: Array) -> Array:
+    def sample_partials(self, values: Mapping[str, Array], due: NDArray[np.bool_], rates: Array) -> Array:
         """Return the partials of the states after samples, (n, 2 nv + nz, columns).
 
         Parameters
@@ -102,7 +102,7 @@ class JumpPartials:
         due : (n, sampled states) of bool
         """
         e, count = self._equations, len(due)
-        moved = self._moved(values, rates)
+        moved = self._with_increments(values, rates)
         z = np.broadcast_to(moved["z"], (count, self.columns, e.nz)).copy()
         for level in range(1 + max((int(row["level"]) for row in self._samples), default=-1)):
             if not any(int(row["level"]) == level for row in self._samples):
@@ -113,17 +113,17 @@ class JumpPartials:
                 if int(row["level"]) == level:
                     state = int(row["state"])
                     z[..., state] = np.where(due[:, np.newaxis, number], new[..., number], z[..., state])
-        result = self._unchanged(count)
+        result = self._identity(count)
         result[:, 2 * e.nv :] = np.swapaxes(z.imag, 1, 2) / _TINY
         return result
 
-    def of_event(self, values: Mapping[str, Array], event: int, rates: Array) -> EventPartials:
+    def event_partials(self, values: Mapping[str, Array], event: int, rates: Array) -> EventPartials:
         """Return the partials of an event at the state before the event, (1, ...) each."""
         e, row = self._equations, self._events[event]
-        nv, moved = e.nv, self._moved(values, rates)
+        nv, moved = e.nv, self._with_increments(values, rates)
         guards, of_rates = (np.broadcast_to(x, (1, self.columns, x.shape[-1])) for x in self._of("events", moved))
         guard = guards[0, :, event].imag / _TINY
-        result, mode = self._unchanged(1)[0], np.zeros(self.columns)
+        result, mode = self._identity(1)[0], np.zeros(self.columns)
         if row["action"] == "stop":
             return EventPartials(guard, result, mode)
         (actions,) = self._of("event_actions", moved)
@@ -146,10 +146,10 @@ class JumpPartials:
             rows.append(self._impulse(moved)["gradient"][:, row["gradient"]])
             steps.append(-(1.0 + actions[:, row["restitution"]]) * of_rates[0, :, event])
         if rows:
-            result[nv : 2 * nv] = (v + self._pushed(moved, rows, steps)).T.imag / _TINY
+            result[nv : 2 * nv] = (v + self._velocity_changes(moved, rows, steps)).T.imag / _TINY
         return EventPartials(guard, result, mode)
 
-    def _pushed(self, moved: Mapping[str, Array], rows: Sequence[Array], steps: Sequence[Array]) -> Array:
+    def _velocity_changes(self, moved: Mapping[str, Array], rows: Sequence[Array], steps: Sequence[Array]) -> Array:
         """Return the changes of velocities, (columns, nv), by the least impulses with C dv = d (Gauss)."""
         given, nv, nl = self._impulse(moved), self._equations.nv, self._equations.nl
         C, d = np.stack(rows, axis=1), np.stack(steps, axis=1)
@@ -166,7 +166,7 @@ class JumpPartials:
         parts = zip(names, self._of("event_impulse", moved), strict=True)
         return {name: np.broadcast_to(x, (1, self.columns, *x.shape[-2:]))[0] for name, x in parts}
 
-    def _unchanged(self, count: int) -> Array:
+    def _identity(self, count: int) -> Array:
         """Return the partials of q, v and z, (count, 2 nv + nz, columns)."""
         e = self._equations
         result = np.zeros((count, 2 * e.nv + e.nz, self.columns))
@@ -175,7 +175,7 @@ class JumpPartials:
             result[:, first + np.arange(place.stop - place.start), np.arange(place.start, place.stop)] = 1.0
         return result
 
-    def _moved(self, values: Mapping[str, Array], rates: Array) -> dict[str, Array]:
+    def _with_increments(self, values: Mapping[str, Array], rates: Array) -> dict[str, Array]:
         """Return input blocks with an imaginary increment in each column, (n, columns, ...)."""
         e, places, count = self._equations, self.places, len(values["t"])
         steps = {}
@@ -195,10 +195,10 @@ class JumpPartials:
         driven = steps["t"] * rates[:, np.newaxis] if rates.size else rates
         if e.driven:
             driven = driven + steps["du"] @ np.swapaxes(values["du"], 1, 2)
-        self._prescribed(moved, driven)
+        self._prescribe(moved, driven)
         return moved
 
-    def _prescribed(self, moved: dict[str, Any], driven: Any) -> None:
+    def _prescribe(self, moved: dict[str, Any], driven: Any) -> None:
         """Set inputs and base at moved times and parameters; ``driven``: imaginary increments of inputs."""
         arguments = {"t": moved["t"], "p": moved["p"]}
         if "u" in moved:

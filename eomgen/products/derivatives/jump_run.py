@@ -221,7 +221,7 @@ class JumpRun(StartedRun[JumpPart]):
         ends = (self._blocks(states_of(rows[order], self.run.model), p[order], middle) for rows in (first, last))
         return numbers[order], next(ends), next(ends)
 
-    def of_part(self, part: RunSegment) -> JumpPart:
+    def linearise_part(self, part: RunSegment) -> JumpPart:
         """Make a part of the run linear."""
         assert isinstance(part, JumpSegment)  # for mypy
         states, blocks = states_of(part.rows, self.run.model), self.values(part)[1]
@@ -233,7 +233,7 @@ class JumpRun(StartedRun[JumpPart]):
         starts = self._restarts(firsts[anew], part.rows[anew + 1], part.p[anew], sizes, moving=False)
         into = dict(zip(anew.tolist(), range(len(anew)), strict=True))
         inside = [stretch for k in sorted(part.cut) for stretch in part.cut[k]]
-        stretches = iter(self._of_stretches(inside))
+        stretches = iter(self._linearise_stretches(inside))
         cuts = {k: self._through(part, blocks, k, stretches) for k in sorted(part.cut)}
         kept = {k: inertia for k, (_, inertia) in cuts.items()}
         matrices = self._matrices(part, plain, before, after, starts, into, kept)
@@ -264,7 +264,7 @@ class JumpRun(StartedRun[JumpPart]):
 
     def _plain(self, part: JumpSegment) -> tuple[NDArray[np.intp], Array]:
         """Return the steps that are not cut, and the rows at the starts of all steps with the values held over them."""
-        firsts, held = part.rows[:-1].copy(), self.motion.held
+        firsts, held = part.rows[:-1].copy(), self.motion.sampled_places
         firsts[:, held] = part.rows[1:, held]
         return np.array([k for k in range(len(part.samples)) if k not in part.cut], dtype=np.intp), firsts
 
@@ -318,7 +318,7 @@ class JumpRun(StartedRun[JumpPart]):
         if not len(anew):
             return []
         values = rows_of(blocks, anew)
-        jumped = self.jumps.of_samples(values, part.samples[anew], self._rates(values["t"]))
+        jumped = self.jumps.sample_partials(values, part.samples[anew], self._rates(values["t"]))
         e, count, record = self.equations, self.equations.parameters, self.linear.record_size
         result = []
         for number, step in enumerate(anew.tolist()):
@@ -348,7 +348,7 @@ class JumpRun(StartedRun[JumpPart]):
         of_q, of_v, of_z, of_p, of_t, of_h = self._columns
         unit = np.broadcast_to(np.eye(self._width), (count, self._width, self._width))
         dq, dv, dz, dp, dt = (unit[:, place] for place in (of_q, of_v, of_z, of_p, of_t))
-        begun = self._accelerated(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
+        begun = self._accelerate(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
         if nl:
             M, rates = begun.partials.Ja[:, :nv], begun.partials.Jq[:, nv + nz + nh :]
             holonomic, B = begun.partials.Jq[:, nv + nz : nv + nz + nh], begun.partials.Jv[:, nv + nz + nh :]
@@ -357,7 +357,7 @@ class JumpRun(StartedRun[JumpPart]):
             if nh:
                 dq = dq - nearest(M, holonomic, holonomic @ dq + by_p[:, :nh] @ given)
             dv = dv - nearest(M, B, rates @ dq + B @ dv + by_p[:, nh:] @ given)
-            begun = self._accelerated(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
+            begun = self._accelerate(states, p, states.t, (dq, dv, dz, dp, dt), moving=moving)
         vdot, dvdot, dzdot = begun.vdot, begun.dvdot, begun.dzdot
         _, alpha_m, alpha_f, *_ = self.coefficients
         share, slope, dslope = alpha_m - alpha_f, WEIGHTS[0] * vdot, WEIGHTS[0] * dvdot
@@ -371,7 +371,7 @@ class JumpRun(StartedRun[JumpPart]):
             q, v = product.update(factors, states.q, theta), states.v + s * vdot
             there = states._replace(t=states.t + s[:, 0], q=q, v=v)
             along = there_q, there_v, dz, dp, dt + stage * unit[:, of_h]
-            ahead = self._accelerated(there, p, states.t, along, moving=moving)
+            ahead = self._accelerate(there, p, states.t, along, moving=moving)
             slope, dslope = slope + weight * ahead.vdot, dslope + weight * ahead.dvdot
         a = vdot + share * slope
         inertia, of_inertia = np.zeros((count, 0)), np.zeros((count, 0, self._width))
@@ -426,7 +426,7 @@ class JumpRun(StartedRun[JumpPart]):
             hint = f"a step of {0.1 * self.run.grid.step:.3g} s"
             raise NumericalError(Problem("sensitivities", f"{fault} and has no derivatives [E0581]", hint))
 
-    def _accelerated(self, states: States, p: Array, at: Array, along: Sequence[Array], *, moving: bool) -> Accelerated:
+    def _accelerate(self, states: States, p: Array, at: Array, along: Sequence[Array], *, moving: bool) -> Accelerated:
         """Return accelerations, multipliers and rates at states, with changes along directions of q, v, z, parameters
         and time."""
         e = self.equations
@@ -479,14 +479,14 @@ class JumpRun(StartedRun[JumpPart]):
             if event is not None:
                 jumped = event.state @ given
             elif stretch.samples.any():
-                jumped = self.jumps.of_samples(start, stretch.samples[np.newaxis], rates)[0] @ given
+                jumped = self.jumps.sample_partials(start, stretch.samples[np.newaxis], rates)[0] @ given
             made = next(stretches)
             start, through = made.end, made.map
             before, by_size = through[:, :-1] @ np.concatenate([jumped, dp, time]), through[:, -1]
             entering = np.concatenate([jumped, dp, time])
             change, event = -time, None
             if stretch.event >= 0:
-                event = self.jumps.of_event(start, stretch.event, rates)
+                event = self.jumps.event_partials(start, stretch.event, rates)
                 along = np.concatenate([by_size, np.zeros(count), [1.0]])
                 rate = event.guard @ along
                 self._check_event(event, stretch, start, float(rate), given)
@@ -503,7 +503,7 @@ class JumpRun(StartedRun[JumpPart]):
             record = renewed.record[0] @ kept
         return Cut(step, record, inertia if len(inertia) else None), made.inertia
 
-    def _of_short_stretch(self, stretch: Stretch) -> LinearStretch:
+    def _linearise_short_stretch(self, stretch: Stretch) -> LinearStretch:
         """Return a stretch of two terms of a Taylor series made linear."""
         e, h = self.equations, np.array([stretch.length])
         nv, nz = e.nv, e.nz
@@ -528,13 +528,13 @@ class JumpRun(StartedRun[JumpPart]):
             np.concatenate(moved), self._blocks(ended, p, middle), starts.inertia[0], starts.of_inertia[0]
         )
 
-    def _of_stretches(self, stretches: Sequence[Stretch]) -> list[LinearStretch]:
+    def _linearise_stretches(self, stretches: Sequence[Stretch]) -> list[LinearStretch]:
         """Return stretches made linear, in order."""
         stepped = [stretch for stretch in stretches if not stretch.short]
-        made = iter(self._of_stepped(stepped) if stepped else ())
-        return [self._of_short_stretch(stretch) if stretch.short else next(made) for stretch in stretches]
+        made = iter(self._linearise_stepped(stepped) if stepped else ())
+        return [self._linearise_short_stretch(stretch) if stretch.short else next(made) for stretch in stretches]
 
-    def _of_stepped(self, stretches: Sequence[Stretch]) -> Iterator[LinearStretch]:
+    def _linearise_stepped(self, stretches: Sequence[Stretch]) -> Iterator[LinearStretch]:
         """Yield stretches that are stepped, made linear."""
         e, factors = self.equations, self.equations.model.factors
         nv, nz, nl, count = e.nv, e.nz, e.nl, e.parameters

@@ -114,7 +114,7 @@ class RunAdjoint:
         """Return the weights of outputs at the rows of a part, and derivatives of functionals by the ends of the
         steps; derivatives by the first row are kept, and derivatives in parameters are added."""
         of_outputs = run.row_weights(part, weights)
-        direct = run.of_rows(part, of_outputs, self.parameters)
+        direct = run.row_derivatives(part, of_outputs, self.parameters)
         self.record = direct[0]
         return of_outputs, direct[1:]
 
@@ -158,7 +158,7 @@ class LinearRun(ABC, Generic[PartType]):
         return sum(map(len, self.columns.values())) + len(self.samples)
 
     @abstractmethod
-    def of_part(self, part: RunSegment) -> PartType:
+    def linearise_part(self, part: RunSegment) -> PartType:
         """Make a part of the run linear."""
 
     @abstractmethod
@@ -225,9 +225,9 @@ class LinearRun(ABC, Generic[PartType]):
     def row_weights(self, part: LinearPart, weights: Sequence[RowWeights]) -> Array:
         """Return the weights of outputs at the rows of a part, (rows, outputs, functionals)."""
         count, steps, step = len(part.states.t), self.motion.steps, self.run.grid.step
-        return np.stack([one.of_rows(part.first, count, steps, step) for one in weights], axis=2)
+        return np.stack([one.row_weights(part.first, count, steps, step) for one in weights], axis=2)
 
-    def of_rows(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
+    def row_derivatives(self, part: LinearPart, of_outputs: Array, by: Array) -> Array:
         """Return the derivatives of functionals by each row, (rows, record, functionals), and add to the derivatives in
         parameters; rows that parts share count in the first part alone."""
         weighed = np.flatnonzero(of_outputs.any(axis=(1, 2)))
@@ -269,7 +269,7 @@ class LinearRun(ABC, Generic[PartType]):
         followed = [*range(count), *range(driven, self.size)]
         if followed and start.at_rest:
             t = np.array([run.grid.start])
-            self.rest = at_rest(equations, start.asked, t, self.prescribed(t), self.moved_inputs(t))
+            self.rest = at_rest(equations, start.asked, t, self.prescribe(t), self.moved_inputs(t))
             dq, dz, _ = np.split(self.rest.slopes, np.cumsum([equations.nv, equations.nz]))
             changes["q"][:, followed], changes["z"][:, followed] = dq, dz
         self.follows = any(np.any(change[:, followed]) for change in changes.values())
@@ -277,7 +277,7 @@ class LinearRun(ABC, Generic[PartType]):
         dp[np.arange(equations.parameters), followed] = 1.0
         return StateDirections(changes["q"], changes["v"], changes["z"], dp)
 
-    def prescribed(self, times: Array) -> PrescribedInputs:
+    def prescribe(self, times: Array) -> PrescribedInputs:
         """Return inputs and base at times (n,)."""
         model, u = self.run.model, None
         if model.nu and self.run.takes_rows:
@@ -289,7 +289,7 @@ class LinearRun(ABC, Generic[PartType]):
     def states(self, part: RunSegment) -> tuple[States, PrescribedInputs]:
         """Return the states at the rows of a part, and the prescribed values there."""
         states = states_of(part.rows, self.run.model)
-        return states, self.prescribed(states.t)
+        return states, self.prescribe(states.t)
 
     def base(self, t: Array) -> Array | None:
         """Return the state of the base at times (n,); None for a base at rest."""

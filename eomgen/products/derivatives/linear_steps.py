@@ -232,7 +232,7 @@ class LinearSteps:
         """
         steps, directions = len(matrices.Rq), state.shape[1]
         record, eta = (np.empty((steps, size, directions)) for size in (self.record_size, self._nh))
-        given = self._given(matrices, dp.shape[0], steps, directions)
+        given = self._arguments(matrices, dp.shape[0], steps, directions)
         room, pivot = self._room(given[0])
         arrays = list(map(self._doubles, (np.ascontiguousarray(dp), state, record, eta)))
         while (done := self._lib.eomgen_step_tangents(given[0], *arrays, room, pivot)) < 0:
@@ -269,7 +269,7 @@ class LinearSteps:
         """
         steps, directions = len(matrices.Rq), state.shape[1]
         multipliers, ends = (np.empty((steps, size, directions)) for size in (self.rows, 2 * self._nv))
-        given = self._given(matrices, gradient.shape[0], steps, directions)
+        given = self._arguments(matrices, gradient.shape[0], steps, directions)
         room, pivot = self._room(given[0])
         added = self._ffi.NULL if sources is None else self._doubles(np.ascontiguousarray(sources))
         of_rows, *arrays = map(self._doubles, (np.ascontiguousarray(direct), state, gradient, multipliers, ends))
@@ -288,7 +288,7 @@ class LinearSteps:
         self._lib.eomgen_step_products(count, rows, size, columns.shape[2], *map(self._doubles, kept))
         return result
 
-    def _given(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
+    def _arguments(self, matrices: StepMatrices, parameters: int, steps: int, directions: int) -> tuple[Any, ...]:
         """Return the structure for C with a plan for its steps, and the arrays to which it points."""
         ffi = self._ffi
         given = ffi.new("eg_steps *")

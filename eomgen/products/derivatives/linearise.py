@@ -51,7 +51,7 @@ _TIGHT_MEAN = {"rtol": 1e-14}
 def newton_settings(model: CompiledModel, method: str | None) -> dict[str, float]:
     """Return settings by which Newton's iteration leaves nothing of a method's steps that counts in derivatives; none
     for methods without it. Raises UsageError for a method that there is not."""
-    name = _named(model.library.layout["built_method"] if method is None else method)
+    name = _method_name(model.library.layout["built_method"] if method is None else method)
     step = method_named(name).linear_step
     if isinstance(step, LinearTransitions):
         return {} if step.b else dict(_TIGHT_MEAN)
@@ -134,7 +134,7 @@ def sensitivities(
     every = count_of("record_every", defaults["record_every"] if record_every is None else record_every)
     p = model.evaluator.one_set(parameters, "one run for each")
     given = {"rho_inf": rho_inf, "alpha": alpha, "beta": beta, "gamma": gamma, "order": None, "tolerance": None}
-    chosen = chosen_stepper(model, None if method is None else _named(method), given, None)
+    chosen = chosen_stepper(model, None if method is None else _method_name(method), given, None)
     linear_step = _linear_step(model, chosen.name, chosen.method)
     if settings is not None:  # which a method without derivatives need not know
         chosen = chosen_stepper(model, method, given, settings)
@@ -400,7 +400,7 @@ def _check_switches(model: CompiledModel, given: Collection[str], by: Sequence[s
                 raise UsageError(Problem("by", fault, "a smooth law in its place, max(t - start, 0) for a ramp"))
 
 
-def _named(method: str) -> str:
+def _method_name(method: str) -> str:
     """Return the name of a method. Raises UsageError for the choice of one."""
     if method == "auto":
         fault = "auto chooses a method for each run, and not all of them have derivatives [E0615]"

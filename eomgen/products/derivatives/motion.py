@@ -92,7 +92,7 @@ class ReplayedRun:
         while self.done < self.steps:
             if not self.kept:
                 self._checkpoints.append((self.done, (row, *self.stepper.memory)))
-            part = self._stepped(row)
+            part = self._step(row)
             if self.kept:
                 self._parts.append(part)
             row = part.rows[-1]
@@ -109,14 +109,14 @@ class ReplayedRun:
         for done, (row, *memory) in reversed(self._checkpoints):
             self.done = done
             self.stepper.restore(*memory)
-            yield self._stepped(row)
+            yield self._step(row)
 
-    def _stepped(self, row: Array) -> RunSegment:
+    def _step(self, row: Array) -> RunSegment:
         stepper, run, done = self.stepper, self.run, self.done
         size = min(self.length, self.steps - done)
         table = None if run.driven is None else rows_from(stepper, run.driven, done, size, run.grid.start)
         record = np.empty((size, stepper.sizes["row"]))
-        memory = self._taken(size, table, record)
+        memory = self._take_steps(size, table, record)
         self.check_whole_steps()
         self.done = done + size
         return RunSegment(done, np.concatenate([row[np.newaxis], record]), memory)
@@ -130,7 +130,7 @@ class ReplayedRun:
             )
             raise NumericalError(Problem("sensitivities", fault, f"a step of {0.5 * self.run.grid.step:.3g} s"))
 
-    def _taken(self, size: int, table: Array | None, record: Array) -> Array:
+    def _take_steps(self, size: int, table: Array | None, record: Array) -> Array:
         """Take steps, fill the rows, and return data of the stepper that rows do not hold."""
         places = self.stepper.places  # methods without algorithmic accelerations have all of a step in rows
         a = self.stepper.state[places["a"]].copy() if "a" in places else np.zeros(0)

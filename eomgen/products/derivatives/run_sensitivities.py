@@ -36,7 +36,7 @@ def input_derivatives(run: AlphaRun, weights: RowWeights) -> Array:
     """
     result = np.zeros((run.motion.steps + 1, run.run.model.nu))
     adjoint = RunAdjoint.of(run, 1)
-    for part in map(run.of_part, run.motion.backwards()):
+    for part in map(run.linearise_part, run.motion.backwards()):
         multipliers, _, of_outputs = second_order.take_back(run, part, [weights], adjoint)
         by_u, outputs_by_u = run.equations.input_partials(part.blocks)
         first = 0 if part.first == 0 else 1
@@ -44,11 +44,11 @@ def input_derivatives(run: AlphaRun, weights: RowWeights) -> Array:
         result[rows] += np.einsum("no,nou->nu", of_outputs[first:, :, 0], outputs_by_u[first:])
         result[part.first + 1 : part.first + len(by_u)] -= np.einsum("ne,neu->nu", multipliers[..., 0], by_u[1:])
     state, record, of_parameters = adjoint.state[:, 0], adjoint.record[:, 0], adjoint.parameters[:, 0]
-    result[:2] += run.beginning.of_inputs(state, record)
+    result[:2] += run.beginning.input_derivatives(state, record)
     if run.start.at_rest:
         moved = _resting(run)
         along = on_constraints(run.beginning, moved, run.inverse_inertia) if run.run.model.multipliers else moved
-        of_equations = run.of_equations(along)
+        of_equations = run.equation_directions(along)
         begun, row = run.beginning.tangents(of_equations, run.beginning.stages(of_equations))
         result[0] += begun.T @ state + row.T @ record + along.dp.T @ of_parameters
     return result
@@ -59,7 +59,7 @@ def _resting(run: AlphaRun) -> StateDirections:
     equations, rest = run.equations, run.rest
     if rest is None:
         t = np.array([run.run.grid.start])
-        rest = at_rest(equations, run.start.asked, t, run.prescribed(t), run.moved_inputs(t))
+        rest = at_rest(equations, run.start.asked, t, run.prescribe(t), run.moved_inputs(t))
     nv, nz, nu = equations.nv, equations.nz, run.run.model.nu
     by_u, _ = equations.input_partials(rest.values)
     slopes = -np.linalg.solve(rest.matrix, by_u[0, : len(rest.matrix)])
@@ -88,7 +88,7 @@ class Sensitivities:
     def __init__(self, run: LinearRun[Any], by: Sequence[str], outputs: Mapping[str, Sequence[int]]) -> None:
         """Begin; ``outputs``: places of the components of each among the outputs with derivatives."""
         self.by = tuple(by)
-        self._components = _counted(outputs)
+        self._components = _component_indices(outputs)
         self._run = run
         self._known: tuple[tuple[Functional, ...], second_order.Gradients] | None = None
 
@@ -135,7 +135,7 @@ class Sensitivities:
         equations = run.equations
         state, record = run.state.copy(), run.record[np.newaxis]
         derivatives = []
-        for part in map(run.of_part, run.motion.forwards()):
+        for part in map(run.linearise_part, run.motion.forwards()):
             later = run.tangents(part, run.along.dp, state)
             record = np.concatenate([record, later])
             chosen = self._chosen(part.first, len(part.states.t))
@@ -208,7 +208,7 @@ class Sensitivities:
             self._known = (tuple(of), known) if all(isinstance(one, str) for one in of) else None
             return self._finite(known.values)
         adjoint = RunAdjoint.of(run, len(weights))
-        for part in map(run.of_part, run.motion.backwards()):
+        for part in map(run.linearise_part, run.motion.backwards()):
             _, direct = adjoint.sources(run, part, weights)
             run.take_back(part, direct, adjoint.state, adjoint.parameters)
         return self._finite(adjoint.gradients(run))
@@ -472,7 +472,7 @@ class Sensitivities:
         return [read_functional(one, self._components, size, steps, every) for one in of]
 
 
-def _counted(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
+def _component_indices(outputs: Mapping[str, Sequence[int]]) -> dict[str, list[int]]:
     """Return the indices of outputs' components among the chosen components."""
     result: dict[str, list[int]] = {}
     count = 0

@@ -90,7 +90,7 @@ class RotatingFactorChange:
         result: Array = self.T_inverse @ (behind[:, self.v] - self.A @ before[:, self.v])
         return result
 
-    def changed(self, of_end: Array, increments: Array) -> tuple[Array, Array]:
+    def second_derivatives(self, of_end: Array, increments: Array) -> tuple[Array, Array]:
         """Return second derivatives along ``increments`` by dq and by dtheta, (n, size, directions) each;
         ``of_end``: derivatives in q' (n, nv)."""
         weights = of_end[:, self.v]
@@ -126,7 +126,7 @@ class StartSecondDerivatives:
         if second is not None:
             on = on_constraints(self.start, second, self.W) if self.equations.nl else second
             self.asked, self.on = (run.asked, second), (run.along, on)
-            self.stages = run.stages, self.start.stages(run.of_equations(on))
+            self.stages = run.stages, self.start.stages(run.equation_directions(on))
         self.hessian = np.zeros((run.size, self.asked[1].dq.shape[1]))
 
     def of(self, state: Array, record: Array, of_inertia: Array) -> Array:
@@ -154,7 +154,7 @@ class StartSecondDerivatives:
         multipliers, tau, of_q = self.start.taken_back(one, number, back)
         self._pair(one.row, other.row, multipliers, tau, number)
         for turning in turnings(self.equations.model.factors, one.theta[np.newaxis]):
-            changed = turning.changed(of_q[np.newaxis], other.dtheta[np.newaxis, turning.v])
+            changed = turning.second_derivatives(of_q[np.newaxis], other.dtheta[np.newaxis, turning.v])
             self.hessian += self.on[0].dq[turning.v].T @ changed[0][0] + one.dtheta[turning.v].T @ changed[1][0]
 
     def _inertia(self, of_inertia: Array, back: StartDerivatives) -> None:
@@ -182,7 +182,7 @@ class StartSecondDerivatives:
         tau = np.concatenate([np.zeros(nv + nz + nh), solved[nv:]])
         moved = [one.dv - asked.dv for one, asked in zip(self.on, self.asked, strict=True)]
         along = [StateDirections(one.dq, one.dv, one.dz, one.dp[:size]) for one in self.on]
-        self._moved(M, B, solved[:nv], moved, along)
+        self._add_moving_projection(M, B, solved[:nv], moved, along)
         rows = [self._row(one.dq, one.dp, one.dv) for one in along]
         self._pair(rows[0], rows[1], tau, np.zeros(nl))
         back.q = back.q - tau @ stage.partials.Jq[0]
@@ -198,7 +198,7 @@ class StartSecondDerivatives:
         gamma = back.q - B.T @ of_rows
         moved = [one.dq - asked.dq for one, asked in zip(self.on, self.asked, strict=True)]
         weights = np.asarray(np.linalg.solve(M, gamma), dtype=np.float64)
-        self._moved(M, B, weights, moved, self.asked)
+        self._add_moving_projection(M, B, weights, moved, self.asked)
         d = [one.dq for one in self.asked]
         self.hessian -= 0.5 * self._brackets(gamma, d[1], d[0]) + self._brackets(gamma, moved[1], d[0])
         self.hessian -= 0.5 * self._brackets(gamma, moved[1], moved[0])
@@ -226,7 +226,9 @@ class StartSecondDerivatives:
         self.hessian -= 0.5 * self._brackets(back.q, beside[1], of_rest[0])
         self.hessian += 0.5 * self._brackets(back.q, of_rest[1], beside[0])
 
-    def _moved(self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[StateDirections]) -> None:
+    def _add_moving_projection(
+        self, M: Array, B: Array, m: Array, moved: list[Array], along: Sequence[StateDirections]
+    ) -> None:
         """Add m . (dB_j^T sigma_i - dM_j c_i) and the same with i and j exchanged; ``moved``: c, in range of M^-1 B^T;
         ``along``: directions of dB and dM."""
         nv, first = self.equations.nv, 3 * self.equations.nv + self.equations.nz
@@ -329,7 +331,9 @@ class _AlphaTangents:
         of_steps, nv = np.zeros_like(self.steps), run.equations.nv
         for turning in self.turnings:
             behind = slice(nv + turning.v.start, nv + turning.v.stop)
-            of_steps[:, turning.v], of_steps[:, behind] = turning.changed(ends[:, :nv], self.steps[:, behind])
+            of_steps[:, turning.v], of_steps[:, behind] = turning.second_derivatives(
+                ends[:, :nv], self.steps[:, behind]
+            )
         of_parameters = np.zeros_like(self.parameters)
         if run.inverse_inertia.size:
             self._add_reactions(run, ends[:, nv:], of_steps, of_parameters)
@@ -356,7 +360,7 @@ class _AlphaTangents:
 def gradients(run: AlphaRun, weights: Sequence[RowWeights]) -> Gradients:
     """Return the gradients of functionals by one adjoint run of all."""
     adjoint, parts = RunAdjoint.of(run, len(weights)), []
-    for part in map(run.of_part, run.motion.backwards()):
+    for part in map(run.linearise_part, run.motion.backwards()):
         swept = take_back(run, part, weights, adjoint)
         if run.motion.kept:
             parts.append(swept)
@@ -379,8 +383,8 @@ def hessians(run: AlphaRun, weights: Sequence[RowWeights], known: Gradients | No
             of_rows, of_steps, of_parameters = tangents.changes(
                 run, multipliers[..., number], ends[..., number], of_outputs[..., number]
             )
-            result[number] += _paired(tangents.rows[tangents.own], of_rows)
-            result[number] += _paired(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
+            result[number] += _inner_product(tangents.rows[tangents.own], of_rows)
+            result[number] += _inner_product(tangents.steps, of_steps) + tangents.parameters.T @ of_parameters
     for number in range(len(weights)):
         of_start = adjoint.state[:, number], adjoint.record[:, number], adjoint.parameters[len(run.asked.dp) :, number]
         result[number] += StartSecondDerivatives(run).of(*of_start)
@@ -408,7 +412,7 @@ def hessian_products(run: AlphaRun, weights: RowWeights, directions: Array) -> A
     return result + StartSecondDerivatives(run, asked).of(*of_start)
 
 
-def _paired(one: Array, other: Array) -> Array:
+def _inner_product(one: Array, other: Array) -> Array:
     """Return the sum of one^T other over all axes before directions."""
     rows = one.shape[0] * one.shape[1]
     result: Array = one.reshape(rows, -1).T @ other.reshape(rows, -1)
@@ -423,12 +427,12 @@ def _parts(run: AlphaRun, along: StateDirections, state: Array, record: Array) -
         for number, stepped in enumerate(run.motion.forwards()):
             if number == parts - 1:  # tangents of the last part are taken in the backward sweep
                 continue
-            made, state = run.of_part(stepped), begins[-1][0].copy()
+            made, state = run.linearise_part(stepped), begins[-1][0].copy()
             records, _ = run.linear.tangents(made.matrices, along.dp, state, made.times)
             begins.append((state, records[-1]))
-    dp = run.of_equations(along).dp
+    dp = run.equation_directions(along).dp
     nv, factors = run.equations.nv, run.equations.model.factors
-    for part in map(run.of_part, run.motion.backwards()):
+    for part in map(run.linearise_part, run.motion.backwards()):
         state, record = begins.pop()
         records, eta = run.linear.tangents(part.matrices, along.dp, state.copy(), part.times)
         rows = np.concatenate([record[np.newaxis], records])

@@ -26,7 +26,7 @@ from eomgen.base.data import dataclass
 from eomgen.errors import NumericalError, Problem
 from eomgen.integrators.families.family import LinearTransitions
 from eomgen.lie import product
-from eomgen.products.derivatives.equations import rows_of, solved
+from eomgen.products.derivatives.equations import rows_of, solve
 from eomgen.products.derivatives.motion import ReplayedRun, RunSegment
 from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -41,7 +41,7 @@ _ROUNDING = 1e-13
 class PartitionedMotion(ReplayedRun):
     """A run whose rows lack the dependent components of each step."""
 
-    def _taken(self, size: int, table: Array | None, record: Array) -> Array:
+    def _take_steps(self, size: int, table: Array | None, record: Array) -> Array:
         place = self.stepper.places["dependent"]
         memory = np.empty((size, len(self.stepper.state[place])))
         of_step = len(self.stepper.input_times) - 1
@@ -99,27 +99,27 @@ class StageRun(TransitionRun):
         begun = rows_of(ends.blocks, slice(None, -1))
         slopes = [Slopes(v, Moved(before.a, ends.forced[:-1, :nv] @ self._state(q, v, z)), self._rates(begun, q, v, z))]
 
-        def moved(weights: Sequence[float], t: Array, given: PrescribedInputs) -> tuple[Moved, Moved, Moved, Moved]:
+        def move(weights: Sequence[float], t: Array, given: PrescribedInputs) -> tuple[Moved, Moved, Moved, Moved]:
             """Return the increment, and positions, velocities and internal states on the constraints."""
             used = [(h * float(weight), slope) for weight, slope in zip(weights, slopes, strict=False) if weight]
             theta = still.plus([(weight, slope.theta) for weight, slope in used])
             velocity = v.plus([(weight, slope.v) for weight, slope in used])
             states = z.plus([(weight, slope.z) for weight, slope in used])
-            place = self._moved(q, theta)
+            place = self._update(q, theta)
             if equations.nl:
-                place, velocity = self._corrected(place, velocity, states, t, given, dependent)
+                place, velocity = self._correct(place, velocity, states, t, given, dependent)
             return theta, place, velocity, states
 
         for row, share in zip(self.method.A[1:], self.method.c[1:], strict=True):
             t = ends.after.t if share == 1.0 else before.t + share * h
-            given = ends.at_end if share == 1.0 else self.prescribed(t)
-            slopes.append(self._slopes(*moved(row, t, given), t, given))
-        _, place, velocity, states = moved(self.method.b, ends.after.t, ends.at_end)
+            given = ends.at_end if share == 1.0 else self.prescribe(t)
+            slopes.append(self._slopes(*move(row, t, given), t, given))
+        _, place, velocity, states = move(self.method.b, ends.after.t, ends.at_end)
         if equations.nl:  # without constraints no component depends on others
             self._check(ends, place, velocity)
         return np.concatenate([place.along, velocity.along, states.along], axis=1)
 
-    def _moved(self, q: Moved, theta: Moved) -> Moved:
+    def _update(self, q: Moved, theta: Moved) -> Moved:
         """Return q o exp(theta)."""
         factors = self.equations.model.factors
         A, T = product.transport(factors, theta.value), product.tangent(factors, theta.value)
@@ -134,7 +134,7 @@ class StageRun(TransitionRun):
         nv = equations.nv
         values = equations.with_accelerations(self._blocks(place.value, v.value, z.value, t, given))
         partials = equations.partials(values)
-        forced = self.forced(values, partials)[:, :nv]
+        forced = self.forced_changes(values, partials)[:, :nv]
         state = self._state(place, v, z)
         ad_theta, ad_v = product.bracket_matrix(factors, theta.value), product.bracket_matrix(factors, v.value)
         first = ad_theta @ v.value[:, :, np.newaxis]
@@ -159,7 +159,7 @@ class StageRun(TransitionRun):
         by = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, nv : nv + nz]
         return Moved(equations.of("internal_rate", values)["zdot"], -by @ self._state(q, v, z))
 
-    def _corrected(
+    def _correct(
         self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, dependent: NDArray[np.intp]
     ) -> tuple[Moved, Moved]:
         """Return positions and velocities on the constraints, corrected along the dependent components."""
@@ -188,7 +188,7 @@ class StageRun(TransitionRun):
             turned = product.tangent(factors, delta) @ unit
             off = e.Jq[:, rows] @ dq
             off[:, :, size:] += e.P[:, rows]
-            dq = dq + turned @ solved(e.Jq[:, rows] @ turned, off, t)
+            dq = dq + turned @ solve(e.Jq[:, rows] @ turned, off, t)
         w = equations.of("constraint_velocity", values)["w"]
         B = e.Jv[:, rates]
         corrected = v.value - (unit @ np.linalg.solve(B @ unit, w[:, :, np.newaxis]))[:, :, 0]
@@ -197,7 +197,7 @@ class StageRun(TransitionRun):
         by_parameters = equations.partials(values).P[:, rates]
         off = Z @ dq + B @ v.along
         off[:, :, size:] += by_parameters
-        return Moved(q, dq), Moved(corrected, v.along + unit @ solved(B @ unit, off, t))
+        return Moved(q, dq), Moved(corrected, v.along + unit @ solve(B @ unit, off, t))
 
     def _moved_onto(self, place: Moved, v: Moved, z: Moved, t: Array, given: PrescribedInputs, unit: Array) -> Moved:
         """Return positions on the constraints of positions, with constraints on velocities besides: Newton's steps hold
@@ -217,13 +217,13 @@ class StageRun(TransitionRun):
             still = equations.partials(values)
             B = still.Jv[:, rates] @ unit
             off = np.concatenate([Phi, np.zeros((len(Phi), nl - nh))], axis=1)[:, :, np.newaxis]
-            x = (unit @ solved(B, off, t))[:, :, 0]
+            x = (unit @ solve(B, off, t))[:, :, 0]
             moving = equations.partials({**values, "v": x})
             change = (moving.Jq[:, rates] - still.Jq[:, rates]) @ dq
             change[:, :, size:] += moving.P[:, rates] - still.P[:, rates]
             change[:, :nh] += still.Jq[:, rows] @ dq
             change[:, :nh, size:] += still.P[:, rows]
-            dx = unit @ solved(B, change, t)
+            dx = unit @ solve(B, change, t)
             dq = product.transport(factors, x) @ dq + product.tangent(factors, x) @ dx
             q = product.update(factors, q, x)
             if np.max(np.abs(x), initial=0.0) < 1e-15 * (1.0 + np.max(np.abs(q))):

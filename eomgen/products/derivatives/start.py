@@ -359,7 +359,7 @@ class LinearizedStart:
         back.vdot = back.vdot + s * of_v + s * half * of_theta
         return multipliers, tau, of_q
 
-    def of_inputs(self, state: Array, record: Array) -> Array:
+    def input_derivatives(self, state: Array, record: Array) -> Array:
         """Return derivatives in the inputs at the first two rows, (2, nu), of state . the state that steps begin with
         + record . the row that is recorded: between rows inputs are linear."""
         equations = self.equations
@@ -393,7 +393,7 @@ class LinearizedStart:
         """Return the accelerations at a state some share of the step ahead, with changes."""
         equations = self.equations
         nv, nz, nl = equations.nv, equations.nz, equations.nl
-        values, partials = self._accelerated(share, q, v) if share else self.first
+        values, partials = self._accelerate(share, q, v) if share else self.first
         vdot = values["a"][0]
         right = partials.Jq[0] @ along.dq + partials.Jv[0] @ along.dv + partials.Jz[0] @ along.dz
         right = right + partials.P[0] @ along.dp
@@ -416,9 +416,9 @@ class LinearizedStart:
     @cached_property
     def first(self) -> tuple[dict[str, Array], EquationPartials]:
         """Input blocks at the start, with its accelerations and multipliers, and the partials of e there."""
-        return self._accelerated(0.0, self.q, self.v)
+        return self._accelerate(0.0, self.q, self.v)
 
-    def _accelerated(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
+    def _accelerate(self, share: float, q: Array, v: Array) -> tuple[dict[str, Array], EquationPartials]:
         equations = self.equations
         zeros = np.zeros((1, equations.nv)), np.zeros((1, equations.nl))
         times = np.array([self.t + share * self.step])

@@ -62,7 +62,7 @@ class StationaryRun:
         rows = np.repeat(row[np.newaxis], run.motion.steps + 1, axis=0)
         rows[:, 0] = run.run.grid.start + run.run.grid.step * np.arange(len(rows))
         for chosen in (rows[:: -(-len(rows) // _FEW)], rows):  # a few rows decide for most scenes
-            part = run.of_part(RunSegment(0, chosen, run.motion.start["a"]))
+            part = run.linearise_part(RunSegment(0, chosen, run.motion.start["a"]))
             if not _is_constant(run, part):
                 return None
         return cls(run, part, [one.outputs for one in weights])
@@ -120,9 +120,9 @@ class StationaryRun:
     def _responses(self) -> tuple[Array, Array]:
         """Multipliers (steps, rows, outputs) and derivatives in the state that the last of so many steps begins with,
         (steps, state, outputs), of the outputs."""
-        return self._solved(self._asked)
+        return self._adjoint_responses(self._asked)
 
-    def _solved(self, of_record: Array) -> tuple[Array, Array]:
+    def _adjoint_responses(self, of_record: Array) -> tuple[Array, Array]:
         """Return multipliers and derivatives as ``_responses``, for components of the recorded row (record, columns),
         by one adjoint run for each column."""
         run, steps, columns = self.run, self.run.motion.steps, of_record.shape[1]
@@ -163,7 +163,7 @@ class StationaryRun:
         result: Array = np.einsum("nfp,fc->ncp", known, shares)
         if left.any():
             others = basis[:, left]
-            result[:, left] = self._tangents(others, self._solved(others))
+            result[:, left] = self._tangents(others, self._adjoint_responses(others))
         return result
 
     @property

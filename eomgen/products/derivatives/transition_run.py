@@ -18,7 +18,7 @@ import numpy as np
 from eomgen.base.arrays import Array
 from eomgen.base.data import dataclass
 from eomgen.formula.evaluate import symbols
-from eomgen.products.derivatives.equations import EquationPartials, bordered_matrix, solved
+from eomgen.products.derivatives.equations import EquationPartials, bordered_matrix, solve
 from eomgen.products.derivatives.linear_run import (
     DerivativeVariables,
     LinearPart,
@@ -74,7 +74,7 @@ class TransitionRun(LinearRun[TransitionPart]):
     def __init__(self, motion: ReplayedRun, start: Start, by: DerivativeVariables, rows: Sequence[int]) -> None:
         super().__init__(motion, start, by, rows)
         self.size_of_state = 2 * self.equations.nv + self.equations.nz
-        self.beginning = self.linear_start(lambda _: self.prescribed(np.array([self.run.grid.start])), 0.0)
+        self.beginning = self.linear_start(lambda _: self.prescribe(np.array([self.run.grid.start])), 0.0)
         self.along = on_constraints(self.beginning, self.asked, np.zeros(0)) if self.equations.nl else self.asked
         _, self.record = self.beginning.tangents(self.along, self.beginning.stages(self.along))
         self.state = np.concatenate([self.along.dq, self.along.dv, self.along.dz])
@@ -83,12 +83,12 @@ class TransitionRun(LinearRun[TransitionPart]):
     def transitions(self, part: RunSegment, ends: StepEnds) -> Array:
         """Return the derivatives of q, v and z at the ends of the steps, (steps, size, size + parameters)."""
 
-    def of_part(self, part: RunSegment) -> TransitionPart:
+    def linearise_part(self, part: RunSegment) -> TransitionPart:
         """Make a part of the run linear."""
         states, given = self.states(part)
         blocks = self.blocks(states, given)
         partials = self.equations.partials(blocks)
-        forced = self.forced(blocks, partials)
+        forced = self.forced_changes(blocks, partials)
         before, after = States(*(array[:-1] for array in states)), States(*(array[1:] for array in states))
         first, last = (
             PrescribedInputs(*(None if array is None else array[rows] for array in given))
@@ -101,21 +101,21 @@ class TransitionRun(LinearRun[TransitionPart]):
             raise undefined_derivatives(self.run.model, f"at t = {t:.6g} s")
         return TransitionPart(part.first, states, blocks, transitions, forced)
 
-    def forced(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
+    def forced_changes(self, blocks: Mapping[str, Array], partials: EquationPartials) -> Array:
         """Return changes of accelerations and multipliers with q, v, z and parameters, at states with these
         accelerations and multipliers."""
         equations, e = self.equations, partials
         nv, nz, nl, count = equations.nv, equations.nz, equations.nl, len(e.Jq)
         right = np.concatenate([e.Jq, e.Jv, e.Jz, e.P], axis=2)[:, :nv]
         if not nl:
-            return solved(e.Ja[:, :nv], right, blocks["t"])
+            return solve(e.Ja[:, :nv], right, blocks["t"])
         by_state = equations.of("acceleration_partials", blocks)
         none = np.zeros((count, nl, nz))
         below = np.concatenate(
             [by_state["Aq"], by_state["Av"], none, equations.acceleration_parameters(blocks)], axis=2
         )
         matrix = bordered_matrix(e.Ja[:, :nv], e.Jv[:, -nl:])
-        return solved(matrix, np.concatenate([right, below], axis=1), blocks["t"])
+        return solve(matrix, np.concatenate([right, below], axis=1), blocks["t"])
 
     def by_formulas(self) -> bool:
         """Return whether inputs follow formulas with parameters among the directions."""

@@ -22,7 +22,7 @@ from eomgen.base.data import dataclass
 from eomgen.compiled.argument_derivatives import derivatives, sparsity
 from eomgen.lie import numeric, product
 from eomgen.lie.groups import group_named
-from eomgen.products.derivatives.equations import rows_of, solved
+from eomgen.products.derivatives.equations import rows_of, solve
 from eomgen.products.derivatives.motion import RunSegment
 from eomgen.products.derivatives.transition_run import StepEnds, TransitionRun
 from eomgen.simulation.stepping.states import PrescribedInputs, States
@@ -96,7 +96,7 @@ class VariationalRun(TransitionRun):
                 pushed = C @ middle[:, :, np.newaxis] * sign - (sign * moved.p - 0.5 * h * rate.rate)[:, :, np.newaxis]
                 inertia = regular_inertia(partials.Ja[at][:, :nv], B, np.ones(nv))
                 by_inertia = np.linalg.solve(inertia, np.swapaxes(B, 1, 2))
-                impulses = -solved(B @ by_inertia, np.swapaxes(by_inertia, 1, 2) @ pushed, after.t)[:, :, 0]
+                impulses = -solve(B @ by_inertia, np.swapaxes(by_inertia, 1, 2) @ pushed, after.t)[:, :, 0]
                 N, Np = equations.reaction_partials(rows_of(ends.blocks, at), impulses)
                 by_q = by_q + N
                 target[:, :, of_p] += Np
@@ -115,7 +115,7 @@ class VariationalRun(TransitionRun):
             held[:, :, of_p] += partials.P[1:, rates]
         if nz:
             self._rates(rows[:, 2 * (nv + nl) :], ends, w, by_end, (of_w, of_q, of_z, of_z1, of_p))
-        changes = solved(rows[:, :, :unknowns], rows[:, :, unknowns:], after.t)
+        changes = solve(rows[:, :, :unknowns], rows[:, :, unknowns:], after.t)
         result = np.zeros((count, size, size + equations.parameters))
         result[:, :nv] = by_end[:, :, unknowns:] + by_end[:, :, :unknowns] @ changes
         result[:, nv : 2 * nv], result[:, 2 * nv :] = changes[:, of_v1], changes[:, of_z1]
