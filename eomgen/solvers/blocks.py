@@ -86,7 +86,7 @@ class Blocks:
     @cached_property
     def largest_of_rows(self) -> Array:
         """(n,) the largest magnitudes of entries in rows."""
-        return self.joined([np.abs(entries).max(axis=2, initial=0.0) for _, entries in self.stacks])
+        return self.join([np.abs(entries).max(axis=2, initial=0.0) for _, entries in self.stacks])
 
     @cached_property
     def skew(self) -> float:
@@ -104,7 +104,7 @@ class Blocks:
         """Minus the matrix."""
         return Blocks([(places, -entries) for places, entries in self.stacks])
 
-    def divided(self, rows: Array) -> Blocks:
+    def divide_rows(self, rows: Array) -> Blocks:
         """Return the matrix with rows divided by numbers (n,)."""
         return Blocks([(places, entries / rows[places][:, :, np.newaxis]) for places, entries in self.stacks])
 
@@ -112,7 +112,7 @@ class Blocks:
         """Return the product with a vector (n,)."""
         if self.single:
             return np.asarray(self.whole @ x)
-        return self.joined([(entries @ x[places][:, :, np.newaxis])[:, :, 0] for places, entries in self.stacks])
+        return self.join([(entries @ x[places][:, :, np.newaxis])[:, :, 0] for places, entries in self.stacks])
 
     @cached_property
     def spectra(self) -> Sequence[tuple[Array, Array]]:
@@ -157,7 +157,7 @@ class Blocks:
             return True
         return all(bool(np.all(values >= value)) for values, _ in self.spectra)
 
-    def joined(self, parts: Sequence[Array]) -> Array:
+    def join(self, parts: Sequence[Array]) -> Array:
         """Return a vector (n,) of its parts by stacks, (blocks, size)."""
         if self.single:
             return np.asarray(parts[0][0])
@@ -284,14 +284,14 @@ def least_solution(matrix: Blocks, right: Array) -> Array:
     if matrix.single:
         only = matrix.whole
         largest = float(np.max(np.linalg.norm(only, axis=0), initial=0.0))
-        solution = _eliminated(only, right, largest) if len(only) else None
+        solution = _solve_by_elimination(only, right, largest) if len(only) else None
         return np.asarray(np.linalg.lstsq(only, right, rcond=SOFT)[0]) if solution is None else solution
     result, left = np.zeros(matrix.size), []
     norms = [(np.abs(entries).sum(axis=1).max(), np.abs(entries).sum(axis=2).max()) for _, entries in matrix.stacks]
     largest = float(np.sqrt(max(one for one, _ in norms) * max(other for _, other in norms)))
     eliminated = False  # the bound is at least the largest singular value
     for places, entries in matrix.stacks:
-        solution = _eliminated(entries[0], right[places[0]], largest) if len(entries) == 1 else None
+        solution = _solve_by_elimination(entries[0], right[places[0]], largest) if len(entries) == 1 else None
         if solution is None:
             left.append((places, np.linalg.svd(entries)))
         else:
@@ -303,7 +303,7 @@ def least_solution(matrix: Blocks, right: Array) -> Array:
     return result
 
 
-def _eliminated(matrix: Array, right: Array, largest: float) -> Array | None:
+def _solve_by_elimination(matrix: Array, right: Array, largest: float) -> Array | None:
     """Return the solution of equations by elimination; None if a singular value may be below ``SOFT`` times a bound of
     the largest."""
     factors, pivots, fault = dgetrf(matrix)

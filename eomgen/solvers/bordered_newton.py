@@ -96,7 +96,7 @@ class Balance:
     rates: Array
 
     @property
-    def joined(self) -> Array:
+    def vector(self) -> Array:
         if not len(self.constraint) and not len(self.rates):
             return self.residual
         return np.concatenate([self.residual, self.constraint, self.rates])
@@ -190,7 +190,7 @@ def held_factor(statics: LoadedStatics, rest: LoadedState, sign: float = 1.0) ->
     return Direction(np.zeros(len(statics.sizes) + len(rest.multipliers) + len(rest.z)), sign * statics.reach)
 
 
-def corrected(
+def correct(
     statics: LoadedStatics, start: LoadedState, along: Direction, way: float, plane: Direction | None = None
 ) -> CorrectedPoint:
     """Return rest near a step of length ``way`` along a direction, corrected orthogonally to the direction, or to
@@ -199,12 +199,12 @@ def corrected(
     plane = along if plane is None else plane
     change = way * along.unknowns
     strains = statics.strains(start.s)
-    predicted = _extrapolated(strains, start.q, change[:nv])
-    rest, displacement = _moved(statics, start, change, way * along.s), change[:nv].copy()
+    predicted = _extrapolate_strains(strains, start.q, change[:nv])
+    rest, displacement = _move(statics, start, change, way * along.s), change[:nv].copy()
     last = np.inf
     for count in range(1, ITERATIONS + 1):
         try:
-            tangents, balance = statics.tangents(rest), statics.balance(rest).joined
+            tangents, balance = statics.tangents(rest), statics.balance(rest).vector
         except np.linalg.LinAlgError:
             return CorrectedPoint(rest, displacement, count, "the equations cannot be evaluated there [E2084]")
         if not np.isfinite(balance).all():
@@ -228,13 +228,13 @@ def corrected(
         size, moved = _sizes(statics, solved)
         if size > 10.0:
             return CorrectedPoint(rest, displacement, count, "corrections grow [E2087]")
-        rest, displacement = _moved(statics, rest, solved[:-1], float(solved[-1])), displacement + step
+        rest, displacement = _move(statics, rest, solved[:-1], float(solved[-1])), displacement + step
         if moved <= _LAST or (moved <= _ROUNDING and count > 2 and moved > 0.3 * last):
             return CorrectedPoint(rest, displacement, count)
         if moved <= _SMALL:
-            solved = solution(np.append(-statics.balance(rest).joined, 0.0))
+            solved = solution(np.append(-statics.balance(rest).vector, 0.0))
             if solved is not None and _sizes(statics, solved)[1] ** 2 <= _LEFT * moved:
-                rest = _moved(statics, rest, solved[:-1], float(solved[-1]))
+                rest = _move(statics, rest, solved[:-1], float(solved[-1]))
                 return CorrectedPoint(rest, displacement + solved[:nv], count + 1)
         if count > 5 and moved > 2.0 * last:
             return CorrectedPoint(rest, displacement, count, "corrections grow [E2087]")
@@ -248,7 +248,7 @@ def _sizes(statics: LoadedStatics, solved: Array) -> tuple[float, float]:
     return size, size + abs(float(solved[-1])) / statics.reach
 
 
-def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Array:
+def _extrapolate_strains(strains: StiffStrains | None, q: Array, change: Array) -> Array:
     if strains is None:
         return np.zeros((0, 0))
     d = strains.values(q)
@@ -258,7 +258,7 @@ def _extrapolated(strains: StiffStrains | None, q: Array, change: Array) -> Arra
     return extrapolated
 
 
-def _moved(statics: LoadedStatics, rest: LoadedState, change: Array, s: float) -> LoadedState:
+def _move(statics: LoadedStatics, rest: LoadedState, change: Array, s: float) -> LoadedState:
     nv, rows = len(statics.sizes), len(rest.multipliers)
     factor = rest.s + s
     q = statics.followed(update_one(statics.factors, rest.q, change[:nv]), factor)
@@ -289,9 +289,9 @@ def _solution(
             bordered[nv:inner, :nv], bordered[:nv, nv:inner] = B, B.T
             bordered[:nv, inner:end], bordered[inner:end, :nv], bordered[inner:end, inner:end] = Rz, Fq, Fz
         if not fixed:
-            bordered[:end, end] = statics.by_factor(rest).joined
+            bordered[:end, end] = statics.by_factor(rest).vector
         return _scaled_solution(bordered)
-    by_factor = np.zeros(end) if fixed else statics.by_factor(rest).joined
+    by_factor = np.zeros(end) if fixed else statics.by_factor(rest).vector
     parts = [slice(0, nv), slice(nv, inner), slice(inner, end)]
     of_q, by_q, of_z, rate_q, rate_z = (sparse(block) for block in blocks)
     last_column = [coo_array(by_factor[part, np.newaxis]) for part in parts]

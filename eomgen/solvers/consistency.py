@@ -150,7 +150,7 @@ def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array,
     if system.beams is not None:
         rigid, q, strained, before = _with_beams(system, system.beams, q, t)
     elif system.elastic is not None:
-        closed, corrections, met = _turned(system.stiff(system.elastic), q, t)
+        closed, corrections, met = _close_rigid_beams(system.stiff(system.elastic), q, t)
         if met:
             q, before = closed, corrections
     q, iterations = consistent_position(system, q, t)
@@ -173,9 +173,9 @@ def _assemble(system: ConstrainedSystem, for_rates: ConstrainedSystem, q: Array,
     limits = np.maximum(limits, np.finfo(float).tiny)  # smaller limits are below the resolution of numbers
     if not np.all(np.abs(left) <= limits):
         raise _contradiction(rows, system.names, left, limits, "velocities", iterations)
-    violations = _named(system.names, first, FITTED * start.scale)
-    changed = _named(system.names, rates, REPORTED * rows.possible_rates(np.abs(guess)))
-    off = _named(system.names, system.constraint(q, t), REPORTED * rows.scale)
+    violations = _values_beyond(system.names, first, FITTED * start.scale)
+    changed = _values_beyond(system.names, rates, REPORTED * rows.possible_rates(np.abs(guess)))
+    off = _values_beyond(system.names, system.constraint(q, t), REPORTED * rows.scale)
     deviations = tuple(f"{name} stays off by {by:.3g}" for name, by in off.items())
     return Assembly(q, v, iterations, violations, changed, deviations, rows.machine, strained)
 
@@ -193,7 +193,7 @@ def _with_beams(
     from eomgen.solvers.rigid_beams import RigidBeams  # noqa: PLC0415  # few models have exact beams
 
     rigid = RigidBeams(beams, system.factors, system.angular, q)
-    closed, iterations, met = _turned(rigid.reduced(system), q, t)
+    closed, iterations, met = _close_rigid_beams(rigid.reduce(system), q, t)
     if met:
         return rigid, closed, None, iterations
     from eomgen.solvers.strain_energy import Strains  # noqa: PLC0415  # imports SciPy
@@ -204,12 +204,12 @@ def _with_beams(
     best = min((way for way in ways if way is not None), key=itemgetter(0), default=None)
     if best is None:
         closed, more = consistent_position(system, q, t)
-        return rigid, closed, strains.strained(closed, np.zeros(0)), iterations + more
+        return rigid, closed, strains.at_start(closed, np.zeros(0)), iterations + more
     _, closed, multipliers, more = best
-    return rigid, closed, strains.strained(closed, multipliers), iterations + more
+    return rigid, closed, strains.at_start(closed, multipliers), iterations + more
 
 
-def _turned(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int, bool]:
+def _close_rigid_beams(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int, bool]:
     """Return the configuration of rigid beams with the smallest violations, the number of corrections, and whether the
     constraints are met."""
     best, least, waited = q, np.inf, 0
@@ -229,7 +229,7 @@ def _turned(system: ConstrainedSystem, q: Array, t: float) -> tuple[Array, int, 
             break
         step = -rows.correction(violation)
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
-        q = system.moved(q, step / max(1.0, largest))
+        q = system.displace(q, step / max(1.0, largest))
     return best, iteration, least <= REPORTED
 
 
@@ -262,14 +262,14 @@ def _least_strained(
         if met and abs(before - energy) <= _SAME * energy:
             break
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
-        q = system.moved(q, step / max(1.0, largest))
+        q = system.displace(q, step / max(1.0, largest))
     return best
 
 
 def _rigid_change(system: ConstrainedSystem, rigid: RigidBeams, q: Array, v: Array, t: float) -> Array:
     """Return the change of velocities, (nv,), that meets the rates of the rows as far as beams that move as rigid
     bodies can."""
-    reduced = rigid.reduced(system)
+    reduced = rigid.reduce(system)
     held = rigid.beams.holds(system.names)
     change = np.zeros(len(v))
     change[rigid.free] = -RowsInMetric(reduced, q, t).correction(system.velocity(q, v, t)[~held])
@@ -302,16 +302,16 @@ def consistent_position(system: ConstrainedSystem, q: Array, t: float) -> tuple[
             break
         largest = float(np.max(np.abs(step[system.angular]), initial=0.0))
         if largest > 1.0:  # a whole step that meets all rows, as of a row that is linear, needs no shortening
-            whole = system.moved(q, step)
+            whole = system.displace(q, step)
             if np.all(np.abs(system.constraint(whole, t)) <= rows.limits):
                 q = whole
                 continue
-        q = system.moved(q, step / max(1.0, largest))
+        q = system.displace(q, step / max(1.0, largest))
     violation, rows = system.constraint(q, t), RowsInMetric(system, q, t)
     raise _contradiction(rows, system.names, violation, rows.limits, "positions", MAX_ITERATIONS)
 
 
-def _named(names: Sequence[str], values: Array, limits: Array) -> dict[str, float]:
+def _values_beyond(names: Sequence[str], values: Array, limits: Array) -> dict[str, float]:
     return {name: float(value) for name, value, limit in zip(names, values, limits, strict=False) if abs(value) > limit}
 
 
@@ -451,9 +451,9 @@ class _Rows:
         reach = touched.max(axis=1, initial=0.0)
         self.reach = np.where(system.angular, np.where(reach > 0.0, reach, machine), 1.0)
         self.reach[~self.defined] = 1.0
-        self.metric = self._factored(mass)
+        self.metric = self._factorise(mass)
 
-    def _factored(self, mass: Array) -> Array:
+    def _factorise(self, mass: Array) -> Array:
         """Return L of M = L L^T; samples with coordinates that neither inertia nor rows determine are not defined."""
         try:
             return np.asarray(np.linalg.cholesky(mass))

@@ -88,7 +88,7 @@ class ConstrainedSystem:
     beams: Beams | None = None
     elastic: NDArray[np.bool_] | None = None
 
-    def moved(self, q: Array, step: Array) -> Array:
+    def displace(self, q: Array, step: Array) -> Array:
         """Return a configuration moved by a step, (nv,)."""
         return update(self.factors, q, step) if self.move is None else self.move(q, step)
 
@@ -99,7 +99,7 @@ class ConstrainedSystem:
         def move(q: Array, step: Array) -> Array:
             whole = np.zeros(len(elastic))
             whole[free] = step
-            return self.moved(q, whole)
+            return self.displace(q, whole)
 
         return replace(
             self,
@@ -243,7 +243,7 @@ class RowsInMetric:
 
     def _rates_of_summands(self, speeds: Array) -> Array:
         if self._sparse is None:
-            return np.asarray(self._of_summands @ speeds)
+            return np.asarray(self._summand_sizes @ speeds)
         return self._sparse.larger(*self._entries_of_row(self._summands), self.angular, speeds, 1)
 
     def lever(self, row: int) -> float:
@@ -257,7 +257,7 @@ class RowsInMetric:
         if not np.max(np.abs(straight), initial=0.0) > 0.1:
             return False
         part = float(np.linalg.norm(straight))
-        return part < 10.0 * REDUNDANT * float(np.linalg.norm(self.weighed[row]))
+        return part < 10.0 * REDUNDANT * float(np.linalg.norm(self.scaled_rows[row]))
 
     @cached_property
     def metric(self) -> Array:
@@ -286,7 +286,7 @@ class RowsInMetric:
         return np.where(self.angular, np.where(reach > 0.0, reach, self.machine), 1.0)
 
     @cached_property
-    def weighed(self) -> Array:
+    def scaled_rows(self) -> Array:
         """B scaled by lengths, (rows, nv)."""
         return np.asarray(self.B / self.reach)
 
@@ -302,7 +302,7 @@ class RowsInMetric:
             return null
         null = np.linalg.qr(null)[0]
         natural = np.where(self.natural > 0.0, self.natural, 1.0)
-        _, sizes, along = np.linalg.svd((self.weighed / natural[:, np.newaxis]) @ null)
+        _, sizes, along = np.linalg.svd((self.scaled_rows / natural[:, np.newaxis]) @ null)
         held = np.count_nonzero(sizes > SINGULAR * sizes[:1])
         return np.asarray(null @ along[held:].T)
 
@@ -330,7 +330,7 @@ class RowsInMetric:
         return np.maximum(self._entries(self.scale), np.abs(self.B))
 
     @cached_property
-    def _of_summands(self) -> Array:
+    def _summand_sizes(self) -> Array:
         """Largest sums of magnitudes of the summands of entries of B, (rows, nv)."""
         return np.maximum(self._entries(self._summands), np.abs(self.B))
 
@@ -341,7 +341,7 @@ class RowsInMetric:
             squares = self._sparse.larger(*self._entries_of_row(self._summands), self.angular, self.speeds, 2)
             return VANISHING * EPSILON * np.sqrt(squares)
         with np.errstate(over="ignore"):  # of equations of 1e154 and more
-            return np.asarray(VANISHING * EPSILON * np.sqrt(self._of_summands**2 @ self.speeds))
+            return np.asarray(VANISHING * EPSILON * np.sqrt(self._summand_sizes**2 @ self.speeds))
 
     def hides(self, row: int, rest: Array) -> bool:
         """Return whether the residual of a weighed row may be new or rounding: rows made of places far away."""
@@ -361,7 +361,7 @@ class RowsInMetric:
             )
             squares = np.where(magnitudes > VANISHING * EPSILON * least, possible, 0.0) ** 2 * self.speeds[column]
             return np.sqrt(np.bincount(row, squares, minlength=len(self.size)))
-        there = np.abs(self.B) > VANISHING * EPSILON * self._of_summands
+        there = np.abs(self.B) > VANISHING * EPSILON * self._summand_sizes
         with np.errstate(over="ignore"):  # of equations of 1e154 and more
             return np.asarray(np.sqrt(np.where(there, self.possible, 0.0) ** 2 @ self.speeds))
 
@@ -371,7 +371,7 @@ class RowsInMetric:
         natural = self.natural
         if self._sparse is None or not np.all(natural > 0.0):
             return None
-        independent = self._sparse.scaled(self.reach).independent(1.0 / natural, len(natural))
+        independent = self._sparse.scale(self.reach).independent(1.0 / natural, len(natural))
         if independent is None:
             return None
         return bool(np.all(independent.new >= least)) and bool(np.all(independent.new * natural > self.vanishing))
@@ -391,7 +391,7 @@ class RowsInMetric:
             independent = self._in_blocks.independent(kinetic, count)
             if independent is not None:
                 return independent.correction(violation * kinetic)
-        rows = self.weighed[:count][says] * weights[:, np.newaxis]
+        rows = self.scaled_rows[:count][says] * weights[:, np.newaxis]
         left, values, right = np.linalg.svd(rows, full_matrices=False)
         kept = values > SINGULAR * values[0]
         # B = U S V: a change x with V x = S^-1 U^T violation, of least kinetic size

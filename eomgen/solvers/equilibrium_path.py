@@ -18,7 +18,7 @@ from eomgen.solvers.bordered_newton import (
     Direction,
     LoadedState,
     LoadedStatics,
-    corrected,
+    correct,
     direction,
     held_factor,
 )
@@ -87,7 +87,7 @@ def first_point(statics: LoadedStatics, guess: LoadedState, sign: float, *, bala
         There is no equilibrium near the start.
     """
     held = held_factor(statics, guess, sign)
-    result = corrected(statics, guess, held, 0.0) if not balanced else CorrectedPoint(guess, 0.0 * statics.sizes, 0)
+    result = correct(statics, guess, held, 0.0) if not balanced else CorrectedPoint(guess, 0.0 * statics.sizes, 0)
     if result.trouble:
         raise PathEndError(result.trouble, None)
     onwards = direction(statics, result.rest, held)
@@ -147,7 +147,7 @@ def step_to(statics: LoadedStatics, point: PathPoint, way: float, target: float 
     left = (target - start.s) / along.s if along.s != 0.0 and np.isfinite(target) else np.inf
     ends = 0.0 < left <= 1.001 * way
     plane = held_factor(statics, start, np.sign(along.s)) if ends else along
-    result = corrected(statics, start, along, left if ends else way, plane)
+    result = correct(statics, start, along, left if ends else way, plane)
     passes = not ends and 0.0 < left < np.inf and (result.rest.s - target) * along.s > 0.0  # by corrections
     if result.trouble or passes:
         return result.trouble or step_to(statics, point, left, target)

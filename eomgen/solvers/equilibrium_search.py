@@ -29,11 +29,11 @@ from eomgen.solvers.statics import (
     SearchTrail,
     Statics,
     examine,
-    moved,
+    move,
+    newton_right_side,
     newton_step,
     share_of_turn,
     told_if_interrupted,
-    unbalanced,
 )
 from eomgen.solvers.tangent_stiffness import canonical_direction
 
@@ -74,8 +74,8 @@ def follow_damped_motion(statics: Statics, q: Array, z: Array, slower: float = 1
     trail, pace = SearchTrail(statics, q, z), _MotionProgress()
     with told_if_interrupted(trail, "a damped motion"):
         while True:
-            if trail.arrived():
-                nudged = _nudged(statics, trail.point)
+            if trail.has_arrived():
+                nudged = _nudge(statics, trail.point)
                 if nudged is None:
                     return trail.end(balanced=True)
                 pace.time = 0.0
@@ -123,23 +123,23 @@ class _LinearMotion:
     @property
     def convex(self) -> bool:
         """Whether no direction is unstable."""
-        return self.point.coupled.symmetric.above(-SOFT * self.point.largest_stiffness)
+        return self.point.stiffness_blocks.symmetric.above(-SOFT * self.point.largest_stiffness)
 
     @cached_property
-    def _of_symmetric(self) -> SymmetricPhi | None:
+    def _symmetric_phi(self) -> SymmetricPhi | None:
         """The functions of J; None if J is not symmetric (internal states, follower forces)."""
         return None if self.J.skew > _ASYMMETRY * self.J.largest else SymmetricPhi(self.J)
 
     def _phi(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f, phi_k being the k-th function of exponential integrators."""
-        if self._of_symmetric is None or not np.isfinite(f).all():
+        if self._symmetric_phi is None or not np.isfinite(f).all():
             return phi_of_matrix(self.J.whole, f, time, order)
-        return self._of_symmetric(f, time, order)
+        return self._symmetric_phi(f, time, order)
 
     def step(self, time: float) -> Array:
         """Return the change after a time; of infinite time Newton's."""
         if np.isinf(time):
-            return newton_step(self.point, unbalanced(self.point))
+            return newton_step(self.point, newton_right_side(self.point))
         return self._phi(self.f, time, 1) / self.scale
 
     def error(self, change: Array, reached: SearchPoint, time: float) -> tuple[Array, Array]:
@@ -160,7 +160,7 @@ def _linear(point: SearchPoint, slower: float) -> _LinearMotion:
     rate, scale = 2.0 * fastest / slower, point.scale
     f = np.concatenate([-point.imbalance, rate * point.rates])
     if not len(point.z):
-        return _LinearMotion(point, point.coupled.negative, f, scale, rate)
+        return _LinearMotion(point, point.stiffness_blocks.negative, f, scale, rate)
     J = np.block([[-point.stiffness, -by_z], [rate * rate_q, rate * rate_z]])
     return _LinearMotion(point, Blocks.of(scale[:, np.newaxis] * J / scale), scale * f, scale, rate)
 
@@ -175,21 +175,21 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
     longest = max(1.0, 0.5 * pace.way)
     for _ in range(_TRIALS):
         change = linear.step(time)
-        gone = _gone(statics, point, change)
+        gone = _length_of_change(statics, point, change)
         part = (
             min(share_of_turn(statics, point, change), longest / gone if gone > longest else 1.0)
             if np.isfinite(gone)
             else 0.0
         )
-        reached = moved(statics, point, change) if part == 1.0 else None
+        reached = move(statics, point, change) if part == 1.0 else None
         if reached is None:
             time = _LAST / fastest if np.isinf(time) else time * min(0.8, max(0.1, 0.8 * part))
             continue
         error, there = linear.error(change, reached, time)
-        kinetic = point.weighed(change)
-        size = point.weighed(error) / kinetic if kinetic > 0.0 else 0.0
+        kinetic = point.weighted_size(change)
+        size = point.weighted_size(error) / kinetic if kinetic > 0.0 else 0.0
         if size <= _ERROR:
-            if size > _CORRECTED and (better := moved(statics, point, change + error)) is not None:
+            if size > _CORRECTED and (better := move(statics, point, change + error)) is not None:
                 reached = better
             growth = min(8.0, max(0.5, 0.8 * (_ERROR / size) ** 0.5)) if size > 0.0 else 8.0
             pace.time = (_LAST / fastest if np.isinf(time) else time) * growth
@@ -203,7 +203,7 @@ def _step(statics: Statics, point: SearchPoint, pace: _MotionProgress, slower: f
     return None
 
 
-def _gone(statics: Statics, point: SearchPoint, change: Array) -> float:
+def _length_of_change(statics: Statics, point: SearchPoint, change: Array) -> float:
     """Return the length of a change, in lengths of the scene; rotations are judged elsewhere."""
     if not np.all(np.isfinite(change)):
         return np.nan
@@ -211,20 +211,20 @@ def _gone(statics: Statics, point: SearchPoint, change: Array) -> float:
     return float(np.max(np.abs(increment[~statics.turning]), initial=0.0)) / statics.length
 
 
-def _nudged(statics: Statics, point: SearchPoint) -> SearchPoint | None:
+def _nudge(statics: Statics, point: SearchPoint) -> SearchPoint | None:
     """Return a point a little off an unstable equilibrium, on the way down; None from a stable one."""
     if not len(point.imbalance) or len(point.rates):
         return None
-    symmetric, unstable = point.coupled.symmetric, -1e3 * SOFT * point.largest_stiffness
+    symmetric, unstable = point.stiffness_blocks.symmetric, -1e3 * SOFT * point.largest_stiffness
     if symmetric.above(unstable):
         return None
     values, vectors = symmetric.spectrum()
     # Follower forces: the damped motion returns although the symmetric part alone would drive it away.
-    if point.coupled.skew and np.min(np.linalg.eigvals(point.stiffness).real) >= unstable:
+    if point.stiffness_blocks.skew and np.min(np.linalg.eigvals(point.stiffness).real) >= unstable:
         return None
     lowest = values <= values[0] + 1e-9 * abs(values[0])
     away = canonical_direction(point.basis @ vectors[:, lowest], statics.sizes)  # rounding decides no side
-    return moved(statics, point, _NUDGE * (point.dual @ away))
+    return move(statics, point, _NUDGE * (point.dual @ away))
 
 
 #: Steps of a descent at most.
@@ -245,31 +245,31 @@ def follow_descent(statics: Statics, q: Array, z: Array) -> Search:
     with told_if_interrupted(trail, "decreasing energy"):
         while True:
             point = trail.point
-            if trail.arrived():
-                nudged = _nudged(statics, point)
+            if trail.has_arrived():
+                nudged = _nudge(statics, point)
                 if nudged is None:
                     return trail.end(balanced=True)
                 trail.move(nudged)
                 continue
             if not point.finite or trail.steps == MAX_DESCENT_STEPS:
                 return trail.end(balanced=False)
-            reached, widest = _descended(statics, point, widest)
+            reached, widest = _descend(statics, point, widest)
             if reached is None:
                 return trail.end()
             trail.step(reached)
             widest = min(_WIDEST, 2.0 * widest)
 
 
-def _descended(statics: Statics, point: SearchPoint, widest: float) -> tuple[SearchPoint | None, float]:
+def _descend(statics: Statics, point: SearchPoint, widest: float) -> tuple[SearchPoint | None, float]:
     """Return a point of less energy, displaced by ``widest`` at most, and the bound of this step; None if no step is
     small enough."""
-    values, vectors = point.coupled.symmetric.spectrum()
+    values, vectors = point.stiffness_blocks.symmetric.spectrum()
     largest, along = np.abs(values).max(initial=0.0), vectors.T @ point.imbalance
     moves = (point.basis @ vectors) / statics.sizes[:, np.newaxis]
     firm = np.maximum(np.abs(values), SOFT * largest if largest else 1.0)
     while widest > _SHORTEST * _WIDEST:
         change = -vectors @ (along / (firm + _shift(firm, moves, along, widest)))
-        reached = moved(statics, point, change)
+        reached = move(statics, point, change)
         if reached is not None:
             work = 0.5 * float((point.dual @ reached.acceleration - point.imbalance) @ change)
             if work >= -_WORKS * float(point.imbalance @ change):
@@ -316,11 +316,11 @@ def follow_newton(statics: Statics, q: Array, z: Array) -> Search:
     """
     trail, share = SearchTrail(statics, q, z), 1.0
     with told_if_interrupted(trail, "Newton's steps"):
-        while not trail.arrived():
+        while not trail.has_arrived():
             point = trail.point
             if not point.finite or trail.steps == MAX_STEPS:
                 return trail.end(balanced=False)
-            change = newton_step(point, unbalanced(point))
+            change = newton_step(point, newton_right_side(point))
             nearer, share = _part(statics, point, change, min(1.0, 4.0 * share, share_of_turn(statics, point, change)))
             if nearer is None:
                 return trail.end(balanced=False)
@@ -332,10 +332,10 @@ def _part(statics: Statics, point: SearchPoint, change: Array, share: float) -> 
     """Return the point after a part of Newton's step, at which a step with the same partials is smaller, and the
     part."""
     while share > _SHORTEST:
-        reached = moved(statics, point, share * change)
+        reached = move(statics, point, share * change)
         if reached is not None:
             left = newton_step(point, np.concatenate([point.dual @ reached.acceleration, reached.rates]))
-            if point.weighed(left) <= (1.0 - 0.25 * share) * point.weighed(change):
+            if point.weighted_size(left) <= (1.0 - 0.25 * share) * point.weighted_size(change):
                 return reached, share
         share *= 0.5
     return None, share

@@ -267,7 +267,7 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
         The path cannot be followed to the end; the error has the last point, including the load factor.
     """
     first = statics.balance(start)
-    held, balanced = _held(statics, start, first), bool(np.isfinite(first.joined).all() and not first.constraint.any())
+    held, balanced = _hold(statics, start, first), bool(np.isfinite(first.vector).all() and not first.constraint.any())
     point = first_point(held, replace(start, s=0.0), 1.0, balanced=balanced)
     path, left_along, part = [point.rest.q], None, np.inf
     try:
@@ -291,7 +291,7 @@ def by_load_steps(statics: LoadedStatics, start: LoadedState, limits: StepLimits
     return LoadSteps(point.rest, path, left_along)
 
 
-def _held(statics: LoadedStatics, start: LoadedState, first: Balance) -> LoadedStatics:
+def _hold(statics: LoadedStatics, start: LoadedState, first: Balance) -> LoadedStatics:
     """Return statics with the residual of the start, ``first``, times 1 - s, as an additional load."""
     blocks = turning_blocks(statics.factors)
     fixed = dead_forces(blocks, start.q, first.residual, back=False)

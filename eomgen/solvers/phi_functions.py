@@ -65,7 +65,7 @@ class SymmetricPhi:
 
     def __call__(self, f: Array, time: float, order: int) -> Array:
         """Return time phi_k(time J) f."""
-        return self.J.joined(
+        return self.J.join(
             [part(f[places], time, order) for part, (places, _) in zip(self._parts, self.J.stacks, strict=True)]
         )
 

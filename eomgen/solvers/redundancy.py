@@ -79,7 +79,7 @@ def redundancy(
     bases: list[list[Array]] = [[] for _ in at_configurations]
 
     def rests(row: int) -> list[Array]:
-        return [_remainder(at.weighed[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
+        return [_remainder(at.scaled_rows[row], basis) for at, basis in zip(at_configurations, bases, strict=True)]
 
     def news(row: int, left: Sequence[Array]) -> list[float]:
         """Return the relative new part of a row, place by place, 0 if there is none."""
@@ -136,7 +136,7 @@ def redundancy(
 def _vanishes(row: int, at_configurations: Sequence[RowsInMetric]) -> bool:
     """Return whether a row of B is zero at the first of several configurations, and nearly so at the remaining
     configurations, which satisfy the row to a tolerance."""
-    lengths = [float(np.linalg.norm(at.weighed[row])) for at in at_configurations]
+    lengths = [float(np.linalg.norm(at.scaled_rows[row])) for at in at_configurations]
     possible = [float(np.sqrt(at.possible[row] ** 2 @ at.speeds)) for at in at_configurations]
     zero = lengths[0] <= max(REDUNDANT * possible[0], float(at_configurations[0].vanishing[row]))
     return zero and all(length <= _NEARLY_FLAT * size for length, size in zip(lengths[1:], possible[1:], strict=True))
@@ -169,7 +169,7 @@ def _all_new(here: RowsInMetric, rows: Sequence[int]) -> bool:
     natural = here.natural[list(rows)]
     if len(rows) > here.B.shape[1] or not np.all(natural > 0.0):
         return False
-    left = np.abs(np.diag(np.linalg.qr((here.weighed[list(rows)] / natural[:, np.newaxis]).T, mode="r")))
+    left = np.abs(np.diag(np.linalg.qr((here.scaled_rows[list(rows)] / natural[:, np.newaxis]).T, mode="r")))
     return bool(np.all(left >= LITTLE)) and bool(np.all(left * natural > here.vanishing[list(rows)]))
 
 

@@ -65,7 +65,7 @@ class RigidBeams:
             return [numeric.compose(SE3, to_base, poses[:, first]) for first, _, _ in followers]
         return [poses[:, first] for first, _, _ in followers]
 
-    def placed(self, q: Array) -> Array:
+    def place(self, q: Array) -> Array:
         """Return configurations (..., nq) with all nodes of a beam placed rigidly relative to the beam's first node."""
         result = np.array(q, dtype=float).reshape(-1, q.shape[-1])
         for _ in range(_PASSES):  # a beam may be carried by another one
@@ -94,19 +94,19 @@ class RigidBeams:
         sizes = np.max(np.abs(along) / steps, axis=1, keepdims=True)
         scale = np.where(sizes > 0.0, sizes, 1.0)
         less, more = (
-            self.placed(update(self.factors, np.broadcast_to(q, (len(along), len(q))), sign * along / scale))
+            self.place(update(self.factors, np.broadcast_to(q, (len(along), len(q))), sign * along / scale))
             for sign in (-1.0, 1.0)
         )
         result = 0.5 * scale * difference(self.factors, less, more)
         return np.where(self.free, along, result)
 
-    def moved(self, q: Array, step: Array) -> Array:
+    def move(self, q: Array, step: Array) -> Array:
         """Return q after a step (free,) of the free coordinates, with follower nodes placed rigidly."""
         whole = np.zeros(len(self.angular))
         whole[self.free] = step
-        return self.placed(update(self.factors, q, whole))
+        return self.place(update(self.factors, q, whole))
 
-    def reduced(self, system: ConstrainedSystem) -> ConstrainedSystem:
+    def reduce(self, system: ConstrainedSystem) -> ConstrainedSystem:
         """Return the system with the free coordinates as unknowns, and without the rows of strains."""
         last: list[tuple[bytes, Array]] = []
 
@@ -124,7 +124,7 @@ class RigidBeams:
             angular=self.angular[self.free],
             jacobian=lambda q, t: system.jacobian(q, t)[~self.beams.holds(system.names)] @ basis(q),
             mass=mass,
-            move=self.moved,
+            move=self.move,
             beams=None,
         )
 

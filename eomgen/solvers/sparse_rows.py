@@ -68,7 +68,7 @@ class SparseRows:
         made.eliminate_zeros()
         return made
 
-    def scaled(self, reach: Array) -> SparseRows:
+    def scale(self, reach: Array) -> SparseRows:
         """Return the rows in the metric of displacements ``reach``, (nv,), per unit of velocity."""
         from scipy import sparse  # noqa: PLC0415  # systems without constraints need no SciPy
 

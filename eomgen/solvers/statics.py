@@ -137,7 +137,7 @@ class SearchPoint:
         return all(bool(np.isfinite(part).all()) for part in (entries, self.residual, self.rates))
 
     @cached_property
-    def coupled(self) -> Blocks:
+    def stiffness_blocks(self) -> Blocks:
         """Stiffness (free, free) along the basis, squared angular frequencies, by blocks."""
         return Blocks.of(congruent(self.basis, self.K), narrow=True)
 
@@ -149,14 +149,14 @@ class SearchPoint:
     @cached_property
     def stiffness(self) -> Array:
         """(free, free) along the basis: squared angular frequencies."""
-        return self.coupled.whole
+        return self.stiffness_blocks.whole
 
     @cached_property
     def largest_stiffness(self) -> float:
-        return self.coupled.largest
+        return self.stiffness_blocks.largest
 
     @property
-    def met(self) -> bool:
+    def meets_constraints(self) -> bool:
         """Whether the constraints hold."""
         return bool(np.all(np.abs(self.violation) <= MET * self.row_sizes))
 
@@ -175,7 +175,7 @@ class SearchPoint:
         pushes = self.pushes
         return np.concatenate([np.ones(len(self.imbalance)), np.where(pushes > 0.0, pushes, 1.0)])
 
-    def weighed(self, change: Array) -> float:
+    def weighted_size(self, change: Array) -> float:
         """Return the size of changes along the basis and of z; changes of z are weighted by ``pushes``."""
         free = len(self.imbalance)
         return float(np.hypot(np.linalg.norm(change[:free]), np.linalg.norm(self.pushes * change[free:])))
@@ -192,13 +192,13 @@ class LargestForces:
         self.force = max(self.force, point.force)
         self.rates = np.maximum(self.rates, np.abs(point.rates))
 
-    def balanced(self, point: SearchPoint) -> bool:
+    def balances(self, point: SearchPoint) -> bool:
         """Return whether only round-off remains."""
         return self.rests(point) and bool(np.all(np.abs(point.rates) <= BALANCED * self.rates + point.rate_noise))
 
     def rests(self, point: SearchPoint) -> bool:
         """Return whether only round-off remains of forces and constraints, for any rates of internal states."""
-        return point.force <= BALANCED * self.force + point.noise and point.met
+        return point.force <= BALANCED * self.force + point.noise and point.meets_constraints
 
 
 @dataclass(frozen=True)
@@ -230,10 +230,10 @@ class SearchTrail:
         self._statics, self._path = statics, [self.point.q]
         self._largest = LargestForces(statics.weight, np.abs(self.point.rates))
 
-    def arrived(self) -> bool:
+    def has_arrived(self) -> bool:
         """Return whether forces balance here, judged by the largest on the way."""
         self._largest.include(self.point)
-        return self._largest.balanced(self.point)
+        return self._largest.balances(self.point)
 
     @property
     def lags(self) -> bool:
@@ -252,9 +252,9 @@ class SearchTrail:
 
     def end(self, *, balanced: bool | None = None) -> Search:
         """Return the final point of the search; by default marked balanced if Newton's last steps have converged."""
-        last = self.point if balanced is False else polished(self._statics, self.point)
-        reached = self._largest.balanced(last) if balanced is None else balanced
-        states_alone = not reached and self._largest.rests(last) and not self._largest.balanced(last)
+        last = self.point if balanced is False else polish(self._statics, self.point)
+        reached = self._largest.balances(last) if balanced is None else balanced
+        states_alone = not reached and self._largest.rests(last) and not self._largest.balances(last)
         return Search(last, reached, self.steps, self._path, states_alone)
 
 
@@ -334,15 +334,15 @@ def geometric_rank(B: Array) -> int:
 def newton_step(point: SearchPoint, right: Array) -> Array:
     """Return the least changes along the basis and of z that remove imbalance and rates (``right``) to first order."""
     by_z, rate_q, rate_z = point.couplings
-    matrix = point.coupled
+    matrix = point.stiffness_blocks
     if len(point.z):
         matrix = Blocks.of(np.block([[point.stiffness, by_z], [-rate_q, -rate_z]]) / point.scale)
     size = matrix.largest_of_rows
     rows: Array = np.where(size > 0.0, size, 1.0)
-    return least_solution(matrix.divided(rows), right / rows) / point.scale
+    return least_solution(matrix.divide_rows(rows), right / rows) / point.scale
 
 
-def unbalanced(point: SearchPoint) -> Array:
+def newton_right_side(point: SearchPoint) -> Array:
     """Return the right side of Newton's step: minus the imbalance, and the rates."""
     return np.concatenate([-point.imbalance, point.rates])
 
@@ -354,7 +354,7 @@ def share_of_turn(statics: Statics, point: SearchPoint, change: Array) -> float:
     return min(1.0, LARGEST_TURN / turn) if turn > 0.0 else 1.0
 
 
-def moved(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | None:
+def move(statics: Statics, point: SearchPoint, change: Array) -> SearchPoint | None:
     """Return the point after changes along the basis and of z, on the constraints; None if the point is not finite."""
     free = len(point.imbalance)
     increment = point.basis @ change[:free] + point.correction
@@ -381,20 +381,20 @@ def onto_constraints(statics: Statics, point: SearchPoint) -> SearchPoint:
     return point
 
 
-def polished(statics: Statics, point: SearchPoint) -> SearchPoint:
+def polish(statics: Statics, point: SearchPoint) -> SearchPoint:
     """Return the point after Newton steps for as long as they halve the imbalance."""
-    left = newton_step(point, unbalanced(point))
+    left = newton_step(point, newton_right_side(point))
     for _ in range(_POLISHES):
         if (
             not np.any(left)
             or np.max(np.abs(point.basis @ left[: len(point.imbalance)]) / statics.sizes, initial=0.0) > _POLISH
         ):
             break
-        nearer = moved(statics, point, left)
+        nearer = move(statics, point, left)
         if nearer is None:
             break
-        still = newton_step(nearer, unbalanced(nearer))
-        if not point.weighed(still) < 0.5 * point.weighed(left):
+        still = newton_step(nearer, newton_right_side(nearer))
+        if not point.weighted_size(still) < 0.5 * point.weighted_size(left):
             break
         point, left = nearer, still
     return point

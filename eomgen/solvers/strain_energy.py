@@ -105,7 +105,7 @@ class Strains:
         places = (np.concatenate(rows), np.concatenate(columns))
         return csr_array((np.concatenate(entries), places), shape=(12 * len(self._first), nv))
 
-    def strained(self, q: Array, multipliers: Array) -> StrainedStart:
+    def at_start(self, q: Array, multipliers: Array) -> StrainedStart:
         """Return strain energy and largest section force, given the multipliers of the position-level rows, N."""
         changes = self.changes(q)
         forces = np.einsum("eij,ej->ei", self.beams.stiffness, changes)[:, 3:]

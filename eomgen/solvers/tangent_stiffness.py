@@ -83,10 +83,10 @@ class TangentStiffness:
         return bool(np.all(skew.data <= allowed))
 
     @cached_property
-    def bordered(self) -> Matrix:
+    def bordered_matrix(self) -> Matrix:
         """[[K, B^T], [B, 0]] after a symmetric positive scaling, which keeps the signs of the eigenvalues."""
         if isinstance(self.K, np.ndarray):
-            full = _bordered(self.K, whole(self.B))
+            full = _bordered_matrix(self.K, whole(self.B))
             for _ in range(_SWEEPS):
                 largest = np.max(np.abs(full), axis=1, initial=0.0)
                 by = 1.0 / np.sqrt(np.where(largest > 0.0, largest, 1.0))
@@ -108,15 +108,15 @@ class TangentStiffness:
         no potential."""
         if not self.symmetric:
             return sum(sign < 0 for sign, _ in self.determinants(self.groups()))
-        return self.below(-self._of_neutral[1]) if self.below(0.0) else 0
+        return self.below(-self._neutral_stiffnesses[1]) if self.below(0.0) else 0
 
     @property
     def neutral(self) -> int:
         """The number of stiffnesses that are zero but for rounding, as along a family of equilibria."""
-        return self._of_neutral[0]
+        return self._neutral_stiffnesses[0]
 
     @cached_property
-    def _of_neutral(self) -> tuple[int, float]:
+    def _neutral_stiffnesses(self) -> tuple[int, float]:
         """The number of stiffnesses that are zero up to rounding, and the largest rounding error of these
         stiffnesses."""
         values, X = self.next_to_zero(_NEUTRAL)
@@ -136,31 +136,31 @@ class TangentStiffness:
             result = self._sparse_negative()
             if result is not None:
                 return result
-        matrix = whole(self.bordered)
+        matrix = whole(self.bordered_matrix)
         return _negative_pivots(0.5 * (matrix + matrix.T)) - rows
 
     def groups(self, other: TangentStiffness | None = None) -> Components:
         """Return the group number of each component and row; coupled components have the same group, with couplings
         here or also in another stiffness."""
-        pattern = self._coupled if other is None else self._coupled + other._coupled
+        pattern = self._coupling if other is None else self._coupling + other._coupling
         _, labels = connected_components(csr_array(pattern), directed=False)
         return np.asarray(labels, np.intp)
 
     @cached_property
-    def _coupled(self) -> Any:
+    def _coupling(self) -> Any:
         """Whether components and rows are coupled, whole or sparse as the matrix."""
-        size: Any = abs(self.bordered)
+        size: Any = abs(self.bordered_matrix)
         return size > _COUPLED
 
     def determinants(self, groups: Components) -> list[tuple[int, float]]:
         """Return the sign of det K on the null space of B for each group, and a logarithm.
 
-        The logarithm belongs to the determinant of the scaled matrix ``bordered``, not of K.
+        The logarithm belongs to the determinant of the scaled matrix ``bordered_matrix``, not of K.
         """
         nv, result = len(self.sizes), []
         for group in range(int(groups.max(initial=-1)) + 1):
             members = np.flatnonzero(groups == group)
-            part = self.bordered[members][:, members]
+            part = self.bordered_matrix[members][:, members]
             sign, logarithm = _determinant(part)
             result.append((sign * (-1) ** int(np.sum(members >= nv)), logarithm))
         return result
@@ -223,7 +223,7 @@ class TangentStiffness:
         Adding B^T B to K keeps the inertia, and makes K regular if only constraints hold a body.
         """
         nv, rows = len(self.sizes), int(self.B.shape[0])
-        scaled = self.bordered
+        scaled = self.bordered_matrix
         K, B = csc_array(scaled[:nv, :nv]), csc_array(scaled[nv:, :nv])
         first = csc_array(0.5 * (K + K.T) + B.T @ B)
         order = reverse_cuthill_mckee(csr_array(first), symmetric_mode=True)
@@ -242,7 +242,7 @@ class TangentStiffness:
 def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     """Return the map from forces (nv, ...) to constrained displacements; None if the bordered matrix is singular."""
     nv = K.shape[0]
-    solve_bordered = solver(_bordered(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
+    solve_bordered = solver(_bordered_matrix(K, whole(B)) if isinstance(K, np.ndarray) else _sparse_bordered(K, B))
     if solve_bordered is None:
         return None
 
@@ -254,7 +254,7 @@ def compliance(K: Matrix, B: Matrix) -> Callable[[Array], Array] | None:
     return solve if np.all(np.isfinite(solve(np.ones(nv)))) else None
 
 
-def _bordered(K: Array, B: Array) -> Array:
+def _bordered_matrix(K: Array, B: Array) -> Array:
     """Return [[K, B^T], [B, 0]]."""
     nv = len(K)
     result = np.zeros((nv + len(B), nv + len(B)))

@@ -26,14 +26,14 @@ def test_the_way_down_is_that_of_the_lowest_stiffness(
         largest_stiffness=max(map(abs, stiffnesses)), basis=np.eye(3), dual=np.eye(3),
     )  # fmt: skip  # a table
     statics: Any = SimpleNamespace(sizes=np.ones(3))
-    monkeypatch.setattr(equilibrium_search, "moved", lambda statics, point, change: change)
-    change: Any = equilibrium_search._nudged(statics, point)
+    monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)
+    change: Any = equilibrium_search._nudge(statics, point)
     assert (change is not None) == leaves
     if leaves:
         lowest = axes[:, int(np.argmin(stiffnesses))]
         assert np.abs(change).max() == pytest.approx(1e-3)
         assert abs(change @ lowest) == pytest.approx(np.linalg.norm(change))
-        assert equilibrium_search._nudged(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None
+        assert equilibrium_search._nudge(statics, SimpleNamespace(**{**vars(point), "rates": np.zeros(1)})) is None
 
 
 @pytest.mark.parametrize(("follower", "leaves"), [(3.0, False), (1.0, True)])
@@ -46,6 +46,6 @@ def test_follower_forces_that_bring_the_motion_back_are_no_reason_to_leave(
         imbalance=np.zeros(2), rates=np.zeros(0), stiffness=stiffness, coupled=Blocks.of(stiffness),
         largest_stiffness=5.0, basis=np.eye(2), dual=np.eye(2),
     )  # fmt: skip  # a table
-    monkeypatch.setattr(equilibrium_search, "moved", lambda statics, point, change: change)
-    change = equilibrium_search._nudged(SimpleNamespace(sizes=np.ones(2)), point)
+    monkeypatch.setattr(equilibrium_search, "move", lambda statics, point, change: change)
+    change = equilibrium_search._nudge(SimpleNamespace(sizes=np.ones(2)), point)
     assert (change is not None) == leaves

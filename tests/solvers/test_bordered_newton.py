@@ -14,7 +14,7 @@ from eomgen.solvers.bordered_newton import (
     LoadedStatics,
     Matrix,
     Tangents,
-    corrected,
+    correct,
     held_factor,
 )
 from tests.oracles.evaluation import Array
@@ -55,7 +55,7 @@ def test_the_last_correction_takes_known_factors_if_corrections_shrink_fast(
     statics = springs(n, 3, tangents, whole=whole)
     exact = np.array([brentq(lambda x, f=f: x + x**3 - f, 0.0, 1.0, xtol=1e-15) for f in np.linspace(0.5, 1.0, n)])
     guess = LoadedState(exact + start, np.zeros(0), np.zeros(0), 1.0)
-    result = corrected(statics, guess, held_factor(statics, guess), 0.0)
+    result = correct(statics, guess, held_factor(statics, guess), 0.0)
     assert not result.trouble
     np.testing.assert_allclose(result.rest.q, exact, rtol=0.0, atol=1e-12)
     np.testing.assert_allclose(result.displacement, exact - guess.q, rtol=0.0, atol=1e-12)
@@ -78,7 +78,7 @@ def test_a_correction_by_the_stiffness_of_another_side_is_not_taken() -> None:
 
     stiff = LoadedStatics(**{**vars(statics), "balance": balance, "tangents": tangents_at})
     guess = LoadedState(np.array([kink - 1e-4]), nothing, nothing, 1.0)
-    result = corrected(stiff, guess, held_factor(stiff, guess), 0.0)
+    result = correct(stiff, guess, held_factor(stiff, guess), 0.0)
     assert not result.trouble
     assert result.rest.q[0] == pytest.approx((0.5 + 1e3 * kink) / 1001.0, rel=1e-13)
     assert len(tangents) == 2

@@ -56,7 +56,7 @@ def test_paths_end(
         return (None if trail.steps == nearer else "nearer"), 0.1
 
     monkeypatch.setattr(equilibrium_search, "SearchTrail", lambda *_: trail)
-    monkeypatch.setattr(equilibrium_search, "unbalanced", lambda point: None)
+    monkeypatch.setattr(equilibrium_search, "newton_right_side", lambda point: None)
     monkeypatch.setattr(equilibrium_search, "newton_step", lambda point, left: None)
     monkeypatch.setattr(equilibrium_search, "share_of_turn", lambda *_: 0.7)
     monkeypatch.setattr(equilibrium_search, "_part", part)

@@ -149,7 +149,7 @@ def test_blocks_of_sparse_matrices_are_those_of_whole_ones(by_rows: bool, rng: n
         assert np.array_equal(blocks.whole, A)
         assert np.array_equal(blocks.symmetric.whole, 0.5 * (A + A.T))
         assert np.array_equal(blocks.negative.whole, -A)
-        assert np.array_equal(blocks.divided(rows).whole, A / rows[:, np.newaxis])
+        assert np.array_equal(blocks.divide_rows(rows).whole, A / rows[:, np.newaxis])
         assert np.array_equal(blocks.largest_of_rows, np.abs(A).max(axis=1))
         assert blocks.largest == np.abs(A).max()
         assert blocks.skew == np.abs(A - A.T).max()

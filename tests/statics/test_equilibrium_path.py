@@ -410,7 +410,7 @@ def test_a_path_takes_three_calls_for_a_correction(snap: Model, monkeypatch: pyt
     for all points."""
     calls: list[str] = []
     corrections: list[int] = []
-    evaluated, corrected = Functions.__call__, equilibrium_path.corrected
+    evaluated, corrected = Functions.__call__, equilibrium_path.correct
 
     def counted(functions: Functions, name: str, blocks: Mapping[str, Array]) -> tuple[Array, ...]:
         calls.append(name)
@@ -422,7 +422,7 @@ def test_a_path_takes_three_calls_for_a_correction(snap: Model, monkeypatch: pyt
         return result
 
     monkeypatch.setattr(Functions, "__call__", counted)
-    monkeypatch.setattr(equilibrium_path, "corrected", counted_corrections)
+    monkeypatch.setattr(equilibrium_path, "correct", counted_corrections)
     path = snap.equilibrium_path("load", 20.0, stability=False)
     asked = sum(corrections) + len(corrections)  # each with the direction at its end
     assert path.success

@@ -32,7 +32,7 @@ from eomgen.solvers.statics import (
     Statics,
     examine,
     onto_constraints,
-    polished,
+    polish,
 )
 from eomgen.solvers.tangent_stiffness import TangentStiffness
 
@@ -257,21 +257,21 @@ def _by_load_steps(
         rest, path, left_along = by_load_steps(
             loaded, LoadedState(start.q, start.lam, start.z, 1.0), _STEPS, stable=stable
         )
-        search = Search(polished(statics, examine(statics, rest.q, rest.z)), True, len(path) - 1, path)
+        search = Search(polish(statics, examine(statics, rest.q, rest.z)), True, len(path) - 1, path)
     except PathEndError as end:
         part = end.point.rest.s if end.point else 0.0
         return f"load steps from the start end at {100.0 * part:.3g} % of the loads, for {end.why}", None
     except np.linalg.LinAlgError:
         return "load steps from the start end where the inertia matrix is not positive definite", None
     largest = LargestForces(max(statics.weight, start.force), np.abs(start.rates))
-    if not (search.point.finite and largest.balanced(search.point)):
+    if not (search.point.finite and largest.balances(search.point)):
         return "load steps from the start leave forces unbalanced", None
     return search, left_along
 
 
 def _skew(model: CompiledModel, loaded: LoadedStatics, point: SearchPoint) -> bool:
     """Return whether forces follow the motion, so that stiffness alone does not decide stability."""
-    skew = point.coupled.skew > 1e-6 * point.largest_stiffness
+    skew = point.stiffness_blocks.skew > 1e-6 * point.largest_stiffness
     if skew or not model.description.exact_beams:
         return skew
     return not TangentStiffness.at(
@@ -303,7 +303,7 @@ class _Stiffness:
 def _stiffness(statics: Statics, loaded: LoadedStatics, point: SearchPoint) -> _Stiffness:
     largest = point.largest_stiffness
     limit = max(1e2 * SOFT * largest, _no_stiffness(statics))
-    values, vectors = point.coupled.symmetric.lowest(limit)
+    values, vectors = point.stiffness_blocks.symmetric.lowest(limit)
     directions = np.asarray(point.basis @ vectors)
     soft = np.abs(values[: vectors.shape[1]]) <= limit
     rest, mass = LoadedState(point.q, point.lam, point.z, 1.0), statics.mass(point.q)

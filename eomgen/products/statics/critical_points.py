@@ -23,7 +23,7 @@ from scipy.sparse.linalg import LinearOperator, eigs
 
 from eomgen.base.arrays import Array, Complex
 from eomgen.base.data import dataclass
-from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, corrected, direction, held_factor, sparse
+from eomgen.solvers.bordered_newton import LoadedState, LoadedStatics, correct, direction, held_factor, sparse
 from eomgen.solvers.equilibrium_path import PathPoint, point_within
 from eomgen.solvers.tangent_stiffness import Components, TangentStiffness, canonical_direction, compliance
 
@@ -294,7 +294,7 @@ def half_way(statics: LoadedStatics, rest: LoadedState, factor: float) -> float 
     onwards = direction(statics, rest, held_factor(statics, rest))
     if onwards is None or onwards.s == 0.0:
         return None
-    point = corrected(statics, rest, onwards, 0.5 * factor / onwards.s, held_factor(statics, rest))
+    point = correct(statics, rest, onwards, 0.5 * factor / onwards.s, held_factor(statics, rest))
     if point.trouble:
         return None
     try:
@@ -315,7 +315,7 @@ def _rate(statics: LoadedStatics, rest: LoadedState, change: float) -> csc_array
     ends = []
     for sign in (1.0, -1.0):
         way = sign * change / onwards.s
-        point = corrected(statics, rest, onwards, way, held_factor(statics, rest))
+        point = correct(statics, rest, onwards, way, held_factor(statics, rest))
         if point.trouble:
             raise ArithmeticError(f"there is no equilibrium near it: {point.trouble}")
         ends.append(sparse(statics.tangents(point.rest).K))

@@ -38,7 +38,7 @@ from eomgen.solvers.bordered_newton import (
     Direction,
     LoadedState,
     LoadedStatics,
-    corrected,
+    correct,
     direction,
     weights,
 )
@@ -312,7 +312,7 @@ def _aside(statics: LoadedStatics, critical: CriticalPoint, size: float) -> Path
     along = Direction(unknowns / length, 0.0)
     for part in _ASIDE:
         way = size * part * length
-        result = corrected(statics, rest, along, way)
+        result = correct(statics, rest, along, way)
         if result.trouble:
             continue
         gone = float(result.displacement @ measured)
