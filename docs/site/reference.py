@@ -122,19 +122,19 @@ GROUPS = {
 }
 #: Methods of public classes for other rooms of the package, which take objects that callers do not make.
 INTERNAL = {
-    "Configuration.of_scene",
+    "Configuration.simulation_keys",
     "ErrorEstimate.arrays",
     "ErrorEstimate.from_file",
     "ErrorEstimate.missing",
     "Events.arrays",
     "Events.columns",
-    "Events.described",
     "Events.followed_by",
+    "Events.to_dict",
     "Events.write",
-    "Finding.described",
     "Finding.from_data",
     "Finding.of",
-    "Finding.rated",
+    "Finding.rate",
+    "Finding.to_dict",
     "Model.check_left_out",
     "Model.having",
     "Model.in_complex",

@@ -315,11 +315,11 @@ class SampleErrors:
     @property
     def worst(self) -> tuple[int | None, LargestError] | None:
         """Number of the worst sample, None for the run without variations, with the largest error of that sample."""
-        result = [(number, one) for number, estimate in self._numbered for one in estimate.every]
+        result = [(number, one) for number, estimate in self._numbered_estimates for one in estimate.every]
         return max(result, key=lambda pair: pair[1].share, default=None)
 
     @property
-    def _numbered(self) -> list[tuple[int | None, ErrorEstimate]]:
+    def _numbered_estimates(self) -> list[tuple[int | None, ErrorEstimate]]:
         return [(None, self.nominal), *self.of_samples.items()]
 
     @property

@@ -111,7 +111,7 @@ class Events:
         """Return the arrays by name."""
         return {name: getattr(self, name) for name in ("t", *BLOCKS)}
 
-    def described(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return names, times and counts as JSON types."""
         return {
             "counts": dict(self.counts),

@@ -67,7 +67,7 @@ class Finding:
 
         return Message(self.name).code or code_of_finding(self.name)
 
-    def rated(self, name: str, severity: Severity) -> Self:
+    def rate(self, name: str, severity: Severity) -> Self:
         """Return the same finding with the name of a check and a severity."""
         return replace(self, name=name, severity=severity)
 
@@ -87,7 +87,7 @@ class Finding:
         """
         return replace(self, severity=FAILURE, text=f"{self.text} (doubt: {self.name})")
 
-    def described(self) -> dict[str, Any]:
+    def to_dict(self) -> dict[str, Any]:
         """Return the attributes in JSON types; numbers that are not finite are None."""
         finite = {name: getattr(self, name) for name in ("value", "time")}
         return asdict(self) | {name: number if math.isfinite(number) else None for name, number in finite.items()}

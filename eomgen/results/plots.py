@@ -100,10 +100,10 @@ def draw(solution: RecordedSolution, folder: Path) -> list[Path]:
 def drawings(solution: RecordedSolution, folder: Path) -> list[Callable[[], list[Path]]]:
     """Return the calls of ``draw``, each of which draws one file."""
     kinds = {kind: curves for kind, curves in _by_kind(solution).items() if kind in _DRAWN and curves}
-    return [partial(_drawn, solution, folder, kind, curves) for kind, curves in kinds.items()]
+    return [partial(_draw, solution, folder, kind, curves) for kind, curves in kinds.items()]
 
 
-def _drawn(solution: RecordedSolution, folder: Path, kind: str, curves: list[PlottedCurve]) -> list[Path]:
+def _draw(solution: RecordedSolution, folder: Path, kind: str, curves: list[PlottedCurve]) -> list[Path]:
     """Draw the curves of a kind in the file of the kind."""
     if kind == "coordinates":
         curves = _rotations(_nodes_as_displacements(curves))
@@ -437,10 +437,10 @@ def _panels(curves: Sequence[PlottedCurve]) -> list[list[PlottedCurve]]:
     alike: dict[tuple[str, str], list[PlottedCurve]] = {}
     for curve in _with_small_changes(curves):
         alike.setdefault((curve.unit, curve.quantity or _QUANTITIES.get(curve.unit, "")), []).append(curve)
-    return [panel for group in alike.values() for panel in _packed(group)]
+    return [panel for group in alike.values() for panel in _pack(group)]
 
 
-def _packed(curves: Sequence[PlottedCurve], words: int = 1) -> list[list[PlottedCurve]]:
+def _pack(curves: Sequence[PlottedCurve], words: int = 1) -> list[list[PlottedCurve]]:
     """Return panels of curves; curves whose names have equal first words are together, if they fit in one panel."""
     families: dict[tuple[str, ...], list[PlottedCurve]] = {}
     for curve in curves:
@@ -451,14 +451,14 @@ def _packed(curves: Sequence[PlottedCurve], words: int = 1) -> list[list[Plotted
         if len(family) <= _CURVES:
             fitting.append(family)
         else:
-            panels += _packed(family, words + 1)
+            panels += _pack(family, words + 1)
     total = sum(map(len, fitting))
     even = -(-total // max(1, -(-total // _CURVES)))
-    filled = [_filled(fitting, limit) for limit in range(even, _CURVES + 1)]
+    filled = [_fill_panels(fitting, limit) for limit in range(even, _CURVES + 1)]
     return min(filled, key=len, default=[]) + panels  # the first, so the most even, of equally many panels
 
 
-def _filled(families: Sequence[list[PlottedCurve]], limit: int) -> list[list[PlottedCurve]]:
+def _fill_panels(families: Sequence[list[PlottedCurve]], limit: int) -> list[list[PlottedCurve]]:
     """Return families in panels, in order, with up to ``limit`` curves or one larger family in each."""
     panels: list[list[PlottedCurve]] = []
     for family in families:
@@ -532,7 +532,7 @@ def _fill(
     """
     for axis, panel in zip(axes, panels, strict=True):
         _panel(axis, solution.t if abscissa is None else abscissa.values, panel, beside=beside)
-        for time in _marked(solution.events) if abscissa is None else ():
+        for time in _marked_times(solution.events) if abscissa is None else ():
             axis.axvline(time, color="#888888", linewidth=0.7, linestyle=":", zorder=0.5)
         if axis.xaxis.get_tick_params()["labelbottom"]:
             axis.set_xlabel("time, s" if abscissa is None else _abscissa_label(abscissa))
@@ -547,10 +547,10 @@ def _abscissa_label(curve: PlottedCurve) -> str:
 
 def _marks(events: Events) -> str:
     """Return the part of the title on the lines that mark events."""
-    return f"; dotted: {listed(dict.fromkeys(events.names))}" if len(_marked(events)) else ""
+    return f"; dotted: {listed(dict.fromkeys(events.names))}" if len(_marked_times(events)) else ""
 
 
-def _marked(events: Events) -> Array:
+def _marked_times(events: Events) -> Array:
     """Return the times of events that are drawn; none if the events are too many to be distinguished."""
     return np.empty(0) if len(events) > _EVENTS else np.unique(events.t)
 
@@ -573,7 +573,7 @@ def _panel(axis: Any, t: Array, panel: Sequence[PlottedCurve], *, beside: bool =
         label = textwrap.fill(words, _LEGEND)
         style = "--" if number >= _DASHED else "-"
         look = {"linewidth": 0.5, "zorder": 1.9} if _turns(curve.values) > _DENSE else {"linewidth": 1.3}
-        axis.plot(*_thinned(t, curve.values), label=label, color=colour, linestyle=style, **look)
+        axis.plot(*_thin(t, curve.values), label=label, color=colour, linestyle=style, **look)
     axis.set_ylabel(_label(panel, alone))
     if alone and panel[0].description:
         axis.set_title(panel[0].description, fontsize=10, loc="left")
@@ -611,7 +611,7 @@ def _label(panel: Sequence[PlottedCurve], alone: bool) -> str:
     return axis_label(quantity, first.unit)
 
 
-def _thinned(t: Array, values: Array) -> tuple[Array, Array]:
+def _thin(t: Array, values: Array) -> tuple[Array, Array]:
     """Return the smallest and the largest value of every bin if there are more points than can be seen."""
     if len(t) <= 2 * _POINTS:
         return t, values

@@ -484,7 +484,7 @@ class Solution(SolutionMethods):
         on_grid = round((later.t[0] - float(later.metadata["t_start"])) / step) % every == 0
         head, tail = self.t < later.t[0], slice(0 if on_grid or len(later.t) == 1 else 1, None)
 
-        def joined(first: Array, second: Array) -> Array:
+        def join(first: Array, second: Array) -> Array:
             return np.concatenate([first[head], second[tail]])
 
         wall = float(self.stats.get("wall_time", 0.0)) + float(later.stats.get("wall_time", 0.0))
@@ -492,30 +492,30 @@ class Solution(SolutionMethods):
         events, metadata = later.events, later.metadata
         if events.counts and self.events.counts:
             events = self.events.followed_by(events, float(later.t[0]))
-            metadata = {**metadata, "events": events.described()}
+            metadata = {**metadata, "events": events.to_dict()}
         whole = replace(
             later,
             events=events,
             metadata=metadata,
-            t=joined(self.t, later.t),
-            q=joined(self.q, later.q),
-            v=joined(self.v, later.v),
-            a=joined(self.a, later.a),
-            z=joined(self.z, later.z),
-            multipliers=joined(self.multipliers, later.multipliers),
+            t=join(self.t, later.t),
+            q=join(self.q, later.q),
+            v=join(self.v, later.v),
+            a=join(self.a, later.a),
+            z=join(self.z, later.z),
+            multipliers=join(self.multipliers, later.multipliers),
             stats={**later.stats, "wall_time": wall},
-            outputs={name: joined(self.outputs[name], array) for name, array in later.outputs.items()},
-            energy={name: joined(self.energy[name], array) for name, array in later.energy.items()},
+            outputs={name: join(self.outputs[name], array) for name, array in later.outputs.items()},
+            energy={name: join(self.energy[name], array) for name, array in later.energy.items()},
             error=ErrorEstimate.missing("the estimate of each part begins where the part begins"),
         )
         vars(whole)["inputs"] = NamedResults(
             "input",
-            {name: joined(self.inputs[name], array) for name, array in later.inputs.items() if name in self.inputs},
+            {name: join(self.inputs[name], array) for name, array in later.inputs.items() if name in self.inputs},
         )
         seen = None if later.model else later._poses_or_none()
         if seen is None or self._poses_or_none() is None:
             return whole
-        poses = {name: joined(self.poses[name], array) for name, array in seen.poses.items()}
+        poses = {name: join(self.poses[name], array) for name, array in seen.poses.items()}
         return whole._with(seen._replace(poses=poses))
 
     def _check_end(self, later: Solution) -> None:

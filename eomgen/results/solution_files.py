@@ -134,7 +134,7 @@ def write_all(
     if poses:
         arrays[_POSES] = np.stack(list(poses.values()), axis=1)
     outcome = {name: getattr(solution, name) for name in _OUTCOME} | {"stats": dict(solution.stats)}
-    outcome["findings"] = [finding.described() for finding in solution.findings]
+    outcome["findings"] = [finding.to_dict() for finding in solution.findings]
     scenery = {"scenery": seen.scenery, _POSED: list(poses)} if seen else {}
     write_arrays(
         path, arrays, {**solution.metadata, **outcome, **scenery, "error": solution.error.described()}, FEWER_ROWS

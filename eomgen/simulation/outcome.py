@@ -127,7 +127,7 @@ class Outcome(FinishedRun):
         return {
             **run_metadata(run),
             "profile": profile,
-            **({} if events is None else {"events": events.described()}),
+            **({} if events is None else {"events": events.to_dict()}),
             "start": run.begun,
             "corrections": run.corrections,
             "notes": [*map(Message, notes)],

@@ -110,7 +110,7 @@ def test_thinning_keeps_ends_and_extremes() -> None:
     t = np.linspace(0.0, 1.0, 200_001)
     values = np.sin(40_000.0 * t)
     values[123_456] = 7.0
-    short_t, short = plots._thinned(t, values)
+    short_t, short = plots._thin(t, values)
     assert len(short_t) <= 2 * plots._POINTS + 2
     assert short.max() == 7.0 and (short_t[0], short_t[-1]) == (0.0, 1.0)
     assert np.all(np.diff(short_t) > 0.0)
@@ -316,7 +316,7 @@ def test_a_fast_oscillation_is_thin_and_below_the_other_curves_of_its_panel() ->
 
 def test_a_long_curve_over_another_column_keeps_its_order() -> None:
     angle = np.linspace(0.0, 60.0, 50_001)
-    across, up = plots._thinned(np.cos(angle), np.sin(angle))
+    across, up = plots._thin(np.cos(angle), np.sin(angle))
     assert len(across) <= 2 * plots._POINTS
     np.testing.assert_allclose(across**2 + up**2, 1.0, rtol=1e-14)
 

@@ -91,7 +91,7 @@ class Verdict:
             return ()
         findings = tuple(check.evaluate(run))
         severity = WARNING if findings and check.severity == FAILURE and not check.fails(run) else check.severity
-        return tuple(finding.rated(name, severity) for finding in findings) if findings else ()
+        return tuple(finding.rate(name, severity) for finding in findings) if findings else ()
 
     def _fails_before(self, name: str) -> bool:
         """Return whether a check before this one fails the run."""
